@@ -1,4 +1,4 @@
-// bench.json: figures, goals and tables, as `atwood bench` keeps them and every report shows them.
+// bench.json: the figures, goals and tables of `atwood bench`, which reports show.
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -77,7 +77,7 @@ json to_json(const GoalEntrant& e) {
           {"seconds", e.seconds},
           {"evaluations", e.evaluations},
           {"ns_per_step", e.ns_per_step},
-          {"accurate", e.accurate}};  // numbers that are none become null
+          {"accurate", e.accurate}};  // NaN becomes null
 }
 
 GoalEntrant entrant_from(const json& goal, const char* key) {

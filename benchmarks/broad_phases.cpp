@@ -1,12 +1,12 @@
-// The broad phases side by side: pairs kept per pair that touches, time of a call, how it grows with the number of
-// bodies, and where each loses. Prints a table as JSON (`atwood bench broad-phases` shows it and keeps it for the
-// report).
+// Compares the broad phases: candidate pairs per touching pair, time of a call, its growth with the number of bodies,
+// and the scenes on which each is slowest. Prints a table as JSON (`atwood bench broad-phases` shows it and keeps it
+// for the report).
 //
-//   heap    balls of one size as dense as poured ones (58 % of space); settled: each call moves them by 1e-5 of a
-//           radius, stirred: by a twentieth, this way and that, and all of them down by as much
-//   planes  as many finite planes, askew, as one in 80 of the bodies: a ball inside the sphere or the box around a
-//           rectangle is mostly far from the rectangle itself, most of all beyond its corners
-//   giant   one ball of 25 radii in the midst
+//   heap    balls of one size, as dense as poured ones (58 % of space); settled: each call moves them by 1e-5 of a
+//           radius; stirred: by a twentieth of a radius in random directions, and all of them down by as much
+//   planes  one oblique rectangle for 80 balls: a ball inside the bounding sphere or box of a rectangle is mostly far
+//           from the rectangle itself, in particular near its corners
+//   giant   one ball of 25 radii among the others
 //   line    a row of balls, each touching the next
 #include <time.h>
 
@@ -45,7 +45,7 @@ BroadItem<double> ball(const Vec3<double>& c, double r) {
   return {{c - Vec3<double>{r, r, r}, c + Vec3<double>{r, r, r}}, c, r, true};
 }
 
-// Cubic lattice at 58 % of space, shaken by a fifth of a radius.
+// Cubic lattice at 58 % of space, each ball displaced at random by up to a fifth of a radius.
 Crowd heap(int balls) {
   Crowd crowd;
   SplitMix64 random{42};
@@ -99,7 +99,7 @@ Crowd in_line(int balls) {
 
 bool touch(const Crowd& crowd, const BodyPair& pair) {
   const auto first_rectangle = static_cast<std::int32_t>(crowd.balls());
-  if (pair.second < first_rectangle) return true;  // of balls the bounding spheres are the balls themselves
+  if (pair.second < first_rectangle) return true;  // for balls the bounding sphere is exact
   const Rectangle& r = crowd.rectangles[static_cast<std::size_t>(pair.second - first_rectangle)];
   const BroadItem<double>& b = crowd.items[static_cast<std::size_t>(pair.first)];
   const Vec3<double> d = b.center - r.center;
@@ -121,7 +121,7 @@ std::vector<Kind> kinds() {
           {"bsp", [](Team*) { return broad::make_bsp<double>(); }}};
 }
 
-// Moves every ball a little, up to `shake_m` to each side and `fall_m` down.
+// Moves every ball at random by up to `shake_m` in each direction, and by `fall_m` down.
 void move(Crowd& crowd, double shake_m, double fall_m, SplitMix64& random) {
   const auto within = [&] { return shake_m * (2 * random.next_unit() - 1); };
   for (std::size_t i = 0; i < crowd.balls(); ++i) {
@@ -131,7 +131,7 @@ void move(Crowd& crowd, double shake_m, double fall_m, SplitMix64& random) {
   }
 }
 
-// One thread's own processor time, whatever else the machine does; of two threads the time on the wall.
+// Processor time of the calling thread, which other load does not change; for two threads wall time.
 double now_s(bool one_thread) {
   if (!one_thread) return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   timespec now{};
@@ -143,8 +143,8 @@ struct Calls {
   double seconds = 0, kept = 0, touching = 0;
 };
 
-// Mean of the fastest eight consecutive calls, least disturbed by other processes, after two for warm-up: a phase may
-// reuse cached results for some calls and pay for it in others. Kept and touching pairs are of the last call.
+// Mean of the fastest eight consecutive calls, after two for warm-up: other load disturbs these least, and eight calls
+// average over a phase that reuses results in some calls and updates them in others. Pairs are those of the last call.
 Calls timed(const Kind& kind, Crowd crowd, double shake_m, double fall_m, Team* team) {
   const auto phase = kind.make(team);
   std::vector<BodyPair> pairs;
@@ -207,7 +207,7 @@ int main(int argc, char** argv) {
                     1e6 * planes.seconds, giant.kept / giant.touching, 1e6 * giant.seconds, line.kept / line.touching,
                     1e6 * line.seconds, 0});
   }
-  // What the Manhattan test loses at r1 + r2.
+  // The touching pairs that a Manhattan distance of r1 + r2 would miss.
   const Crowd crowd = heap(balls);
   std::vector<BodyPair> all, some;
   broad::manhattan_pairs<double>(crowd.items, std::sqrt(3.0), all);

@@ -1,4 +1,4 @@
-// What the benchmarks measure: times of steps and kernels, tables, goals.
+// Figures of the benchmarks: times of steps and kernels, tables, goals.
 #pragma once
 
 #include <cstdint>
@@ -20,12 +20,12 @@ struct BenchFigure {
   std::string name;
 };
 
-// A table of measured figures that stands for itself: broad phases side by side, what each engine steps within a frame.
+// A table of measured figures with its title: broad phases, or the largest heap per frame and engine.
 using TableCell = std::variant<double, std::string>;  // NaN: no figure
 struct BenchTable {
   std::string id, title;
   std::vector<std::string> columns;
-  std::vector<std::vector<TableCell>> rows;  // one cell a column
+  std::vector<std::vector<TableCell>> rows;  // one cell per column
   std::vector<std::string> notes;            // how to read it
 };
 
@@ -34,7 +34,7 @@ struct GoalEntrant {
   std::string method;  // empty: none
   std::int64_t steps = 0;
   double error = 0, bar = 0;            // NaN: the goal asks for no error
-  double seconds = 0, evaluations = 0;  // of the run; NaN: not timed, not counted
+  double seconds = 0, evaluations = 0;  // of the run; NaN: not timed or not counted
   double ns_per_step = 0;
   bool accurate = false;  // reaches the wanted error
 };
@@ -47,10 +47,11 @@ struct GoalResult {
   GoalEntrant ours, rival, uncounted;  // the best of each
   double ratio = 0, ratio_low = 0,
          ratio_high = 0;    // rival's cost over ours [95 %], where both reach the error; else NaN
-  std::string why;          // what is missing, in words; empty when reached
-  double wanted_ratio = 0;  // the rival's cost over ours that is asked for; 0: none
-  // Beside a library (odeint, ARKODE, CVODE): its best method and our best one, both on the reference's rate, and the
-  // ratio of their times. Methods empty, ratios NaN: no library is among the rivals, or one of the two misses the error.
+  std::string why;          // why the goal is missed; empty when reached
+  double wanted_ratio = 0;  // the required ratio of the rival's cost to ours; 0: none
+  // Comparison with a library (odeint, ARKODE, CVODE): its best method and our best one, both with the reference's
+  // rate, and the ratio of their times. Empty methods, NaN ratios: no library is among the rivals, or one misses the
+  // error.
   GoalEntrant same_rate = {}, library = {};
   double same_rate_ratio = std::numeric_limits<double>::quiet_NaN(), same_rate_low = same_rate_ratio,
          same_rate_high = same_rate_ratio;

@@ -1,4 +1,4 @@
-// The largest heap that each engine steps within a frame, and where the time of ours goes.
+// The largest heap that each engine steps within a frame, and the shares of our engine's phases in its time.
 #include "benchmarks/frame_budget.hpp"
 
 #include <fmt/format.h>
@@ -22,15 +22,15 @@ constexpr int kFramesPerSecond = 60;
 constexpr int kSettlingFrames = 90, kMeasuredFrames = 60;  // 1.5 s to fall and come to rest, one second to measure
 constexpr std::array<double, 2> kBudgets_ms{16.7, 40};
 constexpr int kFewestBodies = 16, kMostBodies = 64000;
-constexpr double kCloseness = 1.08;  // the answer is found when the next larger N tried is at most so much larger
+constexpr double kCloseness = 1.08;  // the search ends when the smallest N that failed is at most this factor larger
 
-// As settling-N of the catalogue: the same bodies and bin around any number of them.
+// The scenes settling-N of the catalogue for any number of bodies, with a bin of matching size.
 Scene settling_scene(const Scene& like, int count) {
   const auto first = std::find_if(like.bodies.begin(), like.bodies.end(),
                                   [](const Body& body) { return body.mass_kg > 0 && !body.fixed; });
   const auto second = std::find_if(first + 1, like.bodies.end(), [](const Body& body) { return body.mass_kg > 0; });
   const double spacing_m =
-      std::round(100 * std::abs(second->position_m[2] - first->position_m[2])) / 100;  // but for the jitter
+      std::round(100 * std::abs(second->position_m[2] - first->position_m[2])) / 100;  // without the jitter
   const int side = static_cast<int>(std::ceil(std::cbrt(count) - 1e-9));
   Scene scene = like;
   std::erase_if(scene.bodies, [](const Body& body) { return body.mass_kg > 0; });
@@ -52,11 +52,11 @@ Scene settling_scene(const Scene& like, int count) {
 }
 
 struct HeapTime {
-  double p95_ms = std::nan("");   // of the steps of the settled heap; infinite: not within the limit
+  double p95_ms = std::nan("");   // over the steps of the settled heap; infinite: the run exceeded the limit
   double mean_ms = std::nan("");  // over all steps
   std::map<std::string, std::int64_t> phase_ns;
   std::string why;       // why there is no figure
-  bool refused = false;  // for good: a second measurement would not differ
+  bool refused = false;  // the engine refuses: a second measurement would not differ
 };
 
 struct Entrant {
@@ -70,7 +70,7 @@ class FrameBudget {
       : entrant_(entrant), like_(like), setup_(setup),
         client_(entrant.worker->command, pinned(entrant.method), entrant.worker->foreign) {}
 
-  // Doubling until both budgets are passed, then halving the interval (of log N) on each side of each.
+  // Doubles N until both budgets are exceeded, then bisects log N for each budget.
   std::array<int, 2> largest() {
     int n = kFewestBodies;
     while (n <= kMostBodies && holds(n, kBudgets_ms.back())) n *= 2;
@@ -87,7 +87,7 @@ class FrameBudget {
 
   const std::string& why() { return heap(kFewestBodies).why; }
 
-  // Of a budget: what other than the budget ended the search above this N; empty: the budget did.
+  // Why the search ended above this N where it was not by the budget; empty: by the budget.
   std::string ended_by(int largest_held) const {
     const auto next = heaps_.upper_bound(largest_held);
     if (next == heaps_.end()) return fmt::format("the search ends at {} bodies", kMostBodies);
@@ -119,8 +119,8 @@ class FrameBudget {
     return time;
   }
 
-  // False of NaN. Other load can spoil one measurement: what failed once is measured again, and the better of the two
-  // counts.
+  // Whether N keeps the budget; false for NaN. Other load can spoil a measurement, so a failure is measured again and
+  // the better of the two counts.
   bool holds(int count, double budget_ms) {
     if (heap(count).p95_ms <= budget_ms) return true;
     HeapTime& first = heaps_.at(count);
@@ -132,7 +132,7 @@ class FrameBudget {
 
   int between(double budget_ms) {
     int low = 0, high = 0;
-    do {  // what the other budget's search has measured once may be measured again here
+    do {  // an N measured once for the other budget may be measured a second time here
       for (const auto& [n, time] : heaps_) {
         if (time.p95_ms <= budget_ms) low = std::max(low, n);
       }
@@ -156,7 +156,7 @@ class FrameBudget {
   std::set<int> measured_again_;
 };
 
-// Ours with one thread and with two; every other engine at its defaults.
+// Our engine with one thread and with two; every other engine with its default settings.
 std::vector<Entrant> entrants(const std::vector<Worker>& workers, const std::vector<std::string>& methods) {
   std::vector<Entrant> all;
   const auto add = [&](const std::string& method) {
@@ -185,7 +185,7 @@ std::vector<Entrant> entrants(const std::vector<Worker>& workers, const std::vec
                                    [&](const MethodInfo& m) { return m.id == worker.engine.name + "/default"; });
     if (world) all.push_back({&worker, worker.engine.name + "/default"});
     if (world && worker.engine.name == "ode")
-      all.push_back({&worker, "ode/default{step=dWorldQuickStep}"});  // its step for many bodies
+      all.push_back({&worker, "ode/default{step=dWorldQuickStep}"});  // the step function for many bodies
   }
   return all;
 }

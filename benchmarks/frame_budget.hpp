@@ -12,14 +12,14 @@ namespace atwood {
 
 struct FrameBudgetSetup {
   const std::vector<Worker>& workers;
-  std::vector<std::string> methods;  // empty: ours with one thread and with two, every other engine at its defaults
-  Scene spheres, boxes;              // the bin and one kind of body each; the heaps are made after them
+  std::vector<std::string> methods;  // empty: ours with one and with two threads, other engines with their defaults
+  Scene spheres, boxes;              // patterns of the heaps: the bin and one kind of body each
   double limit_s = 20;               // of one run
   std::function<void(const std::string&)> notice = [](const std::string&) {};
 };
 
-// The table `frame-budget`, and `phase-shares` where an engine reports the phases of its steps. Interrupted by a signal:
-// what was measured until then. InputError: a method of no available engine, or a wrong setting.
+// The table `frame-budget`, and `phase-shares` where an engine reports the phases of its steps. Interrupted by a
+// signal: the rows measured until then. InputError: a method of no available engine, or a wrong setting.
 struct FrameBudgetTables {
   std::vector<BenchTable> tables;
   bool interrupted = false;

@@ -6,8 +6,8 @@
 #include "scene/scene.hpp"
 #include "scene/split_mix.hpp"
 
-// Three kinds of boxes, each with three different moments, in turns; velocities within 1 m/s and body rates within 3
-// rad/s in each axis; uniform gravity. No shapes: nothing can touch, and no engine looks for contacts.
+// Alternating boxes of three kinds, each with three different moments of inertia; velocities within 1 m/s and body
+// rates within 3 rad/s in each axis; uniform gravity. Without shapes, so that no engine searches for contacts.
 inline atwood::Scene free_flight_scene(int bodies) {
   atwood::Scene scene;
   scene.materials.push_back({"default", 0, 0, 0});

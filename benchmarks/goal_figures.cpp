@@ -1,4 +1,4 @@
-// Goals about a figure that some other program measures: of a benchmark, or of a table.
+// Goals for a figure of a benchmark or of a table.
 #include <algorithm>
 #include <cmath>
 #include <limits>

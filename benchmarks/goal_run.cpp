@@ -16,9 +16,9 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kTimed = 5;  // of each side, the quickest of a first timing
+constexpr std::size_t kTimed = 5;  // candidates of each side that are timed alternately: the quickest of a first timing
 
-// `library`: a rival that evaluates the reference's rate; `same_rate`: ours on that rate.
+// `library`: a rival that evaluates the reference's rate; `same_rate`: our method with that rate.
 enum class Side { ours, rival, uncounted, library, same_rate };
 
 bool is_rival(Side side) { return side == Side::rival || side == Side::library; }
@@ -27,10 +27,10 @@ struct Candidate {
   Side side = Side::ours;
   const Cell* cell = nullptr;
   GoalEntrant entrant;
-  std::vector<double> times_s;  // a round each
+  std::vector<double> times_s;  // one per round
 };
 
-// ids, globs and ":tol" spelled out.
+// The ids that globs and ":tol" stand for.
 std::vector<std::string> spelled_out(const std::vector<std::string>& patterns, const std::vector<double>& tolerances) {
   std::vector<std::string> methods;
   for (const std::string& pattern : patterns) {
@@ -85,7 +85,8 @@ double cost_of(const GoalEntrant& entrant, const std::string& kind) {
   return kind == "evaluations" ? entrant.evaluations : kind == "ns_per_step" ? entrant.ns_per_step : entrant.seconds;
 }
 
-// Accurate before not; among the accurate the cheaper, among the others the more accurate.
+// Whether `a` ranks before `b`: accurate before inaccurate; among the accurate the cheaper, among the others the more
+// accurate.
 bool better(const GoalEntrant& a, const GoalEntrant& b, const std::string& kind) {
   if (a.accurate != b.accurate) return a.accurate;
   if (!a.accurate) return a.error < b.error;
@@ -94,7 +95,7 @@ bool better(const GoalEntrant& a, const GoalEntrant& b, const std::string& kind)
   return kind.empty() ? a.error < b.error : x < y;
 }
 
-// Ours on the reference's rate, where a library is among the rivals and times are compared.
+// Our candidates with the reference's rate, where a library is among the rivals and times are compared.
 std::vector<std::string> twins_beside_libraries(const Goal& goal) {
   const bool beside = std::any_of(goal.rivals.begin(), goal.rivals.end(),
                                   [](const std::string& rival) { return is_library(engine_of(rival)); });
@@ -169,7 +170,8 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
   return candidates;
 }
 
-// Half the error of the most accurate rival: what that is, is known when all have run. Rivals then count as they are.
+// Sets the wanted error to `error_ratio` times that of the most accurate rival, known when all have run. Rivals then
+// count as accurate.
 void ask_by_rivals(Goal& goal, std::vector<Candidate>& candidates) {
   double least = kNotMeasured;
   for (const Candidate& c : candidates) {
@@ -186,14 +188,14 @@ void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
     for (Candidate& c : candidates) {
       if (c.side == side && c.entrant.accurate) own.push_back(&c);
     }
-    if (own.empty()) {  // none is accurate: the most accurate one
+    if (own.empty()) {  // none reaches the error: take the most accurate one
       Candidate* nearest = nullptr;
       for (Candidate& c : candidates) {
         if (c.side == side && (nearest == nullptr || c.entrant.error < nearest->entrant.error)) nearest = &c;
       }
       if (nearest != nullptr) own.push_back(nearest);
     }
-    if (goal.budget_kind == "evaluations") {  // the fewest evaluations decide; their times are reported beside
+    if (goal.budget_kind == "evaluations") {  // ranked by evaluations; times are reported too
       std::erase_if(own, [&](const Candidate* c) { return own.size() > 1 && !std::isfinite(c->entrant.evaluations); });
       std::sort(own.begin(), own.end(),
                 [](const Candidate* a, const Candidate* b) { return a->entrant.evaluations < b->entrant.evaluations; });
@@ -208,7 +210,7 @@ void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
         return key(a) < key(b);
       });
     }
-    if (goal.limit_s > 0) {  // runs that take minutes are timed once
+    if (goal.limit_s > 0) {  // runs of minutes are timed once
       for (Candidate* c : own) {
         c->times_s = {c->entrant.seconds};
         c->entrant.ns_per_step = 1e9 * c->entrant.seconds / static_cast<double>(c->entrant.steps);
@@ -255,7 +257,7 @@ std::string shortfall(const Goal& goal, const GoalEntrant& ours) {
   return "";
 }
 
-// Of times, or of times of a step.
+// The ratio of times, or of times per step.
 PairedRatio cost_ratio(const Candidate& rival, const Candidate& ours, const Goal& goal) {
   PairedRatio ratio = paired_ratio(rival.times_s, ours.times_s);
   if (goal.budget_kind != "ns_per_step") return ratio;
@@ -274,7 +276,7 @@ GoalResult GoalRun::run(const Goal& asked) {
   scenario.samples = goal.samples;
   if (!goal.steps.empty()) scenario.steps = goal.steps;
   std::vector<Cell> cells;
-  cells.reserve(4096);  // candidates point at them
+  cells.reserve(4096);  // candidates keep pointers to them
   stopwatch_.allow(std::max(setup_.study.cell_limit_s, goal.limit_s));
   std::vector<Candidate> candidates = measured(goal, scenario, cells);
   if (goal.error_ratio > 0) ask_by_rivals(goal, candidates);

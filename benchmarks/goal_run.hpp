@@ -1,5 +1,5 @@
-// A goal beside its rivals in one run. Accuracy first, by the store like any study; then the methods that are accurate
-// enough are timed in turns.
+// Measures a goal and its rivals in one run: first accuracy, by the store as in a study; then the methods that are
+// accurate enough are timed alternately.
 #pragma once
 
 #include <functional>
@@ -23,14 +23,14 @@ struct GoalSetup {
   std::function<void()> end_progress = [] {};            // after each study
 };
 
-// Of a goal with a scenario. Throws Interrupted; InputError where the scene is not to be had.
+// The result of a goal with a scenario. Throws Interrupted; InputError where the scene cannot be read.
 GoalResult run_goal(const GoalSetup& setup, const Goal& goal);
 
-// What was asked, and no result yet.
+// A result with the goal's requirements and no figures.
 GoalResult blank_result(const Goal& goal);
-// Of a goal with a `benchmark`: its figure over `per` (nanoseconds a body, a pair).
+// The result of a goal with a `benchmark`: its figure over `per` (nanoseconds per body or pair).
 GoalResult judge_figure(const Goal& goal, const std::vector<BenchFigure>& figures);
-// Of a goal with a `table`: one cell of it.
+// The result of a goal with a `table`: one cell of it.
 GoalResult judge_table(const Goal& goal, const std::vector<BenchTable>& tables);
 // The names of the benchmarks that goals need, as Google Benchmark's filter; empty: none.
 std::string benchmark_filter(const std::vector<Goal>& goals);

@@ -1,4 +1,4 @@
-// The goals of the project as data (benchmarks/goals.toml): a task, the error that is wanted and the budget for it.
+// The goals of the project as data (benchmarks/goals.toml): a task, the wanted error and the budget.
 #pragma once
 
 #include <limits>
@@ -11,21 +11,21 @@ namespace atwood {
 
 struct Goal {
   std::string id, title;
-  std::string scenario, metric;                             // the work, and the figure that is judged
-  double error = std::numeric_limits<double>::quiet_NaN();  // in the metric's unit; NaN: none is asked
+  std::string scenario, metric;                             // the task, and the figure that is judged
+  double error = std::numeric_limits<double>::quiet_NaN();  // in the metric's unit; NaN: no error is required
   std::string budget_kind;  // "seconds", "evaluations", "ns_per_step", "ns" (of a benchmark's figure), ""
   double budget = 0;
   std::int64_t samples = 1;         // of the accuracy pass, the end included; the timed pass observes nothing
   std::vector<std::int64_t> steps;  // of candidates without a tolerance
   std::vector<double> tolerances;   // "atwood/ias15:tol" is a candidate at each
-  std::int64_t first_steps = 0;     // what adaptive candidates take their first step from
-  std::vector<std::string> methods, rivals, uncounted;  // ids and globs; uncounted: compared, but reaches no goal
+  std::int64_t first_steps = 0;     // sets the first step of adaptive candidates
+  std::vector<std::string> methods, rivals, uncounted;  // ids and globs; uncounted: compared, but cannot reach the goal
   std::string benchmark;                                // instead of a scenario: a figure of a benchmark, over `per`
   std::vector<std::string> rival_benchmarks;
   double per = 1;
-  double times_faster = 0;         // 0: not asked. The cheapest rival's time over ours
-  double error_ratio = 0;          // 0: not asked. Instead of `error`: of the most accurate rival's error
-  double limit_s = 0;              // a run may take; 0: as --limit says. Long runs are timed once, not in turns
+  double times_faster = 0;         // the cheapest rival's time over ours; 0: not required
+  double error_ratio = 0;          // instead of `error`: relative to the most accurate rival's error; 0: not required
+  double limit_s = 0;              // of a run; 0: that of --limit. Long runs are timed once, not alternately
   std::string table, row, column;  // instead of a scenario: a figure of `atwood bench TABLE`, at most `error`
 };
 

@@ -1,4 +1,4 @@
-// Goals as they are written down.
+// Reads files of goals.
 #include <toml++/toml.h>
 
 #include <cmath>

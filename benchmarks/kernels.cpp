@@ -1,4 +1,4 @@
-// What a run is made of, apart from steps: rates, reading scenes, measuring.
+// Benchmarks of the parts of a run besides steps: rates, reading scenes, measuring.
 #include <benchmark/benchmark.h>
 
 #include "rigid/model.hpp"
@@ -40,7 +40,7 @@ void measuring(benchmark::State& state, const char* id) {
   observer.sample = [&](const Sample& sample) { run.values.push_back(sample); };
   run.outcome = atwood_engine().run(parse_method_id("atwood/rk4"), scenario.scene,
                                     {scenario.t_end_s, scenario.steps.front(), scenario.samples}, observer, 0);
-  Truth truth;  // its own run stands for the truth: what is timed does not depend on the values
+  Truth truth;  // the run itself serves as truth: the times do not depend on the values
   truth.values = run.values;
   truth.bars.assign(run.values.size(), Sample{0, std::vector<BodySample>(scenario.scene.bodies.size())});
   for (auto _ : state) benchmark::DoNotOptimize(measure(scenario, truth, run));

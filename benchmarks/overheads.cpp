@@ -15,10 +15,10 @@ namespace atwood {
 namespace {
 
 constexpr std::array kRepeats{1, 2, 4, 8};
-constexpr double kBestRun_s = 1e-3;  // long enough for the clock, short enough for many turns
+constexpr double kBestRun_s = 1e-3;  // long enough for the clock, short enough for many rounds
 constexpr std::size_t kMostFamilies = 8;
 
-// The rung that stands for a method's ladder on a scenario.
+// The rung at which a method's overhead on a scenario is measured.
 struct Family {
   std::string scenario, family;
   const Cell* cell = nullptr;

@@ -1,4 +1,4 @@
-// What methods cost beside the rates that they evaluate, measured (validation/metrics/overhead.hpp has the fit).
+// Measures the cost of methods besides the rates that they evaluate (fitted by validation/metrics/overhead.hpp).
 #pragma once
 
 #include <vector>
@@ -9,8 +9,9 @@
 
 namespace atwood {
 
-// Of each method with a ladder on a scenario that evaluates the reference's rate, at the rung whose run takes nearest to a
-// millisecond; of at most eight. `rows`: those of the cells, with run-time and rate-evaluations. Throws Interrupted.
+// Overheads of the methods with a ladder on a scenario that evaluate the reference's rate, at most eight, each at the
+// rung whose run takes nearest to a millisecond. `rows`: those of the cells, with run-time and rate-evaluations. Throws
+// Interrupted.
 std::vector<MethodOverhead> measure_overheads(const std::vector<Cell>& cells, const std::vector<Worker>& workers,
                                               const std::vector<Row>& rows, double limit_s);
 

@@ -43,7 +43,7 @@ void collect(const std::string& text, std::vector<BenchFigure>& figures) {
     if (entry.value("run_type", "") != "iteration" || entry.contains("error_occurred")) continue;
     std::string name = entry.at("run_name");
     for (const char* suffix : {"/manual_time", "/min_time:"})
-      name = name.substr(0, name.find(suffix));  // how, not what
+      name = name.substr(0, name.find(suffix));  // suffixes that say how it was timed
     double ns =
         entry.contains("ns_per_step") ? entry.at("ns_per_step").get<double>() : entry.at("cpu_time").get<double>();
     const std::string unit = entry.value("time_unit", "ns");
@@ -74,7 +74,7 @@ std::vector<BenchFigure> run_benchmarks(const std::string& bin_dir, const std::s
                                    "--benchmark_min_time=0.02"};
     if (!filter.empty()) words.push_back("--benchmark_filter=" + filter);
     const auto text = capture(words);
-    if (text.find('{') == std::string::npos) continue;  // the filter left nothing of this executable
+    if (text.find('{') == std::string::npos) continue;  // no benchmark of this executable matches
     collect(text.substr(text.find('{')), figures);
   }
   return figures;

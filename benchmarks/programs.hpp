@@ -1,4 +1,4 @@
-// The benchmark programs, run as programs: Google Benchmark's, and the comparison of broad phases.
+// Runs the benchmark programs: those of Google Benchmark, and the comparison of broad phases.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@ std::vector<std::string> benchmark_programs(const std::string& bin_dir);
 std::vector<BenchFigure> run_benchmarks(const std::string& bin_dir, const std::string& filter,
                                         const std::function<void(const std::string&)>& notice);
 
-// The tables that atwood-broad-phases prints. InputError: it is not built.
+// The tables that atwood-broad-phases prints. InputError where it is not built.
 std::vector<BenchTable> measure_broad_phases(const std::string& bin_dir);
 
 }  // namespace atwood

@@ -1,6 +1,6 @@
-// Whose right-hand side a method evaluates. Natively our methods evaluate the engine's own and a library's the reference's,
-// so that a ratio of times compares the two as much as the methods. At the same rate ours run as `atwood-same-rate/...`
-// (benchmarks/same_rate) and evaluate the reference's too.
+// The right-hand side that a method evaluates. Natively our methods evaluate the engine's, libraries the reference's,
+// so that a ratio of times compares right-hand sides as well as methods. At the same rate our methods run as
+// `atwood-same-rate/...` (benchmarks/same_rate) and evaluate the reference's too.
 #pragma once
 
 #include <string>

@@ -3,12 +3,12 @@
 //   scaling/free-flight/SCALAR/N, scaling/free-flight-2-threads/SCALAR/N
 //       ns_per_step of all N; ns_per_body_step
 //   scaling/gravity-pair/N
-//       ns_per_step: nanoseconds an interaction, one body's pull on one other (N (N - 1) of them);
+//       ns_per_step: nanoseconds per interaction, the force of one body on another (N (N - 1) of them);
 //       pairs_per_s counts those, unordered_pairs_per_s halves of them, N (N - 1) / 2
 //   scaling/gravity-direct/N, scaling/gravity-tree/N (opening 0.5), and -2-threads
 //       ns_per_step: one evaluation of all rates
 //
-// Fitted exponents and memory a body go to standard error when all have run.
+// Fitted exponents and memory per body are printed to standard error at the end.
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 
@@ -26,7 +26,7 @@ namespace {
 
 using namespace atwood;
 
-// The quickest of each family's runs, by number of bodies.
+// The fastest run of each family, by number of bodies.
 struct Seen {
   double seconds = 0, bytes = 0;
 };
@@ -53,7 +53,7 @@ void free_flight(benchmark::State& state, const std::string& family, const std::
   const auto prepared = prepare<double>(id, scene);
   bytes = bytes_in_use() - bytes;
   const Engine engine = atwood_engine();
-  double total_ns = 0, runs = 0;  // short runs, so that the quickest is of a thread that was not preempted
+  double total_ns = 0, runs = 0;  // short runs, so that the fastest one was not preempted
   for (auto _ : state) {
     const Outcome outcome = engine.run(id, scene, plan, {}, 1);
     if (outcome.status != Status::ok) return state.SkipWithError(outcome.reason.c_str());

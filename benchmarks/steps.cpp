@@ -1,8 +1,8 @@
-// Nanoseconds a step of every method of one engine over the catalogue: step/SCENARIO/METHOD/STEPS.
+// Nanoseconds per step of every method of one engine on the catalogue: step/SCENARIO/METHOD/STEPS.
 //
 // The engine times its own stepping (no start-up, no sampling), so a benchmark's manual time is a run's busy time, and
-// the counter ns_per_step is that over the steps taken. A scene that a method cannot run ends as a skipped benchmark with
-// the reason; nothing runs before the filter has chosen.
+// the counter ns_per_step is that over the steps taken. A scene that a method cannot run ends as a skipped benchmark
+// with the reason; only benchmarks that match the filter run.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -83,7 +83,7 @@ void register_all(const std::shared_ptr<Engine>& engine) {
   }
 }
 
-// Free flight of many bodies in the rivals, beside scaling.cpp's: scaling/ENGINE/free-flight/N.
+// Free flight of many bodies in rivals, for comparison with scaling.cpp: scaling/ENGINE/free-flight/N.
 void register_scaling(const std::shared_ptr<Engine>& engine) {
   if (engine->name != "ode" && engine->name != "bullet64" && engine->name != "bullet32") return;
   for (const int bodies : {1, 100, 1000, 10000, 100000}) {

@@ -32,7 +32,7 @@ double Stopwatch::seconds(const Contender& contender) {
                                    contender.plan, repeats, limit_s_ * repeats)
                               .outcome;
   if (outcome.status != Status::ok || outcome.busy_ns.empty()) return std::numeric_limits<double>::quiet_NaN();
-  // Sampling may cost some evaluations more; half of them is another run, or a failing worker.
+  // Sampling may need some more evaluations; a difference of half of them shows another run or a failing worker.
   const double counted = static_cast<double>(outcome.rate_evaluations);
   if (contender.evaluations > 0 && counted > 0 && counted < 0.5 * contender.evaluations)
     return std::numeric_limits<double>::quiet_NaN();

@@ -1,5 +1,5 @@
-// Runs timed in turns: A B A B ..., each by its own worker, pinned unless it has threads, one at a time. What drifts on
-// the machine (clock rate, temperature, other load) then affects all of them alike.
+// Times runs alternately, A B A B ..., one at a time, each by its own worker, pinned to a processor unless it has
+// threads. Changes of the machine (clock rate, temperature, other load) then affect all of them equally.
 #pragma once
 
 #include <map>
@@ -20,7 +20,7 @@ struct Contender {
   Plan plan;
   double expected_s = 0;  // of one run; 0: unknown
   double evaluations =
-      0;  // of the run whose error is known; 0 or NaN: unknown. A timed run that did other work times another run
+      0;  // of the run whose error is known; 0 or NaN: unknown. A timed run with another number is rejected
 };
 
 // A method that names its threads is not pinned: they would share one processor.
@@ -32,9 +32,9 @@ class Stopwatch {
  public:
   explicit Stopwatch(double limit_s) : limit_s_(limit_s) {}
   void allow(double limit_s) { limit_s_ = limit_s; }
-  // Median seconds of one run over a burst of repeats (about 2 ms of them); NaN when it failed. Throws Interrupted.
+  // Median seconds of one run over repeats of about 2 ms in total; NaN where it failed. Throws Interrupted.
   double seconds(const Contender& contender);
-  // rounds x contenders: every contender once a round, in order.
+  // Times [s], rounds x contenders: every contender once per round, in order.
   std::vector<std::vector<double>> in_turns(const std::vector<Contender>& contenders, int rounds);
 
  private:
@@ -44,7 +44,7 @@ class Stopwatch {
   std::map<std::pair<std::string, bool>, std::unique_ptr<WorkerClient>> clients_;  // by path and pinned or not
 };
 
-// The median of the finite ones; NaN when there are none.
+// The median of the finite values; NaN where there are none.
 double median_time(std::vector<double> seconds);
 
 }  // namespace atwood

@@ -47,7 +47,7 @@ void TurnTimes::settle(Contest& contest, const std::string& scenario, bool of_er
   const Cell *a = find_cell(scenario, contest.ranked[0]), *b = find_cell(scenario, contest.ranked[1]);
   if (a == nullptr || b == nullptr) return;
   const double a_s = rung_seconds(rows_, *a), b_s = rung_seconds(rows_, *b);
-  if (!(a_s > 0) || !(b_s > 0) || a_s + b_s > 1) return;  // thirty runs of a second each are too many
+  if (!(a_s > 0) || !(b_s > 0) || a_s + b_s > 1) return;  // thirty runs of more than a second would take too long
   const Turns& turns = measured(*a, *b, a_s, b_s);
   if (turns.first.size() < 5) return;
   PairedRatio ratio = paired_ratio(turns.second, turns.first);

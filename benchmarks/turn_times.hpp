@@ -1,4 +1,4 @@
-// The first two of a ranking, timed in turns.
+// Times the first two methods of a ranking alternately.
 #pragma once
 
 #include <map>
@@ -13,9 +13,9 @@
 
 namespace atwood {
 
-// The first two of a contest, timed in turns at their rungs. Where the second proves clearly quicker (the whole interval
-// of the ratio is under kClearlyQuicker), an error's contest is theirs in that order; nearer ones stay as the timed pass
-// has them, so that results from one store are reproducible.
+// Times the first two of a contest alternately at their rungs. Where the second is clearly faster (the whole interval
+// of the ratio is below kClearlyQuicker), the two are exchanged in a contest of an error; otherwise the order of the
+// timed pass is kept, so that results from one store are reproducible.
 constexpr double kClearlyQuicker = 0.8;
 class TurnTimes {
  public:

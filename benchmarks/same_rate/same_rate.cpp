@@ -16,7 +16,7 @@ constexpr const char* kName = "atwood-same-rate";
 template <class S> System<S> system_of(const stepping::Equations<S>& equations) {
   System<S> system;
   system.size = equations.size;
-  system.context = const_cast<stepping::Equations<S>*>(&equations);  // the rate is called, nothing is changed
+  system.context = const_cast<stepping::Equations<S>*>(&equations);  // the rate is only called
   system.rate_of = [](void* context, S t_s, const S* y, S* dydt) {
     static_cast<const stepping::Equations<S>*>(context)->rate(t_s, y, dydt);
   };
@@ -27,7 +27,7 @@ struct Tolerance {
   double rtol = 0, atol = 0;
 };
 
-// A stepper of ours as the loop of reference/stepping calls any library's.
+// Our stepper behind the interface by which reference/stepping calls those of libraries.
 template <class S> class Joined : public stepping::Stepper<S> {
  public:
   Joined(const MethodId& id, const Scene& scene, const stepping::Equations<S>& equations, S h_s,
@@ -50,7 +50,7 @@ template <class S> class Joined : public stepping::Stepper<S> {
     y.swap(y_new_);
   }
 
-  // As the engine's own adaptive run (smooth/run.cpp), which has dense output besides: the last step before `to_s` is cut.
+  // The engine's adaptive run (smooth/run.cpp) without dense output: the last step is shortened to end at `to_s`.
   std::int64_t advance(S t_s, S to_s, std::vector<S>& y) override {
     std::int64_t steps = 0;
     bool unsolved = false;
@@ -61,7 +61,7 @@ template <class S> class Joined : public stepping::Stepper<S> {
         if (unsolved) fail_unsolved(t_s);
         throw stepping::Failure(Status::diverged, "the step size fell to nothing at t = " + at(t_s));
       }
-      if (!stepper_->step(t_s, step_s, y.data(), y_new_.data())) {  // a shorter step's equations may have a solution
+      if (!stepper_->step(t_s, step_s, y.data(), y_new_.data())) {  // a shorter step's equations may converge
         guess_s_ = step_s / S(4);
         unsolved = true;
         continue;
@@ -72,7 +72,7 @@ template <class S> class Joined : public stepping::Stepper<S> {
         guess_s_ = next_s;
         continue;
       }
-      guess_s_ = last ? real::max(guess_s_, next_s) : next_s;  // a step cut short says nothing against the guess
+      guess_s_ = last ? real::max(guess_s_, next_s) : next_s;  // a shortened last step does not reduce the guess
       y.swap(y_new_);
       t_s = last ? to_s : t_s + step_s;
       ++steps;
@@ -123,8 +123,8 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
       rate_repeats);
 }
 
-// Methods that step a bare system of equations. Of those that do, Radau 15 and generalised alpha are other methods with
-// a model, which says what unknowns are positions.
+// Whether the method steps a bare system of equations. Radau 15 and generalised alpha do, but are other methods with a
+// model, which says what unknowns are positions; they are excluded here.
 bool takes_a_bare_rate(const std::string& scheme) {
   for (const char* other : {"radau15", "ias15", "generalised-alpha", "generalized-alpha"})
     if (scheme == other) return false;

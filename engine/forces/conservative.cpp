@@ -26,7 +26,7 @@ template <class S> void ConservativeForces<S>::add_centre(const Vec3<S>& centre)
   centre_ = centre;
 }
 
-// A fixed or held body that pulls is a centre of its own; two of them leave no angular momentum.
+// Every fixed or held body that attracts is a centre of force; with two centres angular momentum is not conserved.
 template <class S> void ConservativeForces<S>::read(const MutualGravity& force, const Scene& scene) {
   Pairs pairs{force.bodies, {}, S(force.constant_m3_per_kg_s2), S(force.softening_m) * S(force.softening_m)};
   for (const int i : force.bodies) {

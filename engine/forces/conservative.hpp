@@ -14,16 +14,16 @@ template <class S> class ConservativeForces {
 
   // Why the motion does not conserve the scene's energy, naming the force ("" if it does).
   const std::string& refusal() const { return refusal_; }
-  void refuse(const std::string& why) { refusal_ = why; }  // there are forces besides the scene's
+  void refuse(const std::string& why) { refusal_ = why; }  // for forces that the scene does not name
   // Angular momentum about `centre` is conserved: every force points at it or along the line of two moving bodies.
   bool central() const { return central_; }
   const Vec3<S>& centre() const { return centre_; }
 
   S potential_energy(const Motion<S>& motion) const;  // J, of the bodies that move now and their surroundings
 
-  // A discrete gradient: forces F_i (N, centre of mass; one a body, added to) with
+  // A discrete gradient: forces F_i (N, at the centre of mass; one per body, added to the array) with
   //   sum_i F_i . (p_i' - p_i) = -(U(p') - U(p)),   F(p, p) = -grad U(p),   F(p, p') = F(p', p)
-  // and forces that do no work taken at (p + p') / 2 with the velocities (v + v') / 2. For U = phi(r) a quotient that
+  // Forces that do no work are taken at (p + p') / 2 with the velocities (v + v') / 2. For U = phi(r) a quotient that
   // needs no subtraction, F = -(phi(r') - phi(r)) / (r'^2 - r^2) (r + r'), r vectors: LaBudde, Greenspan, J. Comput.
   // Phys. 15 (1974) 134; Gonzalez, J. Nonlinear Sci. 6 (1996) 449, the equivariant one. It keeps angular momentum as
   // well. For polynomials of degree 3 the mean of -grad U over the segment, by Simpson's rule, which is exact there.

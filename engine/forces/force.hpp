@@ -40,12 +40,12 @@ template <class S> struct Load {
   Vec3<S> torque_B;        // about the centre of mass, body axes
 };
 
-// The motion in `count` states, a state a lane: scalar i of lane k is y[i * stride + k]. Fixed and held bodies stand in
-// `resting`.
+// The motion in `count` states, one state per lane: scalar i of lane k is y[i * stride + k]. Fixed and held bodies
+// stand in `resting`.
 template <class S> struct LaneMotion {
   VectorWidth width;
   int count;
-  const S* t_s;  // one a lane
+  const S* t_s;  // one per lane
   const S* y;
   std::ptrdiff_t stride;
   const Slot<S>* slots;
@@ -57,14 +57,14 @@ inline constexpr int kBodyScalars = 13, kLoadScalars = 9;
 template <class S> class ForceTerm {
  public:
   virtual ~ForceTerm() = default;
-  virtual void add_loads(const Motion<S>& motion, Load<S>* loads) const = 0;  // loads: one a body
-  // The same bits in every lane. Component c (acceleration, force, torque: 9) of body i in lane k: loads[(9 i + c) 8 +
-  // k].
+  virtual void add_loads(const Motion<S>& motion, Load<S>* loads) const = 0;  // loads: one per body
+  // The same for several states, with the same bits in every lane. Component c (acceleration, force, torque: 9) of body
+  // i in lane k: loads[(9 i + c) 8 + k].
   virtual bool has_lanes() const { return false; }
   virtual void add_lane_loads(const LaneMotion<S>&, S* /*loads*/) const {}
   virtual bool velocity_dependent() const { return false; }
   // True: the only dependence on velocity is charge v x field with fixed fields; charge times field [C T] is added to
-  // `charge_field_W` (one a body). False, with nothing added: some other dependence.
+  // `charge_field_W` (one per body). False, with nothing added: velocities act in another way too.
   virtual bool add_magnetic(Vec3<S>* charge_field_W) const {
     (void)charge_field_W;
     return !velocity_dependent();
@@ -72,7 +72,7 @@ template <class S> class ForceTerm {
   std::vector<Interval> on_s;  // empty: always
 };
 
-// One file a force. A factory throws Unsupported, with the reason, for a law that the engine does not have.
+// Each force has a file. A factory throws Unsupported, with the reason, for a law that the engine does not have.
 struct Unsupported {
   std::string reason;
 };

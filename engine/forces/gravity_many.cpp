@@ -8,8 +8,8 @@ namespace {
 
 constexpr std::int64_t kLeastShared = 1 << 16;  // interactions: some 25 us
 
-// The arrays are the term's own room to work in: a step allocates nothing. One thread at a time evaluates a model's
-// rates.
+// The arrays are the term's working memory, so that a step allocates nothing. Only one thread at a time evaluates a
+// model's rates.
 template <class S> struct ManyBodyGravity final : ForceTerm<S> {
   std::vector<int> bodies;
   std::vector<S> Gm;

@@ -16,8 +16,8 @@ template <class S, class Arrays> ATWOOD_INLINE void load(const Arrays& from, int
   for (int l = 0; l < kLanes; ++l) to.z[l] = from.z[first + l];
 }
 
-// Bodies [from, to) pull the block. `meets_itself`: the lane whose own body is the source gets a distance of 1 and so
-// the sum 0.
+// Adds the accelerations of the block by bodies [from, to). `meets_itself`: the sources include the block's own bodies;
+// a lane whose body is the source uses a distance of 1, so its term is 0.
 template <bool meets_itself, class S>
 ATWOOD_INLINE void pull(const PointMasses<S>& bodies, int from, int to, S softening2_m2, int first, const Lanes<S>& at,
                         Lanes<S>& sum) {

@@ -23,7 +23,7 @@ template <class S> struct PointMasses {
 };
 template <class S> struct Accelerations { S *x, *y, *z; };  // [m/s^2], whole blocks; added to
 
-// The pull of bodies [from, to) on each body of blocks [first_block, last_block). In float and double.
+// The acceleration by bodies [from, to) of each body of blocks [first_block, last_block). In float and double.
 template <class S>
 void add_gravity(VectorWidth width, const PointMasses<S>& bodies, int from, int to, S softening2_m2, int first_block,
                  int last_block, const Accelerations<S>& sums);

@@ -11,8 +11,8 @@ namespace {
 
 constexpr int kLanes = kGravityBlock;
 constexpr int kLeastShared = 1000;             // bodies
-constexpr int kGroupBlocks = 2;                // bodies of so many blocks ask the tree together
-constexpr int kMostWaiting = 7 * 3 * 21 + 64;  // nodes of a walk's stack: seven siblings at each level, and to spare
+constexpr int kGroupBlocks = 2;                // blocks of bodies that share one interaction list
+constexpr int kMostWaiting = 7 * 3 * 21 + 64;  // stack of a walk: seven siblings per level, and a reserve
 
 // The pull of nodes on the bodies of a block, as in the header's equation.
 template <class Moments, class S>
@@ -41,7 +41,7 @@ ATWOOD_INLINE void pull_block(const Moments* nodes, const std::int32_t* list, in
   for (int l = 0; l < kLanes; ++l) ax[l] = sum_x[l], ay[l] = sum_y[l], az[l] = sum_z[l];
 }
 
-// Square of the way from a point to the nearest point of a box.
+// Squared distance from a point to the nearest point of a box.
 template <class S, class Box> S distance2(const Box& box, const S (&at)[3]) {
   S sum = S(0);
   for (int axis = 0; axis < 3; ++axis) {
@@ -89,7 +89,7 @@ template <class S> void GravityTree<S>::flush_bodies(VectorWidth width, int grou
   list.from = list.to;
 }
 
-// Depth first, first child first; leaves side by side pull in one go.
+// Depth first, first child first; bodies of neighbouring leaves are summed in one call.
 template <class S>
 void GravityTree<S>::pull_group(VectorWidth width, int group, S softening2_m2, S opening, List& list) {
   const int first = group * kGroupBlocks * kLanes;

@@ -10,7 +10,7 @@
 //
 // which is the exact pull but for terms of third order and more in s. Those are bounded (Salmon and Warren, J. Comput.
 // Phys. 111 (1994) 136, eq. 12 to 15: term n of the potential's series pulls with at most (n + 1) G m s^n / d^(n+2)),
-// whence for each body
+// so that for each body
 //
 //   |error| <= opening^3 (4 - 3 opening) (1 + opening)^2 / (1 - opening)^2  *  sum_j G m_j / (r_ij^2 + eps^2)
 //
@@ -36,7 +36,8 @@ template <class S> class GravityTree {
  public:
   GravityTree(int bodies, int threads);  // allocates what all calls need
 
-  // The pull of all on all, added to `sums`. `team`: of at most the number above; null: one thread.
+  // The accelerations of all bodies by all others, added to `sums`. `team`: at most the `threads` of the constructor;
+  // null: one thread.
   void add_gravity(VectorWidth width, const PointMasses<S>& bodies, S softening2_m2, S opening, Team* team,
                    const Accelerations<S>& sums);
 
@@ -59,7 +60,7 @@ template <class S> class GravityTree {
   struct Moments {
     S GM, centre[3], GQ[6], radius;
   };
-  // The interaction list of a group: nodes and bodies not yet summed; one a thread.
+  // The interaction list of a group: nodes and bodies not yet summed; one per thread.
   struct List {
     std::int32_t node[256];
     int nodes = 0, from = 0, to = 0;
@@ -86,7 +87,7 @@ template <class S> class GravityTree {
   std::vector<std::uint64_t> key_, key_room_;
   std::vector<std::int32_t> order_, order_room_;  // order_[k]: which body is k-th in the tree
   std::vector<S> sorted_;                         // whole blocks, in the tree's order
-  std::vector<Node> nodes_;                       // parents before their children, which stand side by side
+  std::vector<Node> nodes_;                       // parents before their children, which are adjacent
   std::vector<Box> boxes_;                        // around each node's bodies
   std::vector<Moments> moments_;
   std::vector<List> lists_;

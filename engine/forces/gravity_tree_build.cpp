@@ -22,7 +22,7 @@ std::uint64_t interleave_bits(std::uint64_t x) {
   return (x | x << 2) & 0x1249249249249249u;
 }
 
-// Where x stands in [low, low + side], in 2^21 parts; NaN gives 0.
+// Index of the part of [low, low + side] that holds x, of 2^21 equal parts; NaN gives 0.
 template <class S> std::uint64_t part_of(S x, S low, S parts_per_m) {
   constexpr std::int64_t last = (std::int64_t(1) << kLevels) - 1;
   const S part = (x - low) * parts_per_m;
@@ -85,8 +85,8 @@ template <class S> void GravityTree<S>::sort_bodies(const PointMasses<S>& bodies
   }
 }
 
-// A node's children differ in the first octal digit in which its bodies' keys differ: no node has one child alone.
-// Where the room for nodes is used up, a node stays a leaf.
+// Children are formed by the first octal digit in which the keys of the node's bodies differ, so no node has a single
+// child. When the array of nodes is full, the node stays a leaf.
 template <class S> void GravityTree<S>::split(int n) {
   const Node node = nodes_[n];
   const std::uint64_t differ = key_[node.first] ^ key_[node.last - 1];
@@ -144,7 +144,7 @@ template <class S> void GravityTree<S>::find_centre(int n) {
   moments_[n].radius = std::sqrt(radius2);
 }
 
-// About the node's own centre; a child's are moved there by its mass times the square of the way (Steiner).
+// About the node's own centre; a child's are moved there by its mass times the squared distance (Steiner).
 template <class S> void GravityTree<S>::find_second_moments(int n) {
   const Node& node = nodes_[n];
   const bool leaf = node.children == 0;

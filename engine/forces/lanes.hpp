@@ -1,7 +1,7 @@
-// Loads of several states at once, one state a lane. A force writes its law once, for motions and loads of one state or
-// of lanes. law() looks up the bodies of an item and returns a function of the lane k (an int, or all lanes together if
-// the law accepts any type of k); it captures by value: the compiler then knows that no lane changes the captures, and
-// copies no struct through memory.
+// Loads of several states at once, one state per lane. A force writes its law once, for motions and loads of one state
+// or of lanes. law() looks up the bodies of an item and returns a function of the lane k (an int, or all lanes together
+// if the law accepts any type of k); it captures by value: the compiler then knows that no lane changes the captures,
+// and copies no struct through memory.
 //
 //   template <class S> struct AttractorTerm final : ForceTerm<S> {
 //     std::vector<int> bodies;

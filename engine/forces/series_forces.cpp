@@ -17,8 +17,8 @@ template <class S> void add_multiple(S factor, Vec3<S> (&row)[3]) {
 
 template <class S> S per_mass(const Body& body) { return body.fixed ? S(0) : S(1) / S(body.mass_kg); }
 
-// A point mass that starts on a line through the anchor, along it, and is pushed only along it, stays there; a dashpot,
-// which acts along the spring, then opposes the whole velocity.
+// A point mass stays on a line through the anchor if it starts there with a velocity along the line and all forces act
+// along it; a dashpot, which acts along the spring, then opposes the whole velocity.
 bool stays_on_line(const Scene& scene, int body, const Real3& anchor) {
   const Body& bob = scene.bodies[body];
   const Vec3<double> line = narrow3<double>(bob.position_m) - narrow3<double>(anchor);

@@ -10,21 +10,21 @@
 
 namespace atwood {
 
-// Accelerations, but for torques; every law always holds (forces that switch are refused). Indices are the scene's
-// bodies'.
+// Laws for accelerations (and for torques where stated); each holds at all times (forces that switch are refused).
+// Indices are those of the scene's bodies.
 template <class S> struct SeriesForces {
   explicit SeriesForces(const Scene& scene);
 
   static constexpr int most_bodies = 128;  // series of all pairs are kept
 
-  std::string refusal;  // names the force that has no recurrence here ("": all have one)
+  std::string refusal;  // names a force without a recurrence; empty where all have one
 
   // a = constant + of_position p + of_velocity v (rows of matrices), torque = -angular_drag w: uniform fields, linear
-  // drag, anchored springs, the rotating frame. One a body.
+  // drag, anchored springs, the rotating frame. One per body.
   struct Linear {
     Vec3<S> constant, of_position[3], of_velocity[3];
     S angular_drag{};
-    bool none = true;  // but for the constant
+    bool none = true;  // only the constant is not zero
   };
   std::vector<Linear> linear;
 

@@ -7,13 +7,13 @@
 namespace atwood {
 
 // Within a step its loads depend on the motion and on the internal state alone; the internal state changes only when a
-// step is accepted, so rejected steps and the stages of a step leave no trace.
+// step is accepted, so rejected steps and the stages of a step do not change it.
 template <class S> class StatefulForce : public ForceTerm<S> {
  public:
   // The start of a run, at its first motion: the internal state is cleared.
   virtual void reset(const Motion<S>& motion) = 0;
   // A step was accepted and ended in this motion. Returns true if the loads at this motion changed with the internal
-  // state: rates evaluated before are then out of date.
+  // state: rates that were evaluated before must be evaluated again.
   virtual bool accept_step(const Motion<S>& motion) = 0;
   // At an output time: the contacts that carry load go to sample.contacts, the events since the last output time to
   // observer.event.

@@ -10,7 +10,7 @@ StepControl<S>::StepControl(int estimate_order, const StepLimits& limits)
 
 template <class S> S StepControl<S>::next_step(S h_s, S error) {
   const auto [safety, beta, least, most] = limits_;
-  // Powers in double: a factor needs no more digits than it has.
+  // Powers are taken in double: a step-size factor needs no more digits.
   const double now = static_cast<double>(error);
   const bool rejected_before = !accepted_;
   accepted_ = now <= 1;

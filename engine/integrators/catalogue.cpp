@@ -23,25 +23,26 @@ MethodInfo fixed_step(const std::string& scheme, std::map<std::string, double> c
       info,
       {{"scalar",
         std::string("double"),
-        {one_of({"float", "double", "long-double", "quad"}),
-         "Type of the state's numbers; another one stands behind @ in the id."}},
+        {one_of({"float", "double", "long-double", "quad"}), "Scalar type of the state; chosen by @ in the id."}},
        {"compensated", false, {{}, "Compensated summation of the state: the round-off of each step enters the next."}},
        {"gravity",
         std::string("auto"),
         {one_of({"auto", "direct", "tree"}),
-         "Sum of mutual gravity: all pairs, a Barnes-Hut tree, or by the count of "
-         "bodies."}},
+         "Sum of mutual gravity: over all pairs (direct), by a Barnes-Hut tree (tree), or chosen by the number of "
+         "bodies (auto)."}},
        {"opening",
         GravityOptions{}.opening,
-        {strictly_between(0, 1), "Largest ratio of a tree cell's size to its distance that stands for its bodies."}},
+        {strictly_between(0, 1),
+         "Opening of the tree: a node replaces its bodies where its radius is less than this times its distance."}},
        {"threads", std::int64_t(1), {between(1, 256), "Threads that share the rates of a step."}}});
   return info;
 }
 
 Setting atol_over_rtol() {
-  return {"atol_over_rtol",
-          0.01,
-          {between(1e-20, 1e20), "Absolute over relative tolerance, where the id names the latter alone."}};
+  return {
+      "atol_over_rtol",
+      0.01,
+      {between(1e-20, 1e20), "Ratio of the absolute to the relative tolerance, where the id gives only the latter."}};
 }
 
 MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
@@ -51,7 +52,7 @@ MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, doubl
   const StepLimits limits;
   declare_settings(
       info, {atol_over_rtol(),
-             {"safety", limits.safety, {between(0.01, 1), "Factor on the step that the error estimate allows."}},
+             {"safety", limits.safety, {between(0.01, 1), "Safety factor on the step that the error estimate allows."}},
              {"beta", limits.beta, {between(0, 1), "Exponent of the last step's error in the PI step control."}},
              {"least_factor", limits.least, {{1e-3, 1, false, true}, "Least ratio of a step to the one before."}},
              {"most_factor", limits.most, {{1, 1000, true, false}, "Largest ratio of a step to the one before."}}});

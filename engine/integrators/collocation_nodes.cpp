@@ -21,8 +21,8 @@ Value legendre_sum(int s, int mix, Quad x) {
   return {now.p + Quad(mix) * before.p, now.slope + Quad(mix) * before.slope};
 }
 
-// Every zero is real. Newton from the right of them all descends to the largest; dividing the zeros already found out
-// of the polynomial (Maehly) makes the next one the largest. A few plain Newton steps then remove that division's
+// Every zero is real. Newton's method from the right of all zeros descends to the largest; dividing the polynomial by
+// the zeros already found (Maehly) makes the next one the largest. A few plain Newton steps then remove that division's
 // round-off. Radau's zero at -1 or 1 is set exactly, and Gauss's zeros pairwise opposite.
 std::vector<Quad> zeros(int s, int mix) {
   std::vector<Quad> found;

@@ -17,7 +17,7 @@ struct CollocationTableau {
   std::vector<Quad> c, b, a;  // a row-major, stages x stages; nodes increase
 };
 
-// On [0, 1], by the polynomial whose zeros the nodes are; P_s is Legendre's, shifted to [0, 1].
+// The nodes are the zeros in [0, 1] of the polynomial beside each function; P_s: Legendre polynomial shifted to [0, 1].
 CollocationTableau gauss_collocation(int stages);        // P_s: order 2 s
 CollocationTableau radau_right_collocation(int stages);  // P_s - P_(s-1), Radau IIA: c_s = 1, order 2 s - 1
 CollocationTableau radau_left_collocation(int stages);   // P_s + P_(s-1), nodes of Radau I: c_1 = 0, order 2 s - 1

@@ -52,7 +52,8 @@ template <class S> class Compensation {
 
 // Projects a compensated state between add() and end(). Replacing y by its projection would round every component again
 // and lose the remainder; the change by the projection is added like any increment instead. A unit quaternion's change
-// lies along q itself, and q' = 1/2 q (0, w) is linear in q, so an error in its size turns nothing.
+// lies along q itself, and q' = 1/2 q (0, w) is linear in q, so an error of its norm does not change the attitude's
+// direction.
 template <class S> void project_compensated(const System<S>& system, Compensation<S>& compensation, S* y, S* change) {
   if (system.projection_of == nullptr) return system.project(y);
   system.projection_of(system.context, y, change);

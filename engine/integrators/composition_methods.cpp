@@ -5,11 +5,11 @@ namespace atwood {
 namespace {
 
 const std::string parts =
-    " Each kick and drift is of an order-1 map and of its adjoint in turns, so that a rotating body (rotations about "
-    "its principal axes) and forces that depend on velocities (Euler's rule in the velocities, explicit and "
+    " Kicks and drifts are taken alternately from a map of order 1 and from its adjoint, so that a rotating body "
+    "(rotations about its principal axes) and forces that depend on velocities (Euler's rule in the velocities, explicit and "
     "implicit, in closed form for a magnetic field) keep the order.";
 const std::string leapfrogs =
-    " Leapfrog steps (drift, kick, drift) of these lengths, one after another: symmetric, so that a rotating body "
+    " A symmetric sequence of leapfrog steps (drift, kick, drift) of different lengths, so that a rotating body "
     "(symmetric splitting of the free top) and forces that depend on velocities (kicks by the implicit midpoint "
     "rule, Boris's rotation in a magnetic field) keep the order.";
 const std::string suzuki_source = "Suzuki, Phys. Lett. A 146 (1990) 319; J. Math. Phys. 32 (1991) 400";
@@ -20,7 +20,7 @@ const std::string boris =
     "Boris's push of charges: drift h/2; kick, half the electric force, the velocity turned by the magnetic field, "
     "the other half; drift h/2. The turn is Cayley's (the vector h q B / 2 m for the tangent of half the angle), the "
     "implicit midpoint rule in closed form: |v| is kept without an electric field. Other forces may depend on "
-    "positions and time, none on velocities otherwise.";
+    "positions and time only.";
 
 struct Charges {
   const char* scheme;

@@ -11,15 +11,15 @@ namespace {
 
 using Fractions = std::vector<Quad>;
 
-// Digits published with 15 to 25 places were refined by Newton's method on their own order conditions (least change
-// where those leave a parameter free): good to quad.
+// Coefficients published with 15 to 25 digits were refined to quad precision by Newton's method on their order
+// conditions (with the least change where the conditions leave a parameter free).
 Fractions digits(std::initializer_list<const char*> texts) {
   Fractions values;
   for (const char* text : texts) values.push_back(parse_wide(text));
   return values;
 }
 
-// ---- c1, c2, ... of chi and chi* in turns. `kick_first`: chi is first.
+// ---- c1, c2, ... alternately of chi and chi*. `kick_first`: chi is first.
 std::vector<Substep> chain(const Fractions& c, bool kick_first) {
   std::vector<Substep> all{{kick_first, kick_first ? c[0] : Quad(0), kick_first ? Quad(0) : c[0]}};
   bool kick = !kick_first, direct = kick_first;
@@ -30,14 +30,15 @@ std::vector<Substep> chain(const Fractions& c, bool kick_first) {
   return all;
 }
 
-// The fractions of kicks and drifts in turns, as the papers print them.
+// Alternating fractions of kicks and drifts, as the papers print them.
 std::vector<Substep> splitting(const Fractions& whole, bool kick_first) {
   Fractions c{whole[0]};
   for (std::size_t i = 1; i + 1 < whole.size(); ++i) c.push_back(whole[i] - c.back());
   return chain(c, kick_first);
 }
 
-// A symmetric list from its first half: all of it but the middle entries, which follow from the sums of 1.
+// A symmetric list from its first half, without the middle entries: they follow because each kind of fraction sums to
+// 1.
 Fractions palindrome(const Fractions& half, std::size_t size) {
   Fractions all(size);
   for (std::size_t i = 0; i < size; ++i) all[i] = half[i < size - 1 - i ? i : size - 1 - i];
@@ -51,7 +52,7 @@ std::vector<Substep> leapfrogs(const Fractions& steps) {
   return chain(c, false);
 }
 
-// The outer ones in order; the middle one makes the sum 1.
+// From the outer fractions; the middle one makes the sum 1.
 std::vector<Substep> symmetric_leapfrogs(Fractions outer) {
   Quad middle = 1;
   for (const Quad g : outer) middle -= 2 * g;
@@ -83,7 +84,7 @@ Fractions suzuki(int order) { return order == 2 ? Fractions{1} : raised(suzuki(o
 
 std::vector<Substep> symplectic_euler() { return {{true, 1, 0}, {false, 1, 0}}; }
 
-// Both kicks by the midpoint rule where it matters, so that each end of a step stands symmetric.
+// Both kicks use the midpoint rule where forces depend on velocity, so that the step is symmetric.
 std::vector<Substep> kick_drift_kick() {
   const Quad half = Quad(1) / 2, quarter = half / 2;
   return {{true, quarter, quarter}, {false, half, half}, {true, quarter, quarter}};
@@ -116,7 +117,7 @@ std::vector<Substep> mclachlan4() {
   return chain(palindrome(half, 10), false);
 }
 
-// a1 b1 a2 ... with the middle ones from the sums of 1; a: which is first.
+// a1 b1 a2 ...; the middle fractions follow because each kind sums to 1. `kick_first`: a are kicks.
 std::vector<Substep> blanes_moan(Fractions a, Fractions b, bool kick_first) {
   Quad a_middle = 1, b_middle = Quad(1) / 2;
   for (const Quad x : a) a_middle -= 2 * x;
@@ -131,8 +132,8 @@ std::vector<Substep> blanes_moan(Fractions a, Fractions b, bool kick_first) {
   return splitting(palindrome(whole, 2 * whole.size() - 1), kick_first);
 }
 
-// The table's a are kicks where those come first, drifts where they do: the conditions are the same for both. For
-// points S6 errs less with drifts first; a splitting of the free top errs less, and has a drift less, with kicks first.
+// The a of the table are kicks if kicks come first, else drifts: the order conditions are the same. S6 has smaller
+// errors with drifts first for points, and with kicks first (and one drift less) for the splitting of the free top.
 std::vector<Substep> blanes_moan_s6(bool kick_first) {
   return blanes_moan(
       digits({"0.0792036964311956694336634958882688733080", "0.353172906049773988481061311573121056530",

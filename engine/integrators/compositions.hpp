@@ -1,4 +1,4 @@
-// Kicks and drifts in turns, as data: which fractions of a step each method takes, one after another.
+// Compositions of kicks and drifts as data: the fractions of the step that each method takes, in order.
 //
 // A kick K changes velocities by forces at fixed positions, a drift D moves bodies freely. With chi_h = D_h K_h (K
 // first) of order 1 and its adjoint chi*_h = K*_h D*_h, every method here is

@@ -36,8 +36,8 @@ template <class S> class RunInvariants {
 // Integration, 2nd ed., algorithm IV.4.2), near in m |dv|^2 + m |dp|^2 / tau^2 with tau = |v| / |a| of the step's
 // start. Invariants: of points and centres of mass the energy, and where every force is central the angular momentum;
 // of each torque-free body its rotational energy and its angular momentum. An invariant whose gradient depends on those
-// before it to a part in a hundred (angular momentum on a circular orbit) is left to them. Momentum is linear: RK4
-// keeps it.
+// before it to within 1 % (angular momentum on a circular orbit) is not imposed. Linear momentum needs no projection:
+// RK4 conserves it.
 template <class S> class ProjectedRungeKutta final : public Stepper<S> {
  public:
   ProjectedRungeKutta(RigidModel<S>& model, bool compensated);
@@ -74,9 +74,9 @@ template <class S> class ProjectedRungeKutta final : public Stepper<S> {
 };
 
 // Relaxation (Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850; Ranocha, Sayyari, Dalcin, Parsani, Ketcheson, SIAM J.
-// Sci. Comput. 42 (2020) A612): y + gamma d with the run's energy stands at t + gamma h, gamma = 1 + O(h^3), and there
-// it is of order 4. The rest of the step, (1 - gamma) h = O(h^4), is a relaxed step of its own, which ends O(h^16) from
-// t + h: so every reported instant is the true one, at four to eight evaluations a step.
+// Sci. Comput. 42 (2020) A612): y + gamma d, which has the run's energy, is an approximation of order 4 at t + gamma h,
+// gamma = 1 + O(h^3). The rest of the step, (1 - gamma) h = O(h^4), is another relaxed step, which ends O(h^16) from
+// t + h. Reported states therefore belong to the requested times; a step takes four to eight evaluations.
 template <class S> class RelaxationRungeKutta final : public Stepper<S> {
  public:
   RelaxationRungeKutta(RigidModel<S>& model, bool compensated);

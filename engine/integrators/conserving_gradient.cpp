@@ -25,7 +25,7 @@ DiscreteGradient<S>::DiscreteGradient(RigidModel<S>& model, Force force, bool co
   scratch_.resize(2 * size_);
 }
 
-// Of v' over the segment; p' = v is linear along it, and q' and w' are those of the middle node.
+// The mean of v' over the segment; p' = v is linear along it, and q' and w' are taken at the middle node.
 template <class S> void DiscreteGradient<S>::average_over_segment(const S* z, S* k) {
   for (int i = 0; i < size_; ++i)
     for (int n = 0; n < kNodes; ++n) node_y_[i * kNodes + n] = y_[i] + node_[n] * z[i];

@@ -42,7 +42,7 @@ std::vector<MethodInfo> conserving_methods() {
               "relaxation-rk4", claims_everywhere(4),
               "Classical RK4 with its increment scaled by gamma = 1 + O(h^3) such that the run's energy is conserved; "
               "the step then ends at t + gamma h. A second relaxed step covers the remaining (1 - gamma) h, so that "
-              "samples are taken at the exact times. Four to eight evaluations a step." +
+              "samples are taken at the exact times. Four to eight evaluations per step." +
                   refuses + embedded_attitude,
               "Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850; Ranocha, Sayyari, Dalcin, Parsani, Ketcheson, SIAM J. "
               "Sci. Comput. 42 (2020) A612")};

@@ -1,5 +1,5 @@
-// The coefficients of an explicit Runge-Kutta step in the scalar of a run: the contract between the general stepper and
-// the loops that fuse many of its steps.
+// The coefficients of an explicit Runge-Kutta step in the scalar of a run, used by the general stepper and by the loops
+// that compute the same bits for many steps at once.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ template <class S> struct ExplicitWeights {
     std::vector<int> stage;
     std::vector<S> weight;
   };
-  std::vector<Row> a;  // one a stage; that of the first is empty
+  std::vector<Row> a;  // one per stage; that of the first is empty
   Row b;
   bool first_same_as_last = false;  // the last stage is the next step's first, and not in b
 

@@ -11,7 +11,7 @@ Extrapolation<S>::Extrapolation(System<S>& system, int columns, bool compensated
   for (int j = 0; j < columns_; ++j) row_[j].resize(size_);
 }
 
-// increment = d_n; `before_` holds d_(i-1), and takes turns with it.
+// increment = d_n; `before_` holds d_(i-1); the two arrays are exchanged at each substep.
 template <class S> void Extrapolation<S>::midpoints(S t_s, S h_s, const S* y, int substeps, S* increment) {
   const S H = h_s / S(substeps);
   for (int i = 0; i < size_; ++i) {

@@ -12,8 +12,8 @@ inline constexpr int kMostColumns = 12;
 //   d_(i+1) = d_(i-1) + 2 H f(t + i H, y + d_i),   T_j1 = d_(n_j)
 // has an error expansion in h^2 (Gragg 1965), so
 //   T_jk = T_j(k-1) + (T_j(k-1) - T_(j-1)(k-1)) / ((n_j / n_(j-k+1))^2 - 1)
-// is of order 2 k; the last one advances, its difference from T_k(k-1) judges. Hairer, Norsett, Wanner, Solving ODEs I,
-// eq. II.9.10 and II.9.13, without the smoothing step.
+// is of order 2 k. The last one, T_kk, is the result; its difference from T_k(k-1) is the error estimate. Hairer,
+// Norsett, Wanner, Solving ODEs I, eq. II.9.10 and II.9.13, without the smoothing step.
 template <class S> class Extrapolation final : public Stepper<S> {
  public:
   Extrapolation(System<S>& system, int columns, bool compensated);

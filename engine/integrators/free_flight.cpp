@@ -55,7 +55,8 @@ FreeFlight<S>::FreeFlight(RigidModel<S>& model, ExplicitWeights<S> weights)
   for (int i = 0; i < model.body_count(); ++i) put_inertia(kind_of(model, i), model.mass(i), inertia_[i], 0);
 }
 
-// Held bodies are not among the moving ones; the set of held bodies changes with the model's epoch.
+// Sorts the moving bodies by kind. Held bodies are not among them; which bodies are held changes with the model's
+// epoch.
 template <class S> void FreeFlight<S>::sort_bodies() {
   if (epoch_ == model_.system().epoch) return;
   epoch_ = model_.system().epoch;
@@ -105,7 +106,7 @@ void FreeFlight<S>::march_group(FlightKind kind, std::int64_t count, S* y, Share
   }
 }
 
-// A held body's slopes are zero, and adding h 0 turns its -0 into 0.
+// A held body's slopes are zero; as in the general stepper, adding h * 0 changes -0 to 0.
 template <class S> void hold_still(const RigidModel<S>& model, S* y) {
   if (static_cast<int>(model.moving().size()) == model.body_count()) return;
   auto moving = model.moving().begin();
@@ -146,7 +147,7 @@ template <class S> void FreeFlight<S>::count_evaluations(std::int64_t steps) {
   counted_epoch_ = system.epoch;
 }
 
-// For a few bodies lanes cost more than they save.
+// For a few bodies lanes are slower than a loop over single bodies.
 template <class S> void FreeFlight<S>::step(S h_s, const S* y, S* y_new) {
   const auto bodies = model_.moving();
   const bool some_are_held = static_cast<int>(bodies.size()) < model_.body_count() - fixed_;

@@ -1,8 +1,8 @@
 // Free flight of many bodies by an explicit Runge-Kutta method: under uniform gravity alone the bodies are independent,
 // so a few bodies at a time are taken through many steps while their data stay in the first-level cache.
 //
-// Data are structures of arrays with one body a lane, and each lane computes what the general stepper computes for the
-// equations of rigid/rate.cpp: the same bits, at every vector width and number of threads.
+// Data are structures of arrays with one body per lane, and each lane computes what the general stepper computes for
+// the equations of rigid/rate.cpp: the same bits, at every vector width and number of threads.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,8 @@ template <class S> class FreeFlight {
   FreeFlight(const FreeFlight&) = delete;
   FreeFlight& operator=(const FreeFlight&) = delete;
 
-  // `count` equal steps of h_s from the state y, in place, under the model's present interval, which must hold for all
-  // of them. Counts the rate evaluations that the general stepper would make. Allocates nothing.
+  // `count` equal steps of h_s from the state y, in place, under the force law of the model's present interval, which
+  // must be the law of all of them. Counts the rate evaluations that the general stepper would make. Allocates nothing.
   void march(S h_s, std::int64_t count, S* y);
 
   // One step from y to y_new, which do not overlap: the same bits.
@@ -37,8 +37,8 @@ template <class S> class FreeFlight {
   ExplicitWeights<S> weights_;
   FlightSteps<S> steps_;
   VectorWidth width_ = widest_vectors();
-  std::vector<FlightLanes<S>> lanes_;         // one a thread
-  std::vector<FlightInertia<S, 1>> inertia_;  // a body
+  std::vector<FlightLanes<S>> lanes_;         // one per thread
+  std::vector<FlightInertia<S, 1>> inertia_;  // of each body
   int fixed_ = 0;
   std::vector<int> sorted_;  // the moving bodies by kind, and in each kind by index
   int end_[3] = {};          // of each kind in sorted_

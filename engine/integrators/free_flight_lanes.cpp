@@ -3,7 +3,7 @@
 namespace atwood {
 namespace {
 
-// ---- a lane's numbers; all of this is laid out in vector registers by the loops below -----------------------------
+// ---- the values of one lane; the compiler keeps them in vector registers in the loops below -----------------------
 template <class S> ATWOOD_INLINE Vec3<S> get(const S (&rows)[3][kFlightLanes], int l) {
   return {rows[0][l], rows[1][l], rows[2][l]};
 }
@@ -58,7 +58,7 @@ template <class S> ATWOOD_INLINE Quat<S> unit(const Quat<S>& q) {
 
 // ---- the classical Runge-Kutta method, one pass over registers ----------------------------------------------------
 //   k1 = f(y)  k2 = f(y + h/2 k1)  k3 = f(y + h/2 k2)  k4 = f(y + h k3)  y_new = y + h (b1 k1 + b2 k2 + b2 k3 + b4 k4)
-// h (k/2) and (h/2) k are one number, halving being exact.
+// h (k/2) and (h/2) k have the same bits because halving is exact.
 template <class T, class S> ATWOOD_INLINE T weigh(const S* b, const T& k1, const T& k2, const T& k3, const T& k4) {
   return add(add(add(scale(b[0], k1), scale(b[1], k2)), scale(b[2], k3)), scale(b[3], k4));
 }
@@ -119,8 +119,8 @@ ATWOOD_INLINE void classical_steps(int bodies, const FlightSteps<S>& steps, std:
   }
 }
 
-// ---- any tableau, a stage at a time -------------------------------------------------------------------------------
-// Row r of 7: the attitude's four, then three of half the body rate.
+// ---- any tableau, stage by stage ----------------------------------------------------------------------------------
+// Row r of 7: four of the attitude's rate, then three of half the body rate's rate.
 template <class S> ATWOOD_INLINE S* rates_row(FlightLanes<S>& lanes, int stage, int r) {
   return lanes.rates.data() + (static_cast<std::ptrdiff_t>(stage) * 7 + r) * kFlightLanes;
 }
@@ -194,7 +194,7 @@ ATWOOD_INLINE void any_steps(int bodies, const FlightSteps<S>& steps, std::int64
   }
 }
 
-// ---- one body by itself -------------------------------------------------------------------------------------------
+// ---- a single body ------------------------------------------------------------------------------------------------
 template <class S> struct Turning {
   Quat<S> q;
   Vec3<S> u;
@@ -274,7 +274,7 @@ void fly_kind(VectorWidth width, int bodies, const FlightSteps<S>& steps, std::i
       });
 }
 
-// slope of a constant rate g by a row's weights, in its order
+// sum of weight times g over the weights of a row, in their order
 template <class S> Vec3<S> slope_of(const typename ExplicitWeights<S>::Row& row, const Vec3<S>& g) {
   Vec3<S> slope = row.weight[0] * g;
   for (std::size_t j = 1; j < row.weight.size(); ++j) slope += row.weight[j] * g;

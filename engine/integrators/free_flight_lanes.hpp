@@ -1,4 +1,4 @@
-// A few bodies in free flight, one body a lane, and the loops over many steps.
+// A few bodies in free flight, one body per lane, and the loops over many steps.
 #pragma once
 
 #include <cstddef>
@@ -18,14 +18,14 @@ enum class FlightKind { about_body_axes, about_any_axes, point_mass };
 // About body axes the diagonals are enough.
 template <class S, int lanes> struct FlightInertia { S I[9][lanes], twice_I_inverse[9][lanes]; };
 
-// Body rates are carried halved, as the attitude's rate takes them, and the inverse inertia doubled. Scaling by 2
+// Stores half the body rate, which is what the attitude's rate needs, and twice the inverse inertia. Scaling by 2
 // commutes with every rounding, so the bits stay those of the equations in w, unless a product underflows.
 template <class S> struct FlightLanes {
   template <int rows> using Rows = S[rows][kFlightLanes];
   Rows<3> p, v, half_w, half_w_stage;
   Rows<4> q, q_stage;
   FlightInertia<S, kFlightLanes> inertia;
-  std::vector<S> rates;  // of q and half_w, 7 rows a stage
+  std::vector<S> rates;  // of q and half_w, 7 rows per stage
 };
 
 // Data shared by all steps. Gravity is uniform, so a stage's velocity is that of the step's start plus a constant:
@@ -47,7 +47,7 @@ template <class S>
 void fly(VectorWidth width, FlightKind kind, int bodies, const FlightSteps<S>& steps, std::int64_t count,
          FlightLanes<S>& lanes);
 
-// One step of one body, of 13 scalars in the order of a state (6 of a point mass), by at most so many stages.
+// One step of one body, of 13 scalars in the order of a state (6 of a point mass), with at most this many stages.
 inline constexpr int kMostStagesAlone = 16;
 template <class S>
 void fly_alone(FlightKind kind, const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, const S* from, S* to);

@@ -41,7 +41,7 @@ std::vector<MethodInfo> high_precision_methods() {
   MethodInfo gbs =
       with_tolerance("gbs", claims_everywhere(12),
                      "Extrapolation of Gragg's midpoint rule with 2, 4, 6, ... substeps, a fixed number of columns: "
-                     "order twice that, the order-12 default with 37 evaluations a step. Without a tolerance: equal "
+                     "order twice that, the order-12 default with 37 evaluations per step. Without a tolerance: equal "
                      "steps. With one: PI step control by the difference of the last two columns; samples by a "
                      "shorter step." +
                          embedded_attitude,

@@ -44,7 +44,7 @@ template <class S> void GeneralisedAlpha<S>::rates_at(void* stepper, const S* z,
   }
 }
 
-// rate_: of the state that the step starts from. A step taken again starts from the rates that it started from before.
+// Sets rate_ to the rates of the state that the step starts from. A repeated step starts from the same rates as before.
 template <class S> void GeneralisedAlpha<S>::restore_rates(S t_s, S h_s, const S* y) {
   const S nearly_s = S(8) * real::epsilon<S>() * (real::abs(t_s) + real::abs(h_s));
   const bool same_law = epoch_ == this->system_.epoch;

@@ -18,7 +18,8 @@ namespace atwood {
 //   y_new = y + h (r_n + g (r_new - r_n)),  am = (3 - rho) / (2 + 2 rho),  r the rates
 //       (Jansen et al., eq. 19 and 24)
 //
-// rho is the spectral radius at infinite stiffness. The rates a_n, r_n are the method's own and go from step to step.
+// rho is the spectral radius at infinite stiffness. The rates a_n, r_n are variables of the method, kept from step to
+// step.
 template <class S> class GeneralisedAlpha final : public Stepper<S> {
  public:
   // `model`: of the system, which says what is a position; null: the first-order form for every entry.
@@ -35,14 +36,14 @@ template <class S> class GeneralisedAlpha final : public Stepper<S> {
   int size_;
   S af_;
   Weights second_, first_;
-  std::vector<int> velocity_of_;  // of each entry: where its velocity stands if it is a position; -1: it is none
+  std::vector<int> velocity_of_;  // of each entry of the state: the index of its velocity if it is a position, else -1
   std::vector<bool> is_velocity_;
   StageSolver<S> solver_;
   std::vector<S> z_, k_, known_, at_, slope_, rate_, rate_new_, start_, end_;
   Compensation<S> compensation_;
   S start_s_{}, end_s_{};
   std::int64_t epoch_ = -1;
-  // of the step under way
+  // of the present step
   const S* y_start_ = nullptr;
   S t_start_s_{}, step_s_{};
 };

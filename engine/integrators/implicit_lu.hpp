@@ -1,9 +1,9 @@
 // Dense linear systems: Gaussian elimination with row pivots, factored once and solved often.
 //
-// Written here and not taken from Eigen, for it decides states. PartialPivLU, not vectorised, against this, one factor()
-// and four solve(): 1.1 to 2 times the time at 3 and 6 unknowns (a contact, a body), the same at 12 to 18, 0.6 to 0.9
-// from 26 on in float and double, 1.0 to 1.2 in long double and quad. Its blocks take sums in another order from 17
-// unknowns on, its back substitution from 3 on.
+// Not taken from Eigen because states depend on it. Times of Eigen's PartialPivLU, not vectorised, relative to this
+// code, for one factor() and four solve(): 1.1 to 2 times the time at 3 and 6 unknowns (a contact, a body), the same at
+// 12 to 18, 0.6 to 0.9 from 26 on in float and double, 1.0 to 1.2 in long double and quad. Eigen takes sums in another
+// order: its blocks from 17 unknowns on, its back substitution from 3 on.
 #pragma once
 
 #include <utility>
@@ -22,7 +22,7 @@ template <class S> struct DenseLu {
 
   S& at(int i, int j) { return entry[static_cast<std::size_t>(i) * size + j]; }
 
-  // A singular matrix leaves entries that are not finite, and so does every solve().
+  // With a singular matrix the entries, and the results of solve(), are not finite.
   void factor() {
     for (int k = 0; k < size; ++k) {
       int p = k;

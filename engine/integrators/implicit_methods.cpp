@@ -9,8 +9,8 @@ namespace {
 
 const std::string solved_how =
     " Stage equations are solved to the round-off of the scalar, by sweeps where they contract fast, else by "
-    "simplified Newton iteration on the same equations: its Jacobian, by differences, only preconditions, so the "
-    "solver has no tolerance that could enter the order.";
+    "simplified Newton iteration on the same equations: its Jacobian, by differences, affects only the convergence, so "
+    "the solver has no tolerance that could enter the order.";
 const std::string gauss_attitude =
     " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in "
     "body axes; its length is a quadratic invariant, which the method keeps to round-off with no projection.";
@@ -21,21 +21,22 @@ MethodInfo gauss(const std::string& scheme, int stages, const std::string& name)
       scheme, claims_everywhere(order),
       name + ": collocation at the zeros of Legendre's polynomial of degree " + std::to_string(stages) + ", of order " +
           std::to_string(order) +
-          "; symplectic, reversible, A-stable without damping at infinity; quadratic invariants stay." + solved_how +
-          gauss_attitude,
+          "; symplectic, reversible, A-stable without damping at infinity; conserves quadratic invariants." +
+          solved_how + gauss_attitude,
       "Butcher, Math. Comp. 18 (1964) 50; Hairer, Wanner, Solving ODEs II (2nd ed.), section IV.5; Hairer, Lubich, "
       "Wanner, Geometric Numerical Integration (2nd ed.), VIII.6");
 }
 
 MethodInfo generalised_alpha() {
-  MethodInfo info = fixed_step("generalised-alpha", claims_everywhere(2),
-                               "The law is met at t + h / (1 + rho): positions and velocities by the second-order "
-                               "form, attitudes and body rates by the first-order one. rho_infinity, in [0, 1], is "
-                               "the spectral radius for infinitely stiff components: 1 keeps them, 0 removes them in "
-                               "one step." +
-                                   solved_how,
-                               "Chung, Hulbert, J. Appl. Mech. 60 (1993) 371, eq. 17, 20 and 25; Jansen, Whiting, "
-                               "Hulbert, Comput. Methods Appl. Mech. Eng. 190 (2000) 305, eq. 19 and 24");
+  MethodInfo info =
+      fixed_step("generalised-alpha", claims_everywhere(2),
+                 "The equations of motion hold at t + h / (1 + rho): positions and velocities by the second-order "
+                 "form, attitudes and body rates by the first-order one. rho_infinity, in [0, 1], is "
+                 "the spectral radius for infinitely stiff components: 1 keeps them, 0 removes them in "
+                 "one step." +
+                     solved_how,
+                 "Chung, Hulbert, J. Appl. Mech. 60 (1993) 371, eq. 17, 20 and 25; Jansen, Whiting, "
+                 "Hulbert, Comput. Methods Appl. Mech. Eng. 190 (2000) 305, eq. 19 and 24");
   declare_settings(info, {{"rho_infinity", 0.8, {between(0, 1), "Spectral radius for infinitely stiff components."}}});
   return info;
 }

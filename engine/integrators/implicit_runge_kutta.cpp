@@ -28,7 +28,7 @@ ImplicitRungeKutta<S>::ImplicitRungeKutta(System<S>& system, const CollocationTa
   gamma0_ = S(Quad(1) / eigenvalue);
 }
 
-// A group ends before stage i when no stage before i sees stage i or a later one.
+// A group ends before stage i where no earlier stage depends on stage i or a later one.
 template <class S> void ImplicitRungeKutta<S>::find_groups(const CollocationTableau& tableau) {
   const int s = stages_;
   const auto a = [&](int i, int j) { return tableau.a[i * s + j]; };
@@ -49,7 +49,8 @@ template <class S> void ImplicitRungeKutta<S>::find_groups(const CollocationTabl
   }
 }
 
-// The polynomial through the slopes at c_j of the last step, integrated from 1 to 1 + c_i; exact by a formula on c_i.
+// The polynomial through the slopes at c_j of the last step, integrated from 1 to 1 + c_i; the quadrature formula with
+// nodes c_i is exact.
 template <class S> void ImplicitRungeKutta<S>::find_extrapolation(const CollocationTableau& tableau) {
   if (groups_.size() > 1) return;
   const CollocationTableau points = gauss_collocation(stages_);
@@ -75,7 +76,8 @@ template <class S> void ImplicitRungeKutta<S>::rates_at(void* stepper, const S* 
   self.system_.rates(n, self.stage_t_s_.data(), self.stage_y_.data(), k, self.scratch_.data());
 }
 
-// group_z_: the last step's polynomial continued; without one, the slope nearest to the left.
+// First guess in group_z_: the last step's polynomial, extrapolated; without one, the slope of the nearest earlier
+// stage.
 template <class S> void ImplicitRungeKutta<S>::guess(const Group& group, S t_s, const S* y, bool continued) {
   const int n = group.solver.stages(), s = stages_;
   if (continued && !extrapolated_.empty()) {
@@ -171,9 +173,10 @@ template <class S> bool ImplicitRungeKutta<S>::step(S t_s, S h_s, const S* y, S*
 }
 
 // Hairer, Wanner II, eq. IV.8.19 f., for Radau IIA of three stages and an explicit fourth one of weight g0 at c = 0:
-//   y^ - y_new = g0 h f(t, y) + g0 / 3 ((-13 - 7 sqrt 6) z_1 + (-13 + 7 sqrt 6) z_2 - z_3),   err = (I - h g0 J)^-1 (y^
-//   - y_new)
-// with 1 / g0 the real eigenvalue of A^-1. The filter only matters, and is only there, where the stages took Newton.
+//   y^ - y_new = g0 h f(t, y) + g0 / 3 ((-13 - 7 sqrt 6) z_1 + (-13 + 7 sqrt 6) z_2 - z_3),
+//   err = (I - h g0 J)^-1 (y^ - y_new)
+// with 1 / g0 the real eigenvalue of A^-1. The filter (I - h g0 J)^-1 is needed, and its Jacobian exists,
+// only where the stages were solved by Newton's method.
 template <class S> void ImplicitRungeKutta<S>::estimate(S h_s) {
   const S g0 = gamma0_, root6 = real::sqrt(S(6));
   const S e1 = (S(-13) - S(7) * root6) / S(3), e2 = (S(-13) + S(7) * root6) / S(3), e3 = S(-1) / S(3);

@@ -9,7 +9,7 @@ namespace atwood {
 
 struct ImplicitOptions {
   bool compensated = false;
-  bool projects = true;    // unit quaternions after each step; Gauss methods keep their length themselves
+  bool projects = true;    // unit quaternions after each step; Gauss methods conserve the norm
   bool estimates = false;  // Radau IIA of three stages: error_norm() works
 };
 
@@ -18,9 +18,9 @@ struct ImplicitOptions {
 //   z_i = h sum_j a_ij k_j,   k_j = f(t + c_j h, y + z_j),   y_new = y + h sum_j b_j k_j
 //
 // Stages that depend on each other are solved together, those that depend on earlier ones only after them: a full
-// matrix is one system, a lower triangular one (DIRK) a row of small ones, a stage with a_ii = 0 none. All stages of a
-// system are evaluated in one batch. The first guess continues the last step's collocation polynomial where that step
-// ended here.
+// matrix is one system, a lower triangular one (DIRK) a sequence of small systems; a stage with a_ii = 0 is explicit.
+// All stages of a system are evaluated in one batch. The first guess extrapolates the last step's collocation
+// polynomial if that step ended where this one starts.
 template <class S> class ImplicitRungeKutta final : public Stepper<S> {
  public:
   ImplicitRungeKutta(System<S>& system, const CollocationTableau& tableau, const ImplicitOptions& options);
@@ -55,11 +55,11 @@ template <class S> class ImplicitRungeKutta final : public Stepper<S> {
   S gamma0_{};
   Compensation<S> compensation_;
   DenseLu<S> filter_;
-  // where the last step ended
+  // the end of the last step
   std::vector<S> last_end_;
   S last_end_s_{}, last_h_s_{};
   std::int64_t last_epoch_ = -1;
-  // of the step under way
+  // of the present step
   const Group* group_ = nullptr;
   const S* start_ = nullptr;
   S start_s_{}, step_s_{};

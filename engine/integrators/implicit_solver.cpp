@@ -32,7 +32,7 @@ template <class S> bool ImplicitSolver<S>::end(SolveEnd ended, int iterations, S
   return ended != SolveEnd::capped;
 }
 
-// z <- y0 + c g(z). Solved when a sweep changes nothing but the last digits, or can no longer improve on them.
+// z <- y0 + c g(z). Converged when a sweep changes only the last digits, stagnated when the changes no longer shrink.
 template <class S>
 auto ImplicitSolver<S>::sweep(Function g, void* context, S t_s, S c_s, const S* y0, S* z) -> Progress {
   constexpr int most = 40;
@@ -75,7 +75,7 @@ template <class S> void ImplicitSolver<S>::factor_jacobian(Function g, void* con
   lu_.factor();
 }
 
-// Simplified Newton from y0: the Jacobian is formed again whenever the last one contracts too slowly.
+// Simplified Newton iteration from y0: the Jacobian is formed again when the iteration contracts too slowly.
 template <class S> bool ImplicitSolver<S>::newton(Function g, void* context, S t_s, S c_s, const S* y0, S* z) {
   std::copy(y0, y0 + size_, z);
   factor_jacobian(g, context, t_s, c_s, z);

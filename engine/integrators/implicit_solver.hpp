@@ -17,7 +17,7 @@ template <class S> class ImplicitSolver {
   // z holds the first guess and receives the solution; g must be set (to 0) in every entry it does not compute.
   // False: neither iteration reached round-off. Allocates nothing.
   bool solve(Function g, void* context, S t_s, S c_s, const S* y0, S* z);
-  // Of the last solve(): all its iterations, and the last one's change.
+  // Report of the last solve(): all its iterations, and the change by the last one as residual.
   const SolveReport& report() const { return report_; }
 
  private:

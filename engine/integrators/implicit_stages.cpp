@@ -22,15 +22,15 @@ std::vector<Quad> inverse(const std::vector<Quad>& a, int n) {
 
 template <class S> constexpr S kHuge = S(1e30f);
 
-// More would follow a change of this size, each the ratio to its forerunner smaller: their sum against a thousandth
-// ulp.
-template <class S> bool rest_is_nothing(S now, S before) {
+// With a constant ratio of successive changes the further changes are a geometric series; whether its sum is below a
+// thousandth of an ulp.
+template <class S> bool rest_negligible(S now, S before) {
   if (now == S(0)) return true;
   return before < kHuge<S> && now <= before / S(2) && now * (now / before) * S(2) < real::epsilon<S>() / S(1024);
 }
 
-// ... that sum, as a residual.
-template <class S> S what_would_follow(S now, S before) { return now == S(0) ? now : now * (now / before) * S(2); }
+// The sum of that series, as a residual.
+template <class S> S sum_of_rest(S now, S before) { return now == S(0) ? now : now * (now / before) * S(2); }
 
 }  // namespace
 
@@ -57,7 +57,7 @@ bool StageSolver<S>::solve(Rates rates, void* context, S h_s, const S* y, const 
   if (sweep(z, k) == Progress::solved) return true;
   if (lu_.size == 0) return false;
   took_newton_ = true;
-  std::fill(z, z + guess_.size(), S(0));  // where the step starts: a stiff system's guess may lie far off
+  std::fill(z, z + guess_.size(), S(0));  // the start of the step: the guess of a stiff system may be far off
   if (newton(z, k) == Progress::solved) return true;
   std::copy(guess_.begin(), guess_.end(), z);
   return newton(z, k) == Progress::solved;
@@ -96,7 +96,7 @@ template <class S> void StageSolver<S>::evaluate_right_side(const S* k, S* right
     }
 }
 
-// z <- known + h A k(z). The k of the last sweep is the one that z was made of, so the equations hold between the two.
+// z <- known + h A k(z). z is computed from the k of the last sweep, so z and k satisfy the equations.
 template <class S> auto StageSolver<S>::sweep(S* z, S* k) -> Progress {
   constexpr int kMostSweeps = 150;
   S before = kHuge<S>;
@@ -109,8 +109,8 @@ template <class S> auto StageSolver<S>::sweep(S* z, S* k) -> Progress {
     }
     const S now = relative_size(change_.data(), z);
     if (!(now < kHuge<S>)) return end(Progress::failed, SolveEnd::capped, n + 1, now);
-    if (rest_is_nothing(now, before))
-      return end(Progress::solved, SolveEnd::converged, n + 1, what_would_follow(now, before));
+    if (rest_negligible(now, before))
+      return end(Progress::solved, SolveEnd::converged, n + 1, sum_of_rest(now, before));
     if (now >= before / S(2)) {
       if (now <= S(256) * real::epsilon<S>()) return end(Progress::solved, SolveEnd::stagnated, n + 1, now);
       if (n > 2) return end(Progress::slow, SolveEnd::capped, n + 1, now);
@@ -120,7 +120,8 @@ template <class S> auto StageSolver<S>::sweep(S* z, S* k) -> Progress {
   return end(Progress::slow, SolveEnd::capped, kMostSweeps, before);
 }
 
-// Of z - known - h A k(z): block (s, j) is delta_sj - h a_sj dk_j/dz_j. One component moves in every stage at a time.
+// Jacobian of z - known - h A k(z): block (s, j) is delta_sj - h a_sj dk_j/dz_j. Differences perturb one component in
+// all stages at once.
 template <class S> void StageSolver<S>::factor_jacobian(S* z, const S* k) {
   const int n = stages_;
   const S root = real::sqrt(real::epsilon<S>());
@@ -165,12 +166,12 @@ template <class S> auto StageSolver<S>::newton(S* z, S* k) -> Progress {
     for (std::size_t i = 0; i < change_.size(); ++i) z[i] += change_[i];
     now = relative_size(change_.data(), z);
     if (!(now < kHuge<S>)) return end(Progress::failed, SolveEnd::capped, iteration + 1, now);
-    const bool converged = rest_is_nothing(now, before);
+    const bool converged = rest_negligible(now, before);
     solved = converged || (now >= before / S(2) && now <= S(4096) * real::epsilon<S>());
-    if (converged) end(Progress::solved, SolveEnd::converged, iteration + 1, what_would_follow(now, before));
+    if (converged) end(Progress::solved, SolveEnd::converged, iteration + 1, sum_of_rest(now, before));
     else if (solved) end(Progress::solved, SolveEnd::stagnated, iteration + 1, now);
     factor = now > before / S(16);
-    if (!solved && !fresh && now > before / S(2))  // a stale Jacobian led astray: back, and on with a new one
+    if (!solved && !fresh && now > before / S(2))  // the old Jacobian failed: undo the step, continue with a new one
       for (std::size_t i = 0; i < change_.size(); ++i) z[i] -= change_[i];
     else before = now;
   }

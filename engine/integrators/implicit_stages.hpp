@@ -14,9 +14,9 @@ namespace atwood {
 //   z_i = known_i + h sum_j a_ij k_j,   k_j = the rate at stage j, a function of z_j alone
 //
 // Fixed-point sweeps while they contract fast; otherwise simplified Newton iteration on these same equations, with
-// Jacobians of the stages by differences. The Jacobians only precondition: both iterations end when the equations
-// themselves hold to round-off (a change that is 0, that would be followed by less than a thousandth of an ulp, or that
-// no longer shrinks among the last digits), so no tolerance of the solver enters the order of a method.
+// Jacobians of the stages by differences. The Jacobians affect only the convergence: both iterations end when the
+// equations themselves hold to round-off (a change that is 0, that would be followed by less than a thousandth of an
+// ulp, or that no longer shrinks among the last digits), so no tolerance of the solver enters the order of a method.
 //
 // Component i of stage s is z[i * stages + s]; k and known likewise, as in System::rates.
 template <class S> class StageSolver {
@@ -25,14 +25,14 @@ template <class S> class StageSolver {
 
   StageSolver(int size, std::vector<Quad> a);  // a row-major, stages x stages, not singular
 
-  // z holds the first guess. True: z and k solve the equations. y is only what z is measured against. Allocates
+  // z holds the first guess. True: z and k solve the equations. y only sets the scale of z. Allocates
   // nothing.
   bool solve(Rates rates, void* context, S h_s, const S* y, const S* known, S* z, S* k);
   int stages() const { return stages_; }
-  // Of the last solve(): all its iterations, and what is left. An iteration that grows no more is `stagnated`
-  // within 256 (sweeps) or 4096 (Newton) roundings, `capped` above.
+  // Report of the last solve(): all its iterations and the residual. An iteration whose changes no longer shrink is
+  // `stagnated` within 256 (sweeps) or 4096 (Newton) roundings, `capped` above.
   const SolveReport& report() const { return report_; }
-  // Of the last solve(): was it Newton that solved it, and d rate_i / d z_c of a stage where it was.
+  // Whether the last solve() used Newton's method; if so, d rate_i / d z_c of a stage.
   bool took_newton() const { return took_newton_; }
   S jacobian(int stage, int i, int c) const { return jacobian_[(i * size_ + c) * stages_ + stage]; }
 
@@ -45,7 +45,7 @@ template <class S> class StageSolver {
   S relative_size(const S* change, const S* z) const;
   Progress end(Progress progress, SolveEnd ended, int iterations, S residual);
 
-  static constexpr int largest_newton = 2048;  // unknowns: beyond, sweeps only
+  static constexpr int largest_newton = 2048;  // unknowns; above, only sweeps
 
   int size_, stages_;
   std::vector<S> a_, a_inverse_;
@@ -53,7 +53,7 @@ template <class S> class StageSolver {
   DenseLu<S> lu_;
   bool took_newton_ = false;
   SolveReport report_;
-  // of the call under way
+  // of the present call
   Rates rates_ = nullptr;
   void* context_ = nullptr;
   S h_s_{};

@@ -10,7 +10,7 @@ template <class S> void add3(int at, const Vec3<S>& increment, S* y, Compensatio
   y[at + 1] = compensation.add(at + 1, y[at + 1], increment.y);
   y[at + 2] = compensation.add(at + 2, y[at + 2], increment.z);
 }
-// Free of torque, such a body keeps its attitude: exactly, in every free top.
+// Whether the body has an angular velocity. Without one every free top keeps the attitude exactly.
 template <class S> bool turns(const RigidModel<S>& model, int body, const S* y) {
   if (!model.rotates(body)) return false;
   const S* w = y + model.offset(body) + kAtBodyRate;

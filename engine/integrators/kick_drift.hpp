@@ -1,4 +1,4 @@
-// What partitioned methods are made of: kicks change velocities by forces, drifts move bodies freely.
+// The parts of partitioned methods: kicks change velocities by forces, drifts move bodies freely.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@ namespace atwood {
 template <class S>
 bool drift(RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* y, Compensation<S>& compensation);
 
-// Unit quaternions of the moving bodies.
+// Normalises the quaternions of the moving bodies.
 template <class S> void renormalise(const RigidModel<S>& model, S* y, Compensation<S>& compensation);
 
 template <class S> class Kicker {
@@ -22,10 +22,10 @@ template <class S> class Kicker {
   explicit Kicker(RigidModel<S>& model);
 
   // v += h a(t, y), body rates likewise by I^-1 torque, h = direct_s + adjoint_s. Where forces depend on velocities:
-  // over adjoint_s the velocities that a() sees are those after it (implicit Euler), over direct_s, which follows,
-  // those before it: a(t, v_m) throughout, v_m = v + adjoint_s a(t, v_m). Equal parts: the implicit midpoint rule in
+  // over adjoint_s a() takes the velocities at its end (implicit Euler), over direct_s, which follows, those at its
+  // start: both are v_m = v + adjoint_s a(t, v_m). Equal parts: the implicit midpoint rule in
   // the velocities, symmetric. In a magnetic field v_m is formed in closed form, and equal parts are Boris's rotation
-  // (with the tangent of half the angle approximated by itself: Cayley's map). False: not solved.
+  // (with the half angle in place of its tangent: Cayley's map). False: not solved.
   bool kick(S t_s, S direct_s, S adjoint_s, S* y, Compensation<S>& compensation);
   // The same with the accelerations of the last kick, which must be those at y; forces without velocities only.
   void kick_again(S h_s, S* y, Compensation<S>& compensation);

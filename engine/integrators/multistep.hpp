@@ -11,7 +11,8 @@ namespace atwood {
 
 // Adams and BDF methods with equal steps. While the history is too short, steps are taken by `starter`, a one-step
 // method of higher order. The history is cleared when the caller changes the state or h, or the force law changes
-// (System::epoch). A step repeated from the same state over another h is the starter's and leaves the history as it is.
+// (System::epoch). A step repeated from the same state over another h is taken by the starter and does not change the
+// history.
 template <class S> class Multistep final : public Stepper<S> {
  public:
   Multistep(System<S>& system, const MultistepTable& table, std::unique_ptr<Stepper<S>> starter, bool compensated);
@@ -41,7 +42,7 @@ template <class S> class Multistep final : public Stepper<S> {
   std::vector<S> start_, end_;
   S start_s_{}, h_s_{};
   std::int64_t epoch_ = -1;
-  // of the equations under way
+  // of the present equations
   const S* y_start_ = nullptr;
   S end_s_{};
 };

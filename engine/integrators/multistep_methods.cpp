@@ -51,7 +51,7 @@ std::vector<MethodInfo> multistep_methods() {
         fixed_step("adams-bashforth" + std::to_string(order), claims_everywhere(order),
                    "Adams-Bashforth of order " + std::to_string(order) + ": the polynomial through the last " +
                        std::to_string(order) +
-                       " rates, integrated over the step. One evaluation a step; its stability region shrinks with "
+                       " rates, integrated over the step. One evaluation per step; its stability region shrinks with "
                        "the order." +
                        starter("Gauss's method", s, 2 * s) + history + attitude,
                    "Bashforth, Adams (1883); Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. III.1.5"));

@@ -7,8 +7,8 @@
 namespace atwood {
 namespace {
 
-// Calls of(p, v) with the entries of a position and its velocity, for every body that moves; all of them are points.
-// Held bodies do not move, whatever velocity they are to be released with.
+// Calls of(p, v) with the indices of a position and its velocity for each coordinate of the moving bodies, which are
+// all points. Held bodies do not move, also where they have a velocity for their release.
 template <class S, class Of> void for_each_coordinate(const RigidModel<S>& model, const Of& of) {
   for (const int body : model.moving())
     for (int p = model.offset(body) + kAtPosition, k = 0; k < 3; ++k, ++p) of(p, p + kAtVelocity - kAtPosition);
@@ -87,7 +87,8 @@ template <class S> S Nystrom<S>::sum(const Combination& combination, int velocit
   return total;
 }
 
-// Forces see stage_: its positions are the stage's, its velocities, which no force reads, stay as they are.
+// Forces are evaluated at stage_: it has the positions of the stage. Its velocities are not updated, as no force reads
+// them.
 template <class S> bool Nystrom<S>::step(S t_s, S h_s, const S* y, S* y_new) {
   const int size = this->system_.size;
   k_.start(t_s, y);
@@ -101,7 +102,7 @@ template <class S> bool Nystrom<S>::step(S t_s, S h_s, const S* y, S* y_new) {
   compensation_.begin(y);
   for_each_coordinate(model_,
                       [&](int p, int v) { y_new[p] = compensation_.add(p, y[p], h_s * (y[v] + h_s * sum(b_, v))); });
-  if (first_same_as_last_) k_.evaluate(stages_ - 1, t_s + h_s, y_new);  // b' weighs it too
+  if (first_same_as_last_) k_.evaluate(stages_ - 1, t_s + h_s, y_new);  // b' has a weight for it
   for_each_coordinate(model_, [&](int, int v) { y_new[v] = compensation_.add(v, y[v], h_s * sum(b_velocity_, v)); });
   compensation_.end(y_new);
   if (first_same_as_last_) k_.end(stages_ - 1, t_s + h_s, y_new);

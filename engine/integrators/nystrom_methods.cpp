@@ -25,27 +25,28 @@ template <class S> std::string why_not(const RigidModel<S>& model) {
 
 std::vector<MethodInfo> nystrom_methods() {
   return {
-      with_tolerance("dprkn6", points(6),
-                     "Runge-Kutta-Nystrom pair of orders 6 and 4, RKN6(4)6FM: x_new = x + h v + h^2 sum b_i k_i, "
-                     "v_new = v + h sum b'_i k_i. 6 stages, the last shared with the next step: 5 evaluations a step." +
-                         pair + where,
-                     "Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 235"),
+      with_tolerance(
+          "dprkn6", points(6),
+          "Runge-Kutta-Nystrom pair of orders 6 and 4, RKN6(4)6FM: x_new = x + h v + h^2 sum b_i k_i, "
+          "v_new = v + h sum b'_i k_i. 6 stages, the last shared with the next step: 5 evaluations per step." +
+              pair + where,
+          "Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 235"),
       with_tolerance(
           "dprkn12", points(12),
-          "Runge-Kutta-Nystrom pair of orders 12 and 10, RKN12(10)17M. 17 stages, as many evaluations a step." + pair +
-              where,
+          "Runge-Kutta-Nystrom pair of orders 12 and 10, RKN12(10)17M. 17 stages, as many evaluations per step." +
+              pair + where,
           "Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 423; Brankin, Gladwell, Dormand, Prince, "
           "Seward, ACM Trans. Math. Softw. 15 (1989) 31, algorithm 670"),
       fixed_step(
           "blanes-moan-rkn4", points(4),
           "Symplectic and symmetric Runge-Kutta-Nystrom method SRKN_6^b: seven kicks with six drifts between them, "
-          "the last kick's acceleration shared with the next step: 6 evaluations a step." +
+          "the last kick's acceleration shared with the next step: 6 evaluations per step." +
               where,
           "Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3"),
       fixed_step(
           "blanes-moan-rkn6", points(6),
           "Symplectic and symmetric Runge-Kutta-Nystrom method SRKN_14^a: fifteen drifts with fourteen kicks between "
-          "them, 14 evaluations a step." +
+          "them, 14 evaluations per step." +
               where,
           "Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3")};
 }

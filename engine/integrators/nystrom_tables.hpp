@@ -20,8 +20,8 @@ struct NystromTableau {
   bool first_same_as_last = false;  // the last stage is the acceleration at x_new
 };
 
-// Kicks and drifts in turns, a kick first: v += kicks_0 h a, x += drifts_0 h v, v += kicks_1 h a, ... The times of the
-// accelerations advance with the drifts. A first and last kick of 0 are not evaluated.
+// Alternating kicks and drifts, a kick first: v += kicks_0 h a, x += drifts_0 h v, v += kicks_1 h a, ... The times of
+// the accelerations advance with the drifts. First and last kicks of 0 are skipped.
 struct SymplecticNystromTable {
   int order = 0;
   const char *kicks = "", *drifts = "";  // one kick more than drifts

@@ -20,14 +20,14 @@ template <class S> class KickDrift final : public Stepper<S> {
     S direct, adjoint, elapsed;
   };
 
-  bool continues(S t_s, const S* y) const;  // from the end of the last step, under the same law
+  bool continues(S t_s, const S* y) const;  // the step starts at the end of the last one, under the same force law
 
   RigidModel<S>& model_;
   FreeTop top_;
   Kicker<S> kicker_;
   Compensation<S> compensation_;
   std::vector<Part> parts_;
-  bool shares_kicks_;  // the last kick's forces are the first one's of the next step
+  bool shares_kicks_;  // the first kick uses the forces of the last kick of the step before
   std::vector<S> last_end_;
   S last_end_s_{};
   std::int64_t last_epoch_ = -1;

@@ -1,4 +1,4 @@
-// Methods that move positions and velocities in turns: their ids, documentation and steppers.
+// Methods that advance positions and velocities alternately: their ids, documentation and steppers.
 #include "integrators/partitioned.hpp"
 
 namespace atwood {

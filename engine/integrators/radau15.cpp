@@ -120,7 +120,8 @@ template <class S> void Radau15<S>::find_unknowns() {
   std::fill(lanes_of(state_), lanes_of(state_) + size_ * kNodes, S(0));
 }
 
-// Where the new step starts, in units of a stored step: at its end, or (a step taken again) at its start.
+// The stored step that the new one continues or repeats; `offset` is the new start in units of that step: 1, or 0 for a
+// repeated step.
 template <class S> auto Radau15<S>::find_start(S t_s, const S* y, S& offset) -> Record* {
   for (const int r : {last_, 1 - last_}) {
     Record& record = record_[r];
@@ -164,7 +165,7 @@ template <class S> void Radau15<S>::set_base(S t_s, S h_s, const S* y) {
   }
 }
 
-// weight = h / (the state + what it changes by in the step).
+// weight = h / (size of the state + its change in the step).
 template <class S> void Radau15<S>::measure_scales(const S* rate) {
   const S h_s = real::abs(this->h_s_);
   for (std::size_t n = 0; n < kinds_.size(); ++n) {
@@ -191,8 +192,7 @@ template <class S> S Radau15<S>::sweep_batch(S h_s, LaneArray<S>& rate_before) {
   return most;
 }
 
-// Node after node; the new rate of a node at once corrects those of the nodes after it (Rein and Spiegel, eq.
-// 10).
+// Node by node; the new rate of a node corrects those of the later nodes at once (Rein and Spiegel, eq. 10).
 template <class S> S Radau15<S>::sweep_nodes(S h_s) {
   S *rate = lanes_of(rate_), *base = lanes_of(base_);
   S most = S(0);
@@ -229,7 +229,7 @@ template <class S> S Radau15<S>::iterate(S h_s, bool predicted) {
       now = sweep_batch(h_s, k > 0 ? rate_before_ : predicted_);
     }
     if (!(now < S(1e30f))) return end(SolveEnd::capped, k + 1, now);
-    if (k == 0 && !predicted) {  // only now are there rates to weigh changes by
+    if (k == 0 && !predicted) {  // the scales need rates, which exist from here on
       measure_scales(lanes_of(rate_));
       before = now;
       continue;
@@ -254,7 +254,7 @@ template <class S> void Radau15<S>::finish(S h_s, const S* y, S* y_new) {
 }
 
 // Kahan's sum with Knuth's two-sum, as in compensation.hpp; the remainders are stored with the step, so that samples
-// inside it and steps taken again start from the same ones.
+// inside it and repeated steps start from the same remainders.
 template <class S> S Radau15<S>::add(int i, S y, S increment) {
   if (!options_.compensated) return y + increment;
   const S wanted = increment + compensation_[i], sum = y + wanted, part = sum - y;
@@ -324,7 +324,7 @@ template <class S> void Radau15<S>::set_tolerance(S rtol, S atol) {
   kept_ = -1;
 }
 
-// Last coefficient of the rates' polynomial over the rates.
+// Ratio of the last coefficient of the rates' polynomial to the rates.
 template <class S> S Radau15<S>::roughness() const {
   S most = S(0);
   for (std::size_t n = 0; n < kinds_.size(); ++n) {
@@ -336,7 +336,7 @@ template <class S> S Radau15<S>::roughness() const {
 }
 
 // The rates' coefficients fall about as q^k h^k, so the last one, over the rates, is q^7; the local error of order 16
-// is some number times q^15, taken as q^14 / 100: with it, Kepler and Pleiades end near the tolerance asked for.
+// is a constant times q^15, estimated as q^14 / 100: errors on Kepler and Pleiades are then near the tolerance.
 template <class S> auto Radau15<S>::advise(S rtol, S) -> typename Stepper<S>::Advice {
   const S h_s = this->h_s_;
   if (!converged_) return {false, h_s / S(2)};
@@ -347,7 +347,7 @@ template <class S> auto Radau15<S>::advise(S rtol, S) -> typename Stepper<S>::Ad
   return {true, h_s * S(real::min(factor, 2.0f))};
 }
 
-// By the polynomial of the step: of order 9 between its nodes.
+// Evaluates the polynomial of the step; of order 9 between the nodes.
 template <class S> void Radau15<S>::dense(S theta, S* y_at) {
   const S h_s = this->h_s_;
   S* rate = lanes_of(record_[last_].rate);

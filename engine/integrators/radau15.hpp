@@ -10,7 +10,7 @@
 
 namespace atwood {
 
-inline constexpr int kRadauNodes = kLaneCount;  // a node a lane
+inline constexpr int kRadauNodes = kLaneCount;  // one node per lane
 
 // A row is eight lanes. With F_j the rate at node j, in units of the step:
 //   Y_i = y + h sum_j a[j][i] F_j      x_i = x + c_i h v + h^2 sum_j a2[j][i] F_j     (a2 = a a, where x' = v, v' = F)
@@ -20,13 +20,13 @@ inline constexpr int kRadauNodes = kLaneCount;  // a node a lane
 template <class S> struct RadauTable {
   using Row = S[kRadauNodes];
   alignas(kLaneCount * sizeof(S)) Row c, a[kRadauNodes], a2[kRadauNodes], power[kRadauNodes], newton[kRadauNodes];
-  Row row[kRadauNodes], row2[kRadauNodes];                // a and a2 transposed, a node a row
+  Row row[kRadauNodes], row2[kRadauNodes];                // a and a2 transposed, one node per row
   alignas(kLaneCount * sizeof(S)) Row ends[kRadauNodes];  // ends[j]: b[j], b2[j], power[j][7]
 };
 template <class S> const RadauTable<S>& radau_table();
 
 struct RadauOptions {
-  bool sequential = false;  // true: node after node, each with the newest rates; false: all nodes at once, as one batch
+  bool sequential = false;  // true: node by node, each with the newest rates; false: all nodes in one batch
   bool compensated = true;
 };
 
@@ -77,14 +77,14 @@ template <class S> class Radau15 final : public Stepper<S> {
   std::vector<S> compensation_, compensation_new_;
   std::int64_t epoch_ = -1;
   // Components of the state: those integrated once (rate at the same place) and twice (positions; their rate is their
-  // velocity's). `kinds_`: runs of components with a rate of their own, that share a scale.
+  // velocity's). `kinds_`: consecutive components that have rates to be evaluated and share a scale.
   // In rates_
   struct Kind {
     int first, last;
   };
   std::vector<int> once_, twice_, rates_;
   std::vector<Kind> kinds_;
-  std::vector<S> weight_;     // of rates_: h / scale, a change in the rate as a relative change of the state
+  std::vector<S> weight_;     // of rates_: h / scale, from a change of the rate to a relative change of the state
   std::vector<Scale> scale_;  // of kinds_
   LaneArray<S> state_, base_, rate_, rate_before_, predicted_, ends_;
   std::vector<S> node_state_, node_rate_;

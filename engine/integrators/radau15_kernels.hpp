@@ -1,4 +1,4 @@
-// The inner loops of Radau15, a node a lane. See RadauTable for the sums.
+// The inner loops of Radau15, one node per lane. RadauTable defines the sums.
 #pragma once
 
 #include "integrators/radau15.hpp"
@@ -15,7 +15,7 @@ template <class S> struct Columns {
   ATWOOD_INLINE Columns(const S (&table)[kNodes][kNodes], S scale) {
     for (int j = 0; j < kNodes; ++j) column[j] = scale * load(table[j]);
   }
-  // sum_j f_j column_j, in pairs, which shortens the chain of dependent additions.
+  // sum_j f_j column_j, added in pairs, which shortens the chain of dependent additions.
   ATWOOD_INLINE Pack<S> combine(const S* f) const {
     const Pack<S> s01 = f[0] * column[0] + f[1] * column[1], s23 = f[2] * column[2] + f[3] * column[3];
     const Pack<S> s45 = f[4] * column[4] + f[5] * column[5], s67 = f[6] * column[6] + f[7] * column[7];
@@ -33,7 +33,7 @@ ATWOOD_INLINE void stages(const std::vector<int>& components, int shift, const S
     store<S>(load(base + i * kNodes) + columns.combine(rate + (i + shift) * kNodes), out + i * kNodes);
 }
 
-// What the stages start from: y, or the straight line y + c h v.
+// The values to which stages add their sums: y, or the straight line y + c h v.
 template <class S>
 ATWOOD_INLINE void set_base(const std::vector<int>& once, const std::vector<int>& twice, const RadauTable<S>& table,
                             S h_s, const S* y, S* base) {
@@ -81,14 +81,14 @@ template <class S> ATWOOD_INLINE S largest(const std::vector<int>& components, i
   return largest_lane<S>(most);
 }
 
-// Of each component: sum b F, sum b2 F and the last coefficient of the rates' polynomial, one after another.
+// For each component: sum b F, sum b2 F and the last coefficient of the rates' polynomial, stored in this order.
 template <class S>
 ATWOOD_INLINE void sum_ends(const std::vector<int>& components, const RadauTable<S>& table, const S* rate, S* ends) {
   const Columns<S> columns(table.ends, S(1));
   for (const int i : components) store<S>(columns.combine(rate + i * kNodes), ends + i * kNodes);
 }
 
-// Node n has other rates than `rate` says: moves those of the nodes after it, by Newton's term of node n.
+// The rates of node n changed from those in `rate`: corrects those of the later nodes by Newton's term of node n.
 template <class S>
 ATWOOD_INLINE S shift_later_nodes(const std::vector<int>& components, const S* weight, const RadauTable<S>& table,
                                   int n, const S* node_rate, S* rate) {

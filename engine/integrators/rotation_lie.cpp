@@ -23,8 +23,7 @@ template <class S> Vec3<S> LieRungeKutta<S>::spin(int stage, int at) const {
 //                     q_new: exp(h (k1 + 2 k2 + 2 k3 + k4) / 6)
 //   commutator-free   exp(h/2 k1)   exp(h/2 k2)   exp(h/2 k1) exp(h k3 - h/2 k1),
 //                     q_new: exp(h (3 k1 + 2 k2 + 2 k3 - k4) / 12) exp(h (-k1 + 2 k2 + 2 k3 + 3 k4) / 12)
-// k: body rates, by Munthe-Kaas pulled back to the start of the step. The first factor stands left: it acts first in
-// body axes.
+// k: body rates; for Munthe-Kaas rates of the rotation vector. The first rotation is the left factor (body axes).
 template <class S> auto LieRungeKutta<S>::stage_turns(int stage, S h_s, int at) const -> Turns {
   const S half_s = h_s / S(2);
   if (stage < 3) return {half_s * spin(stage - 1, at), {}};
@@ -49,7 +48,7 @@ template <class S> void LieRungeKutta<S>::turn_stage(int stage, S h_s, const S* 
   }
 }
 
-// In place of the quaternion's rate: the rotation vector's.
+// Replaces the quaternion's rate by the rotation vector's.
 template <class S> void LieRungeKutta<S>::rotation_rates(int stage, S h_s) {
   for (const int i : model_.moving()) {
     if (!model_.rotates(i)) continue;

@@ -1,4 +1,5 @@
-// Runge-Kutta methods on SO(3): the attitude moves by exponentials of rotation vectors, everything else as in RK4.
+// Runge-Kutta methods on SO(3): the attitude advances by exponentials of rotation vectors, all other variables as in
+// RK4.
 #pragma once
 
 #include "integrators/compensation.hpp"
@@ -11,8 +12,7 @@ enum class LieMethod {
   // RK4 for the rotation vector s of q = q_0 exp(s), s' = J_r(s)^-1 w (Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115).
   munthe_kaas,
   // Four stages, two exponentials in the last, no commutators (Celledoni, Marthinsen, Owren, Future Gener. Comput.
-  // Syst.
-  // 19 (2003) 341, eq. 6).
+  // Syst. 19 (2003) 341, eq. 6).
   commutator_free,
 };
 
@@ -31,7 +31,7 @@ template <class S> class LieRungeKutta final : public Stepper<S> {
   Turns last_turns(S h_s, int at) const;
   void turn_stage(int stage, S h_s, const S* y);
   void rotation_rates(int stage, S h_s);
-  Vec3<S> spin(int stage, int at) const;  // of a stage: the rotation vector's rate
+  Vec3<S> spin(int stage, int at) const;  // the rotation vector's rate at a stage
 
   RigidModel<S>& model_;
   LieMethod method_;

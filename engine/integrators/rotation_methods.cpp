@@ -20,8 +20,8 @@ const std::string exact_source =
     "Sci. Comput. 30 (2008) 2084";
 const std::string exact =
     " A free body turns by the exact flow: Jacobi's elliptic functions (arithmetic-geometric mean) for its momentum, "
-    "Carlson's R_J for the third angle. A body without torque is exact to round-off at any step. Compensation leaves "
-    "attitude and body rate within a drift as they are.";
+    "Carlson's R_J for the third angle. A body without torque is exact to round-off at any step. Compensation does "
+    "not act on attitude and body rate within a drift.";
 
 struct Split {
   const char* scheme;

@@ -47,15 +47,14 @@ template <class S> auto ExplicitRungeKutta<S>::row_of(const Combination& c) -> t
 
 template <class S> S ExplicitRungeKutta<S>::sum(const Combination& combination, int i) const {
   if (combination.terms == 0) return S(0);
-  S total =
-      combination.weight[0] * k_[combination.stage[0]][i];  // not 0 + ...: as add_terms() has it, zeros' signs too
+  S total = combination.weight[0] * k_[combination.stage[0]][i];  // not 0 + ...: zeros get the sign of add_terms()
   for (int j = 1; j < combination.terms; ++j) total += combination.weight[j] * k_[combination.stage[j]][i];
   return total;
 }
 
 namespace {
 
-// For shorter states the call into a function of another instruction set costs more than it saves.
+// For shorter states the call of a function compiled for wider vectors is slower than the loop it replaces.
 constexpr int kShortestWideState = 40;
 
 // The sum first, so that y is rounded once. The number of terms is known to the compiler: the loop over components
@@ -116,7 +115,7 @@ template <class S> void ExplicitRungeKutta<S>::add_compensated(const S* y, S h_s
 }
 
 // The first rate is reused if a step is repeated from the same state with another h, or (first same as last) if this
-// step starts where the last one ended, under the same law.
+// step starts where the last one ended, under the same force law.
 template <class S> void ExplicitRungeKutta<S>::first_stage(S t_s, const S* y) {
   const std::int64_t epoch = this->system_.epoch;
   if (retakes_ && start_epoch_ == epoch && start_s_ == t_s && std::equal(y, y + size_, start_.begin())) return;
@@ -185,7 +184,7 @@ template <class S> void ExplicitRungeKutta<S>::dense_stages() {
   dense_known_ = true;
 }
 
-// As said at Tableau::dense: th and u = 1 - th in turns around the rows, the last row innermost.
+// The nested form given at Tableau::dense, evaluated from the last row outwards.
 template <class S> void ExplicitRungeKutta<S>::dense(S theta, S* y_at) {
   if (!dense_) return Stepper<S>::dense(theta, y_at);
   if (!dense_known_) dense_stages();

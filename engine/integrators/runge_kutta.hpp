@@ -1,4 +1,4 @@
-// Every explicit Runge-Kutta method, from its tableau.
+// The stepper of all explicit Runge-Kutta methods, from their tableaux.
 #pragma once
 
 #include "integrators/compensation.hpp"

@@ -3,7 +3,7 @@
 //   auto made = make_stepper("rk4", model);  // integrators/catalogue.hpp; allocates here, not in steps
 //   if (!made) return made.fault();          // names the method and what it needs
 //   auto stepper = std::move(*made);
-//   stepper->step(t, h, y, y_new);          // y is left as it was, so a step can be taken again
+//   stepper->step(t, h, y, y_new);          // y is not changed, so a step can be repeated
 //   stepper->step(t, theta * h, y, y_mid);  // ... with another h: the method's own order inside a step
 //   stepper->dense(theta, y_mid);           // cheaper: the interpolant of the last call of step()
 //
@@ -36,8 +36,8 @@ template <class S> class Stepper {
   // k where the estimate is of local order k + 1: the controller scales the step by error_norm^(-1/(k+1)).
   virtual int estimate_order() const { return 4; }
 
-  // Not null: a step consists of the sums with these weights alone, without compensation and without dependence on
-  // time; the caller may then fuse many steps into one loop (integrators/free_flight.hpp).
+  // Not null: a step consists only of the sums with these weights, without compensation and without dependence on time;
+  // the caller may then compute many steps in one loop (integrators/free_flight.hpp).
   virtual const ExplicitWeights<S>* weights() const { return nullptr; }
 
   // ---- methods that choose their own steps (Taylor, Radau 15): the caller then uses advise() after each step in place
@@ -56,7 +56,7 @@ template <class S> class Stepper {
   // first use. Methods with an interpolant of their own override it.
   virtual void dense(S theta, S* y_at);
 
-  // Is dense() as accurate as the method? If not, samples inside a step are taken by a shorter step().
+  // Whether dense() is as accurate as the method. If not, samples inside a step are computed by a shorter step().
   virtual bool dense_is_accurate() const { return false; }
 
  protected:

@@ -11,7 +11,8 @@ namespace atwood {
 
 inline constexpr int kMaxStages = 16;
 
-// Stage i: k_i = f(t + c_i h, y + h sum_j<i a_ij k_j); y_new = y + h sum b_i k_i. Entries that a row leaves off are 0.
+// Stage i: k_i = f(t + c_i h, y + h sum_j<i a_ij k_j); y_new = y + h sum b_i k_i. Entries missing at the end of a row
+// are 0.
 struct Tableau {
   int stages = 0;
   int order = 0;           // of b
@@ -26,8 +27,8 @@ struct Tableau {
   bool first_same_as_last = false;  // the last stage is the rate at y_new
   // The interpolant, for tableaux whose last stage is the rate at y_new, nested as in the codes DOPRI5 and DOP853:
   //   y + th (dy + u (h k_1 - dy + th (2 dy - h (k_1 + k_last) + u h (D_1 + th (D_2 + u (D_3 + th D_4))))))
-  // with u = 1 - th, D_n = sum dense[n-1]_i k_i; without rows it is the cubic Hermite polynomial. dense_stages further
-  // stages, rows of a after the others, are evaluated only when it is asked for.
+  // with u = 1 - th, D_n = sum dense[n-1]_i k_i; without rows it is the cubic Hermite polynomial. The dense_stages
+  // further stages (the last rows of a) are evaluated only when dense output is requested.
   int dense_order = 0;  // 0: there is none
   int dense_stages = 0;
   std::array<const char*, 4> dense{};

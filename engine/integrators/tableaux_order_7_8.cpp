@@ -5,8 +5,8 @@
 
 namespace atwood {
 
-// Fehlberg, NASA TR R-287 (1968), Table X: the order-7 weights advance, the order-8 weights judge, by 41/840 (k_12 + k_13 -
-// k_1 - k_11): 0 where the rate depends on t alone.
+// Fehlberg, NASA TR R-287 (1968), Table X: the order-7 weights give the result, the order-8 weights the error estimate,
+// 41/840 (k_12 + k_13 - k_1 - k_11): 0 where the rate depends on t alone.
 const Tableau fehlberg78_tableau{
     .stages = 13,
     .order = 7,
@@ -22,10 +22,10 @@ const Tableau fehlberg78_tableau{
     .embedded = "0 0 0 0 0 34/105 9/35 9/35 9/280 9/280 0 41/840 41/840"};
 
 // Hairer, Norsett, Wanner I, section II.5 and the code DOP853: the method of Dormand and Prince with twelve stages, its
-// estimates of orders 5 and 3 by Hairer, and the interpolant of order 7 with three further stages. The 13th stage is the rate
-// at the new state. The code's 30 digits were brought to 42 by Newton's method on the order conditions of all weights, the
-// simplifying assumptions that they meet and the continuous conditions, with the steps of least norm and the rational entries
-// held; nothing moved by more than 5e-27.
+// estimates of orders 5 and 3 by Hairer, and the interpolant of order 7 with three further stages. The 13th stage is
+// the rate at the new state. The code's 30 digits were brought to 42 by Newton's method on the order conditions of all
+// weights, the simplifying assumptions that they meet and the continuous conditions, with the steps of least norm and
+// fixed rational entries; no coefficient changed by more than 5e-27.
 const Tableau dormand_prince853_tableau{
     .stages = 13,
     .order = 8,

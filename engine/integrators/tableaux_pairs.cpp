@@ -1,4 +1,4 @@
-// Pairs of orders 3 to 5: each carries a second set of weights that judges the step.
+// Pairs of orders 3 to 5: each has a second set of weights for the error estimate.
 #include "integrators/tableaux.hpp"
 
 // clang-format off: the rows of tables stand as they are printed in their sources
@@ -16,7 +16,8 @@ const Tableau bogacki_shampine3_tableau{.stages = 4,
                                         .first_same_as_last = true,
                                         .dense_order = 3};
 
-// Fehlberg, NASA TR R-315 (1969), Table III: the order-4 weights advance, the order-5 weights judge.
+// Fehlberg, NASA TR R-315 (1969), Table III: the order-4 weights give the result, the order-5 weights the error
+// estimate.
 const Tableau fehlberg45_tableau{.stages = 6,
                                  .order = 4,
                                  .embedded_order = 5,
@@ -26,7 +27,8 @@ const Tableau fehlberg45_tableau{.stages = 6,
                                  .c = "0 1/4 3/8 12/13 1 1/2",
                                  .embedded = "16/135 0 6656/12825 28561/56430 -9/50 2/55"};
 
-// Cash and Karp, ACM Trans. Math. Softw. 16 (1990) 201, section 2: the order-5 weights advance, the order-4 weights judge.
+// Cash and Karp, ACM Trans. Math. Softw. 16 (1990) 201, section 2: the order-5 weights give the result, the order-4
+// weights the error estimate.
 const Tableau cash_karp5_tableau{.stages = 6,
                                  .order = 5,
                                  .embedded_order = 4,
@@ -52,9 +54,9 @@ const Tableau dormand_prince5_tableau{
     .dense = {"-12715105075/11282082432 0 87487479700/32700410799 -10690763975/1880347072 701980252875/199316789632 "
               "-1453857185/822651844 69997945/29380423"}};
 
-// Tsitouras, Comput. Math. Appl. 62 (2011) 770, Table 1, to 44 digits. Its interpolant of order 4 here is smooth (C1), which
-// the paper's is not: rows d that meet the continuous conditions of order 4 form a line, and this is the point on it where
-// the conditions of order 5 at th = 1/2 are missed least.
+// Tsitouras, Comput. Math. Appl. 62 (2011) 770, Table 1, to 44 digits. Unlike the paper's, the interpolant of order 4
+// here is smooth (C1): the rows d that satisfy the continuous conditions of order 4 form a line, and this is the point
+// on it with the least residual of the conditions of order 5 at th = 1/2.
 const Tableau tsitouras5_tableau{
     .stages = 7,
     .order = 5,

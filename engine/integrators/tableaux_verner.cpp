@@ -1,19 +1,19 @@
 // Verner's pairs of orders 6(5), 8(7) and 9(8).
 //
 // Verner, Numer. Algorithms 53 (2010) 383; coefficients as on his pages at Simon Fraser University. Order 9: the nodes
-// and the short ratios are his; the longer ratios and those with sqrt 6 were taken as doubles and brought to 42 digits by
-// Newton's method on the order conditions of both weights and the simplifying assumptions that they meet, nodes held, the
-// step of least norm each time.
+// and the short ratios are his; the longer ratios and those with sqrt 6 were taken as doubles and brought to 42 digits
+// by Newton's method on the order conditions of both weights and the simplifying assumptions that they meet, with
+// fixed nodes and steps of least norm.
 #include "integrators/tableaux.hpp"
 
 // clang-format off: the rows of tables stand as they are printed in their sources
 
 namespace atwood {
 
-// The "most robust" pair of orders 6(5), not the "most efficient" one (nodes 3/50, 1439/15000, ...): that one's principal error
-// is so small that it shows an order of 6.9 on an orbit down to quad's floor, and its weights, up to 177 in size, cancel, so
-// that round-off ends at 1e-12 in double where this one reaches 1e-14. At equal steps its errors are 2.5 times larger. The
-// order-6 weights are the last row: that stage is the first of the next step.
+// The "most robust" pair of orders 6(5), not the "most efficient" one (nodes 3/50, 1439/15000, ...): the principal
+// error of the latter is so small that an orbit shows order 6.9 down to the round-off of quad, and its weights, up to
+// 177 in size, cancel, so that in double its errors end at 1e-12 where this pair reaches 1e-14. At equal steps its
+// errors are 2.5 times larger. The order-6 weights are the last row: that stage is the first of the next step.
 const Tableau verner6_tableau{
     .stages = 9,
     .order = 6,
@@ -28,9 +28,9 @@ const Tableau verner6_tableau{
     .embedded = "28/477 0 0 212/441 -312500/366177 2125/1764 0 -2105/35532 2995/17766",
     .first_same_as_last = true};
 
-// The "most robust" pair of orders 8(7), to the 40 digits of the pages, and not the "most efficient" one (nodes 1/20, 341/3200,
-// ...), for the same two reasons: that one turns a free box with errors that fall as h^9 down to quad's floor, and its weights
-// reach 123 in size.
+// The "most robust" pair of orders 8(7), to the 40 digits of the pages, and not the "most efficient" one (nodes 1/20,
+// 341/3200, ...), for the same two reasons: its errors on a free box are proportional to h^9 down to the round-off of
+// quad, and its weights reach 123 in size.
 const Tableau verner8_tableau{
     .stages = 13,
     .order = 8,

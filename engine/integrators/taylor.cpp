@@ -16,7 +16,7 @@ template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const S* v_at) {
   return {dot(row[0], v), dot(row[1], v), dot(row[2], v)};
 }
 
-// Jorba and Zou, section 3.1: with this order, the series' terms fall by e^2 from one to the next.
+// Jorba and Zou, section 3.1: with this order successive terms of the series decrease by a factor of e^2.
 int order_of_tolerance(double rtol) { return std::clamp(static_cast<int>(std::ceil(1 - std::log(rtol) / 2)), 4, 60); }
 
 }  // namespace
@@ -76,8 +76,8 @@ template <class S> bool Taylor<S>::known(S t_s, const S* y) const {
   return valid_ && t_s == start_s_ && epoch_ == this->system_.epoch && std::equal(y, y + size_, row(0));
 }
 
-// Coefficient after coefficient: y' = f(y) gives (k + 1) y_(k+1) = f_k, the k-th coefficient of f along y_0 + ... + y_k
-// t^k.
+// One coefficient after the other: y' = f(y) gives (k + 1) y_(k+1) = f_k, the k-th coefficient of f along y_0 + ... +
+// y_k t^k.
 template <class S> void Taylor<S>::find_series(S t_s, S h_s, const S* y) {
   start_s_ = t_s;
   unit_s_ = h_s;
@@ -184,7 +184,7 @@ template <class S> void Taylor<S>::add_quadratic(int k) {
 }
 
 //   q' = 1/2 q (0, w),   I w' = -w x (I w) - angular_drag w
-// No other force turns bodies here, so a top's series does not depend on the other bodies'.
+// No other torque acts on bodies here, so the series of a top does not depend on other bodies.
 template <class S> void Taylor<S>::find_turning(std::size_t top) {
   const auto [body, at, angular_drag] = tops_[top];
   const auto& moving = model_.moving();
@@ -227,9 +227,9 @@ template <class S> void Taylor<S>::next_lorenz(int k) {
   store3(factor * Vec3<S>{sigma * (now[1] - now[0]), (rho * now[0] - xz) - now[1], xy - beta * now[2]}, row(k + 1));
 }
 
-// Jorba and Zou, section 3.2, kind of component by kind: c_j h^j of the last two coefficients is no more than the
-// tolerance; with the order that the tolerance asks for, h is the radius of convergence, as these show it, over e^2. 0:
-// not finite.
+// Jorba and Zou, section 3.2, for each kind of component: c_j h^j of the last two coefficients is at most the
+// tolerance. With the order of order_of_tolerance(), h is the radius of convergence estimated from them, divided by
+// e^2. Returns 0 where coefficients are not finite.
 template <class S> S Taylor<S>::longest_step() const {
   double size[kKinds]{}, last[2][kKinds]{};
   const auto grow = [&](double(&largest)[kKinds], int k) {
@@ -241,7 +241,7 @@ template <class S> S Taylor<S>::longest_step() const {
   grow(size, 0);
   grow(last[0], order_ - 1);
   grow(last[1], order_);
-  double most = 1e6;  // in units of the step tried
+  double most = 1e6;  // in units of the attempted step
   for (int n = 0; n < 2; ++n) {
     double ratio = std::numeric_limits<double>::infinity();
     for (int kind = 0; kind < kKinds; ++kind) {
@@ -254,7 +254,7 @@ template <class S> S Taylor<S>::longest_step() const {
   return S(most * std::exp(-0.7 / (order_ - 1))) * real::abs(unit_s_);
 }
 
-// increment_ = the series less its start, at theta units.
+// increment_ = the series at theta units minus its value at 0.
 template <class S> void Taylor<S>::sum(S theta) {
   in_lanes<S>(width_,
               [&](auto) ATWOOD_INLINED { series::horner(series_.data(), size_, order_, theta, increment_.data()); });
@@ -263,7 +263,7 @@ template <class S> void Taylor<S>::sum(S theta) {
 template <class S> bool Taylor<S>::step(S t_s, S h_s, const S* y, S* y_new) {
   if (!known(t_s, y)) find_series(t_s, h_s, y);
   this->set_last_step(t_s, h_s, y, y_new);
-  if (rtol_ > S(0) && !(real::abs(h_s) <= bound_s_)) {  // advise() will say so
+  if (rtol_ > S(0) && !(real::abs(h_s) <= bound_s_)) {  // advise() then rejects the step
     std::copy(y, y + size_, y_new);
     return true;
   }
@@ -276,7 +276,7 @@ template <class S> bool Taylor<S>::step(S t_s, S h_s, const S* y, S* y_new) {
   return true;
 }
 
-// A rejected step costs no new series, so each step starts from a long proposal and is cut to its own bound.
+// A rejected step needs no new series, so each step begins with a long proposal and is shortened to its own bound.
 template <class S> auto Taylor<S>::advise(S, S) -> typename Stepper<S>::Advice {
   const S h_s = real::abs(this->h_s_);
   if (!(bound_s_ > S(0))) {  // coefficients beyond the scalar's range: a smaller unit

@@ -18,10 +18,10 @@ struct TaylorOptions {
 };
 inline constexpr int kTaylorEqualStepsOrder = 12, kTaylorMostOrder = 100;
 
-// Series of r = p_b - p_a of every pair, |r|^2 and |r|^-3, coefficient after coefficient, a pair a lane.
+// Series of r = p_b - p_a of every pair, |r|^2 and |r|^-3, stored by coefficient, one pair per lane.
 template <class S> struct PairSeries {
   int lanes = 0;                                       // pairs, filled up to whole blocks
-  bool blocks = false;                                 // lanes go by eights
+  bool blocks = false;                                 // lanes are processed in eights
   std::vector<S> rows;                                 // coefficient k: x y z u w, `lanes` each
   std::vector<S> softening2, inverse_u, acceleration;  // the last: x y z of r / |r|^3 at the newest coefficient
 
@@ -30,7 +30,7 @@ template <class S> struct PairSeries {
 
 template <class S> class Taylor final : public Stepper<S> {
  public:
-  // The scene's forces have recurrences (SeriesForces::refusal is "").
+  // Requires forces with recurrences (SeriesForces::refusal is "").
   Taylor(RigidModel<S>& model, const TaylorOptions& options);
 
   bool step(S t_s, S h_s, const S* y, S* y_new) override;
@@ -72,16 +72,16 @@ template <class S> class Taylor final : public Stepper<S> {
   const VectorWidth width_ = widest_vectors();
   int size_, order_ = 0;
   S rtol_{}, atol_{}, bound_s_{};  // rtol 0: equal steps
-  // Of which state, law and instant the series is; coefficients are in units of `unit_s`: c_k unit^k.
+  // The state, force law and time that the series belongs to; coefficients are in units of `unit_s`: c_k unit^k.
   bool valid_ = false;
   S start_s_{}, unit_s_{};
   std::int64_t epoch_ = -1;
   std::vector<S> series_;                         // coefficient k of component i: series_[k size + i]
   std::vector<S> momentum_;                       // I w of each top, x y z, likewise
-  std::vector<S> turning_;                        // attitude and body rate of a top, as series::turn wants them
+  std::vector<S> turning_;                        // attitude and body rate of a top, in the layout of series::turn
   std::vector<S> increment_, half_, reciprocal_;  // n / 2, 1 / n
   PairSeries<S> pairs_;
-  std::vector<Vec3<S>> acceleration_;  // one a body, at the newest coefficient
+  std::vector<Vec3<S>> acceleration_;  // one per body, at the newest coefficient
   std::vector<S> sine_, cosine_;       // of each oscillating force, likewise
   std::vector<Top> tops_;
   std::vector<int> kind_;  // of each component: position, velocity, attitude, body rate

@@ -12,7 +12,7 @@ template <class S> S product(const S* x, const S* y, std::ptrdiff_t stride, int 
   return sum;
 }
 
-// Coefficient k of u = r.r + s^2, of w = u^(-3/2) and of r w, for W pairs beside each other. w' u = -3/2 u' w gives
+// Coefficient k of u = r.r + s^2, of w = u^(-3/2) and of r w, for W adjacent pairs. w' u = -3/2 u' w gives
 //   k u_0 w_k = -sum_(j<k) (3 k - j) / 2  u_(k-j) w_j
 template <int W, class S> ATWOOD_INLINE void inverse_square(PairSeries<S>& pairs, const S* half, int k) {
   const std::ptrdiff_t lanes = pairs.lanes, stride = 5 * lanes;
@@ -59,7 +59,7 @@ template <int W, class S> ATWOOD_INLINE void inverse_square(PairSeries<S>& pairs
   }
 }
 
-// Coefficients of a top: three turned copies of q, (y z x) and (z x y) of w, w itself; four numbers each. Then
+// Coefficients of a top: three permuted copies of q, (y z x) and (z x y) of w, w itself; four numbers each. Then
 //   q' = 1/2 q (0, w):  2 q'_k = sum_j w_x,j qx_(k-j) + w_y,j qy_(k-j) + w_z,j qz_(k-j)
 //   the products of w for Euler's equations in principal axes:  (w_y w_z, w_z w_x, w_x w_y)_k = sum_j yzx_j zxy_(k-j)
 inline constexpr int kTopScalars = 24;
@@ -70,7 +70,7 @@ template <class S> ATWOOD_INLINE void store_top(const S* q, const S* w, S* row) 
   for (int i = 0; i < kTopScalars; ++i) row[i] = all[i];
 }
 
-// Four numbers side by side: a register, where there is one.
+// Four adjacent numbers: one vector register where the scalar has them.
 template <class S, bool vectors = has_vector_lanes<S>> struct Four {
   S at[4];
   ATWOOD_INLINE void add(S factor, const S* b) {

@@ -4,7 +4,7 @@ namespace atwood {
 namespace {
 
 // The body turns by phi about its own axis k: q <- q exp(phi/2 e_k); momentum seen from the body turns back by phi.
-// With a the turn so far less one and b = (cos - 1, sin e_k) this one: (1 + a)(1 + b) - 1 = a + b + a b.
+// With the rotation so far written 1 + a and this one 1 + b, b = (cos - 1, sin e_k): (1 + a)(1 + b) - 1 = a + b + a b.
 template <class S, int k> void turn_about(S h_s, const Vec3<S>& g, const Vec3<S>& L_start, FreeTurn<S>& turn) {
   constexpr int i = (k + 1) % 3, j = (k + 2) % 3;
   S *dL = &turn.dw_B.x, *a = &turn.less_one.x, &a_w = turn.less_one.w;

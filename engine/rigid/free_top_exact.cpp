@@ -10,7 +10,7 @@
 // The sums of A and B do not cancel; C's sign says which extreme axis is circled.
 //
 // The third angle: the body's axis a turns about L, seen from the world, at psi' = L (2E - g_a L_a^2) / (L^2 - L_a^2).
-// Of a = 1 and a = 3 the one is taken that stays farther from L:
+// The axis a is 1 or 3, whichever stays farther from L:
 //   a = 1, A <= B:  psi' = L (g3 + (g1 - g3) N s^2 / (1 + N s^2)),  N = A / B,                     s = sn u
 //   a = 3, A > B:   psi' = L (g1 - (g1 - g3) N s^2 / (1 + N s^2)),  N = (g1 - g2) / (g2 - g3)
 // and int N s^2 / (1 + N s^2) du = N s^3 R_J(cn^2, dn^2, 1, 1 + N s^2) / 3 on a quarter period (DLMF 19.25.14).
@@ -28,7 +28,7 @@ struct Axes {
 template <class S> S part(const Vec3<S>& v, int i) { return (&v.x)[i]; }
 template <class S> S square(S x) { return x * x; }
 
-// By size of g, the middle one second; then the extremes change places unless L circles the third.
+// Axes sorted by g; the first and third are exchanged unless L circles the third.
 template <class S> Axes choose_axes(const Vec3<S>& g, const Vec3<S>& L) {
   Axes a{0, 1, 2};
   const auto order = [&](int& i, int& j) {
@@ -107,14 +107,14 @@ template <class S> void exact_turn(const Vec3<S>& g, S h_s, const Vec3<S>& L, Fr
   }
   const S C = (g2 - g1) * L1 * L1 + (g2 - g3) * L3 * L3;
   const S p = real::sqrt(A / (g1 - g3)), q = real::sqrt(A / (g2 - g3)), r = real::sqrt(B / (g1 - g3));
-  const S least = square(real::epsilon<S>());  // on the separatrix itself a period of 4 ln(4 / epsilon) stands for none
+  const S least = square(real::epsilon<S>());  // on the separatrix the period is infinite; 4 ln(4 / epsilon) is used
   const S complement = real::max(least, real::min(S(1), (g1 - g3) * C / ((g2 - g3) * B)));
-  // u' has the sign of L3 (g1 - g3), and of the order of the three axes: odd, the cross product's signs turn.
+  // u' has the sign of L3 (g1 - g3), reversed where the three axes are an odd permutation (left-handed).
   const bool even = (axes.one + 1) % 3 == axes.two;
   const bool backward = (L3 < S(0)) != (g1 < g3);
   const S rate = (backward == even ? S(-1) : S(1)) * real::sqrt(B * (g2 - g3));
 
-  S sign = L1 < S(0) ? S(-1) : S(1);  // half a period back where cn < 0
+  S sign = L1 < S(0) ? S(-1) : S(1);  // cn < 0: half a period earlier
   Phase<S> start{sign * L2 / q, sign * L1 / p, real::abs(L3) / r, S(0), S(0)};
   const bool about_one = real::abs(A) <= real::abs(B);
   const S N = about_one ? A / B : (g1 - g2) / (g2 - g3);
@@ -129,7 +129,7 @@ template <class S> void exact_turn(const Vec3<S>& g, S h_s, const Vec3<S>& L, Fr
   const S extra = (g1 - g3) * (end.integral - start.integral) / rate;
   const S half_psi = norm(L) * (about_one ? g3 * h_s + extra : g1 * h_s - extra) / S(2);
 
-  // The attitude, up to a fixed rotation in the world, is a turn by psi about L after the alignment of L.
+  // The attitude, up to a fixed rotation in the world, is a rotation by psi about L after the alignment of L.
   const int a = about_one ? axes.one : axes.three;
   Quat<S> about_L{real::cos(half_psi), S(0), S(0), S(0)};
   (&about_L.x)[a] = real::sin(half_psi);

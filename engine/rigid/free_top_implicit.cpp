@@ -1,4 +1,4 @@
-// The two implicit discrete tops: one vector equation each for Cayley's vector of the step.
+// The two implicit discrete tops: each solves one vector equation for the Cayley vector of the step.
 #include "rigid/free_top.hpp"
 
 namespace atwood {
@@ -15,10 +15,10 @@ template <class S> Vec3<S> solve3(const Vec3<S> (&column)[3], const Vec3<S>& b) 
 
 }  // namespace
 
-// The step turns the body by F = cay(c), c = tan(theta / 2) n, and L_new = F^T L. With g = h L / 2:
+// The step rotates the body by F = cay(c), c = tan(theta / 2) n, and L_new = F^T L. With g = h L / 2:
 //   midpoint        I c + c x I c = g                  from  L_m = L + h/2 L_m x w_m, c = h/2 w_m
 //   Moser-Veselov   I c + c x I c = g (1 + |c|^2)      from  h L^ = F J - J F^T, J = tr(I)/2 - I
-// by Newton from c = I^-1 g, to where round-off stops it.
+// solved by Newton's method from c = I^-1 g until round-off stops it.
 template <class S> bool implicit_turn(FreeTop top, const Vec3<S>& I, S h_s, const Vec3<S>& L, FreeTurn<S>& turn) {
   const Vec3<S> g = (h_s / S(2)) * L;
   const S bend = top == FreeTop::moser_veselov ? S(1) : S(0);

@@ -92,7 +92,7 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
                        narrow3<S>(body.velocity_m_per_s),
                        {},
                        narrow3<S>(body.angular_velocity_body_rad_per_s)};
-    const Real4& q = body.orientation_wxyz;  // of unit length to a double's round-off: to S's own from here on
+    const Real4& q = body.orientation_wxyz;  // of unit length to round-off of double; normalised again in S
     start.q_WB = normalised(Quat<S>{S(q[0]), S(q[1]), S(q[2]), S(q[3])});
     S* rest = resting_.data() + i * kRotatingSize;
     store3(start.p_WB, rest + kAtPosition);
@@ -103,7 +103,7 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
     release_s_.push_back(body.release_s);
     if (!body.fixed && body.release_s > 0) switch_times_s_.push_back(body.release_s);
   }
-  resting_lanes_.resize(resting_.size() + kRotatingSize);  // and a body at the origin, unturned
+  resting_lanes_.resize(resting_.size() + kRotatingSize);  // and a body at the origin with identity attitude
   for (std::size_t i = 0; i < resting_.size(); ++i)
     std::fill(resting_lanes_[i].lane, resting_lanes_[i].lane + kLaneCount, resting_[i]);
   LaneBlock<S>& identity_w = resting_lanes_[resting_.size() + kAtAttitude];
@@ -147,7 +147,7 @@ template <class S> int RigidModel<S>::interval_of(S from_s, S to_s) const {
                           switch_times_s_.begin());
 }
 
-// The law between two neighbouring switch times is one law, so only a change of interval rebuilds the lists.
+// The force law is the same between two neighbouring switch times, so only a change of interval rebuilds the lists.
 template <class S> void RigidModel<S>::select_interval(S from_s, S to_s) {
   if (interval_ >= 0 && switch_times_s_.empty()) return;
   const double middle_s = static_cast<double>((from_s + to_s) / S(2));

@@ -66,15 +66,15 @@ template <class S> class RigidModel {
   // Why the engine cannot run this scene ("" if it can).
   const std::string& unsupported() const { return unsupported_; }
   bool bare_problem() const { return bare_problem_; }
-  // Some force depends on velocities or body rates.
+  // Whether some force depends on velocities or body rates.
   bool velocity_dependent() const { return velocity_dependent_; }
-  // The only dependence on velocity, at any time, is v' = ... + v x omega with a fixed omega for each body.
+  // Whether forces depend on velocity, at all times, only by v' = ... + v x omega with a fixed omega for each body.
   bool magnetic_only() const { return magnetic_only_; }
-  // That omega under the law that holds now [rad/s], one a body.
+  // The omega of magnetic_only() under the present force law [rad/s], one per body.
   void gyration(std::vector<Vec3<S>>& omega_W) const;
 
-  // A force that is not the scene's own, before any stepper is made. `what` names it to methods that cannot take it
-  // ("contact forces"): those that need an energy or a series.
+  // Adds a force that the scene does not name; to be called before any stepper is made. `what` ("contact forces") names
+  // it in the refusals of methods that need an energy or a series.
   void add_term(TermPointer<S> term, const std::string& what);
 
   // ---- layout
@@ -99,19 +99,20 @@ template <class S> class RigidModel {
   // gyroscopic term; every other entry is left as it is.
   void accelerations(S t_s, const S* y, S* dydt);
   void normalise(S* y) const;                            // unit quaternions
-  bool feels_forces() const { return !terms_.empty(); }  // besides uniform gravity
+  bool feels_forces() const { return !terms_.empty(); }  // other than uniform gravity
   const Vec3<S>& uniform_gravity() const { return gravity_; }
-  // Is the law of [from_s, to_s] the present one? Then select_interval changes nothing.
+  // Whether the force law of [from_s, to_s] is the present one, so that select_interval changes nothing.
   bool interval_selected(S from_s, S to_s) const { return interval_ >= 0 && interval_of(from_s, to_s) == interval_; }
   // Of the bodies that move now, where conservative().refusal() is "".
   const ConservativeForces<S>& conservative() const { return conservative_; }
-  // Whether or not they act now; of a scene without bodies, empty.
+  // All forces of the scene, also those that do not act now; empty for a scene without bodies.
   const SeriesForces<S>& series_forces() const { return series_forces_; }
   Motion<S> motion(S t_s, const S* y) const { return {t_s, y, slots_.data()}; }
   S energy(const S* y) const;        // J, kinetic and potential
   S energy_scale(const S* y) const;  // J, the sum of absolute values: the scale of the energy's round-off
-  void set_vector_width(VectorWidth width) { width_ = width; }  // of batches of rates; the same bits at each
-  Team* team() const { return team_.get(); }                    // null: one thread
+  // Of batches of rates; results have the same bits at each width.
+  void set_vector_width(VectorWidth width) { width_ = width; }
+  Team* team() const { return team_.get(); }  // null: one thread
 
  private:
   static void rate_of(void* context, S t_s, const S* y, S* dydt);
@@ -138,12 +139,12 @@ template <class S> class RigidModel {
   std::vector<const ForceTerm<S>*> active_;
   std::vector<double> switch_times_s_;
   std::vector<int> moving_;
-  bool holds_ = false;  // some body of the state does not move now
+  bool holds_ = false;  // some body of the state is held at present
   bool lanes_ = true;   // every active force has a law over lanes
   VectorWidth width_ = widest_vectors();
   LaneArray<S> resting_lanes_, load_lanes_;
-  std::vector<S> one_;  // a state and its rate: batches one by one
-  int interval_ = -1;   // how many switch times lie behind
+  std::vector<S> one_;  // a state and its rate: used where batches are evaluated one state at a time
+  int interval_ = -1;   // how many switch times have passed
   Vec3<S> gravity_;
   ConservativeForces<S> conservative_;
   SeriesForces<S> series_forces_;

@@ -1,4 +1,4 @@
-// The rates of a rigid scene: where a run spends its time.
+// The rates of a rigid scene. A run spends most of its time here.
 #include "rigid/model.hpp"
 
 namespace atwood {

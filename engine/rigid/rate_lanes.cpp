@@ -1,4 +1,4 @@
-// The rates of several states of one scene at once: what rate.cpp computes, a state a lane, with the same bits.
+// The rates of several states of one scene at once: what rate.cpp computes, one state per lane, with the same bits.
 #include <algorithm>
 
 #include "forces/lanes.hpp"

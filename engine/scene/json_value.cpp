@@ -36,7 +36,7 @@ Value parse_json(std::string_view text, const std::string& name) {
   try {
     return convert(nlohmann::ordered_json::parse(text), name, 0);
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(name + ": found what is no JSON (" + error.what() + "); expected a scene as one JSON object");
+    throw InputError(name + ": not valid JSON: " + error.what() + "; expected a scene as one JSON object");
   }
 }
 

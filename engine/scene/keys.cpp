@@ -164,14 +164,14 @@ Codec<std::string> name_text() {
 }
 
 Codec<std::string> kebab_text() {
-  return checked_text(table_of({{"type", "string"}, {"pattern", "^[a-z0-9]([a-z0-9.-]{0,98}[a-z0-9])?$"}}),
-                      "a kebab-case id: lower-case letters, digits, dots and hyphens, ends in a letter or digit",
-                      [](const std::string& s) {
-                        const auto plain = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'); };
-                        return !s.empty() && s.size() <= 100 && plain(s.front()) && plain(s.back()) &&
-                               std::all_of(s.begin(), s.end(),
-                                           [&](char c) { return plain(c) || c == '-' || c == '.'; });
-                      });
+  return checked_text(
+      table_of({{"type", "string"}, {"pattern", "^[a-z0-9]([a-z0-9.-]{0,98}[a-z0-9])?$"}}),
+      "a kebab-case id: lower-case letters, digits, dots and hyphens, with a letter or digit at the end",
+      [](const std::string& s) {
+        const auto plain = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'); };
+        return !s.empty() && s.size() <= 100 && plain(s.front()) && plain(s.back()) &&
+               std::all_of(s.begin(), s.end(), [&](char c) { return plain(c) || c == '-' || c == '.'; });
+      });
 }
 
 Codec<std::string> choice_of(std::vector<std::string> words) {
@@ -207,8 +207,8 @@ Codec<Real2> vector2(Range range) { return numbers<2>(range); }
 Codec<Real3> vector3(Range range) { return numbers<3>(range); }
 
 // Decimals of a unit vector rarely have unit length to the last bit. In a file they are divided by their length: within
-// 1e-9 of 1 in silence, within 1e-3, as figures of three digits are, with a note. A resolved scene is kept as it stands,
-// to the bit, and each engine reads that one.
+// 1e-9 of 1 in silence, within 1e-3, as figures of three digits are, with a note. A resolved scene is kept as it
+// stands, to the bit, and each engine reads that one.
 template <std::size_t N> static Codec<std::array<double, N>> unit(const char* what) {
   Codec<std::array<double, N>> c = numbers<N>(any_number());
   c.read = [inner = c.read, what](Reading& r, const Value& v, std::array<double, N>& out) {

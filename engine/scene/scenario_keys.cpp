@@ -119,7 +119,7 @@ void read_invariants(Reading& r, const Value& v, std::vector<Invariant>& out) {
 // The keys that file and resolved form share; `scenario_of` finds the scenario in either draft.
 template <class T> Keys<T> shared_keys(Scenario& (*scenario_of)(T&)) {
   Keys<T> keys = {
-      required(words<T>("id", &Scenario::id, kebab_text(), "unique, kebab-case", scenario_of)),
+      required(words<T>("id", &Scenario::id, kebab_text(), "a unique id in kebab-case", scenario_of)),
       words<T>("title", &Scenario::title, text(), "one line", scenario_of),
       words<T>("claim", &Scenario::claim, text(), "what should hold", scenario_of),
       words<T>("source", &Scenario::source, text(), "where it comes from", scenario_of),

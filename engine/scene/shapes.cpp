@@ -133,7 +133,11 @@ Shape read_shape(Reading& r, const Value& v) {
   std::vector<std::string> names;
   for (const auto& alternative : shapes()) names.push_back(alternative.name);
   const auto* members = v.table();
-  if (!members || members->size() != 1) fail_value(r, v, "a table with one of " + listed(names));
+  if (members && members->size() > 1)
+    fail(r, v.place,
+         "found " + std::to_string(members->size()) + " shapes in " + r.where +
+             "; expected one (a compound has several parts)");
+  if (!members || members->empty()) fail_value(r, v, "a table with one of " + listed(names));
   for (const auto& alternative : shapes()) {
     const Member& member = members->front();
     if (alternative.name != member.key) continue;

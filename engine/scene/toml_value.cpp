@@ -71,13 +71,14 @@ std::size_t sequence_length(std::string_view text) {
   return 0;
 }
 
-// toml++ points one character early at bytes that are no UTF-8.
+// For bytes that are not UTF-8, toml++ reports a place one character too early.
 void require_utf8(std::string_view text, const std::string& name) {
   Place place{1, 1};
   while (!text.empty()) {
     const std::size_t length = sequence_length(text);
     if (length == 0)
-      throw InputError(at(name, place) + "found bytes that are no UTF-8; expected a scenario in TOML, UTF-8");
+      throw InputError(at(name, place) +
+                       "found bytes that are not UTF-8; expected a scenario in TOML, encoded in UTF-8");
     place = text.front() == '\n' ? Place{place.line + 1, 1} : Place{place.line, place.column + 1};
     text.remove_prefix(length);
   }
@@ -91,8 +92,8 @@ Value parse_toml(std::string_view text, const std::string& name) {
   try {
     return convert(toml::parse(text, name), name, 0);
   } catch (const toml::parse_error& error) {
-    throw InputError(at(name, place_of(error.source())) + "found what is no TOML (" + std::string(error.description()) +
-                     "); expected a scenario in TOML");
+    throw InputError(at(name, place_of(error.source())) + "not valid TOML: " + std::string(error.description()) +
+                     "; expected a scenario in TOML");
   }
 }
 

@@ -17,9 +17,9 @@ Engine bullet_engine() {
   rival.source = "Coumans, Bullet 3.24 Physics SDK manual; btDiscreteDynamicsWorld";
   rival.presets = {
       {"default",
-       "Bullet's rigid bodies as a program gets them that sets nothing: symplectic Euler, implicit gyroscopic "
-       "term, sequential impulses with speculative contacts. Only sleeping is off and the pair's law is the "
-       "scene's."},
+       "Bullet's rigid bodies with the library's default settings: symplectic Euler, implicit gyroscopic term, "
+       "sequential impulses with speculative contacts. Only sleeping is off, and pairs have the contact law of the "
+       "scene."},
       {"tuned",
        "Bullet with the settings that `atwood tune` found for the class of the scene (free flight, bounce, friction, stack, "
        "heap): the default's where none were better on scenes held out.",

@@ -11,16 +11,16 @@ Engine dart_engine() {
   rival.version = dartsim::version();
   rival.scalar = "double";
   rival.source = "Lee et al. 2018, DART: Dynamic Animation and Robotics Toolkit; DART 6.12";
-  rival.presets = {{"default",
-                    "DART as its World is when nothing is set, but for the collision detector: its own choice, FCL "
-                    "over meshes, takes a "
-                    "plane for a thin upright box of 1000 m. Here it is ODE's, in double. Semi-implicit Euler; "
-                    "contacts by Dantzig's method "
-                    "on a boxed complementarity problem; friction a pyramid along the world's x and y."},
-                   {"tuned",
-                    "DART with the friction pyramid turned along the slip and the least softness of contacts that it "
-                    "admits (cfm 1e-9).",
-                    dartsim::tuned_changes()}};
+  rival.presets = {
+      {"default",
+       "DART's World with default settings, except the collision detector: the default, FCL on meshes, takes a "
+       "plane for a thin upright box of 1000 m, so ODE's is used, in double. Semi-implicit Euler; contacts "
+       "by Dantzig's method on a boxed complementarity problem; a friction pyramid along the world's x and "
+       "y."},
+      {"tuned",
+       "DART with the friction pyramid turned along the slip and the least softness of contacts that it "
+       "admits (cfm 1e-9).",
+       dartsim::tuned_changes()}};
   rival.settings = dartsim::settings();
   rival.contradiction = dartsim::contradiction;
   rival.refusal = dartsim::refusal;

@@ -16,9 +16,8 @@ Engine mujoco_engine() {
       "Todorov, Erez and Tassa 2012, MuJoCo: A physics engine for model-based control; MuJoCo 2.2.2 documentation";
   rival.presets = {
       {"default",
-       "MuJoCo as its options are when nothing is set: semi-implicit Euler, soft contacts by a convex problem that "
-       "Newton's "
-       "method solves, a pyramid for friction's cone. No restitution: scenes that ask for some are refused."},
+       "MuJoCo with default options: semi-implicit Euler, soft contacts by a convex problem that Newton's method "
+       "solves, a friction pyramid. No restitution: scenes with restitution are refused."},
       {"tuned",
        "MuJoCo with its Runge-Kutta method of order 4, the elliptic cone, friction a hundred times stiffer than the "
        "normal "

@@ -14,8 +14,8 @@ Engine ode_engine() {
   rival.source = "Smith, Open Dynamics Engine v0.5 user guide; ODE 0.16.2";
   rival.presets = {
       {"default",
-       "ODE as dWorldCreate makes it, stepped by dWorldStep: symplectic Euler, contacts by a linear complementarity "
-       "problem. Friction is a coefficient and the pair's law is the scene's."},
+       "ODE with the defaults of dWorldCreate, stepped by dWorldStep: symplectic Euler, contacts by a linear "
+       "complementarity problem. Friction is a coefficient, and pairs have the contact law of the scene."},
       {"tuned",
        "ODE with the settings that `atwood tune` found for the class of the scene (free flight, bounce, friction, stack, "
        "heap): the default's where none were better on scenes held out.",

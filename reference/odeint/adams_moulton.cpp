@@ -24,8 +24,8 @@ template <std::size_t steps> void add(std::vector<Entry>& all) {
       "Adams-Bashforth of " + n + " steps corrected once by Adams-Moulton, odeint's default starter."));
 }
 
-// adams_moulton takes no step of its own: a prediction and past derivatives are handed to it. adams_bashforth_moulton
-// is what hands them, so its corrected steps show the corrector's order (one correction of a prediction of order p - 1
+// adams_moulton cannot step by itself: it needs a prediction and past derivatives, which adams_bashforth_moulton
+// supplies. The corrected steps of the latter show the corrector's order (one correction of a prediction of order p - 1
 // has order p).
 template <std::size_t steps> void add_corrector(std::vector<Entry>& all) {
   const std::string n = std::to_string(steps);

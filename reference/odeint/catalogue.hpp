@@ -1,5 +1,5 @@
-// What odeint offers, one group a file (its templates compile slowly): each adds its entries to a list. Boost's headers
-// stay inside the groups.
+// The steppers of odeint in groups, one per file because its templates compile slowly: each group adds its entries to a
+// list. Only the groups include Boost's headers.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace atwood::odeint {
 
-// How a method id wants its stepper.
+// The settings of a method id.
 struct Choice {
   bool in_place = false;
   double rtol = 0, atol = 0;  // of the forms that take a tolerance
@@ -21,7 +21,7 @@ using Make = std::unique_ptr<stepping::Stepper<S>> (*)(const stepping::Equations
                                                        const Choice&);
 
 struct Entry {
-  std::string name, type;  // "runge_kutta4", "runge_kutta4<state, real>": what its user would write
+  std::string name, type;  // "runge_kutta4", "runge_kutta4<state, real>": as a program writes it
   std::string doc;
   std::string claim;  // where the claim comes from
   int order = 0;      // 0: no claim
@@ -40,7 +40,7 @@ void add_symplectic(std::vector<Entry>& all);
 void add_controlled(std::vector<Entry>& all);
 void add_implicit(std::vector<Entry>& all);
 
-// The equations in the form that odeint calls: system(x, dxdt, t).
+// The equations as the function object that odeint expects: system(x, dxdt, t).
 template <class S> struct System {
   const stepping::Equations<S>* equations;
   void operator()(const std::vector<S>& x, std::vector<S>& dxdt, S t) const {
@@ -48,7 +48,7 @@ template <class S> struct System {
   }
 };
 
-// A stepper with do_step alone.
+// A stepper whose interface is do_step only.
 template <class S, class Odeint> class Plain : public stepping::Stepper<S> {
  public:
   Plain(const stepping::Equations<S>& equations, const std::vector<S>& y, const Choice& choice)

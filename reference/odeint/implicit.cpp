@@ -16,8 +16,7 @@ using stepping::Equations;
 template <class S> using Vector = boost::numeric::ublas::vector<S>;
 template <class S> using Matrix = boost::numeric::ublas::matrix<S>;
 
-// A step of these takes a few evaluations. An iteration inside the library that never ends would hang the worker: it is
-// ended.
+// Evaluations allowed in a step, which normally takes a few: an iteration of the library that does not end is stopped.
 constexpr int kMostEvaluations = 1000;
 
 template <class S> struct Rate {
@@ -34,7 +33,7 @@ template <class S> struct Rate {
 template <class S> struct Jacobian {
   const Equations<S>* equations;
   void operator()(const Vector<S>& x, Matrix<S>& dfdx, S t, Vector<S>& dfdt) const {
-    equations->jacobian(t, &x[0], &dfdx.data()[0], &dfdt[0]);  // row-major, as uBLAS keeps it
+    equations->jacobian(t, &x[0], &dfdx.data()[0], &dfdt[0]);  // row-major, as in uBLAS
   }
   void operator()(const Vector<S>& x, Matrix<S>& dfdx, S t) const {
     Vector<S> dfdt(x.size());

@@ -5,8 +5,9 @@
 
 namespace atwood {
 
-// odeint/STEPPER with the library's names. What each claims is what its own order() answers, where it has one. Equal
-// steps in double or long double, in place or out of place; the controlled and dense-output forms take a tolerance.
+// Methods odeint/STEPPER, with the library's names. The claimed order of each is the value of its order(), where it has
+// that function. Equal steps in double or long double, in place or out of place; the controlled and dense-output forms
+// take a tolerance.
 Engine odeint_engine();
 
 }  // namespace atwood

@@ -15,7 +15,7 @@ namespace lib = boost::numeric::odeint;
 using stepping::Equations;
 using stepping::Failure;
 
-// The accelerations only, from the full rate: y = (q, p).
+// The accelerations from the full rate; y = (q, p).
 template <class S> struct Acceleration {
   const Equations<S>* equations;
   std::vector<S>* y;

@@ -13,10 +13,11 @@ Engine simbody_engine() {
   rival.source = "Sherman, Seth and Delp 2011, Simbody: multibody dynamics for biomedical research; Simbody 3.7";
   rival.presets = {
       {"default",
-       "Simbody's Runge-Kutta-Merson in steps of fixed size: it pays for the error estimate and takes the step "
-       "whatever that says."},
+       "Simbody's Runge-Kutta-Merson in steps of fixed size: the error estimate is computed, and every step is "
+       "accepted."},
       {"tuned",
-       "Runge-Kutta-Merson that chooses its steps at an accuracy of 1e-10, whatever the plan's; N is the first guess.",
+       "Runge-Kutta-Merson that chooses its steps at an accuracy of 1e-10; the plan's step count only sets the first "
+       "step.",
        {{"accuracy", 1e-10}, {"steps", std::string("chosen")}}},
       {"rk-merson",
        "Runge-Kutta-Merson; with a tolerance, which is Simbody's accuracy, it chooses its steps.",

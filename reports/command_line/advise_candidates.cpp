@@ -65,8 +65,8 @@ std::vector<std::string> in_turns(const std::vector<std::string>& ids) {
   return turns;
 }
 
-// The first `short_list` ids in turns, then the others in turns. An engine that has none among the first sends its first
-// other one there.
+// The first `short_list` ids in turns, then the others in turns. An engine that has none among the first sends its
+// first other one there.
 void take_turns(Candidates& chosen, std::size_t short_list) {
   std::vector<std::string> early, late;
   std::set<std::string> engines;
@@ -256,8 +256,9 @@ Candidates named_candidates(const std::vector<std::string>& methods, const std::
       if (glob_match(base, id)) chosen.ids.push_back(id + method.substr(base.size()));
     }
     if (chosen.ids.size() == before)
-      throw InputError(fmt::format("--method {}: no available engine provides this method; nearest: {}", method,
-                                   nearest(base, ids, 1).front()));
+      throw InputError(
+          fmt::format("--method {}: no available engine provides this method{}; `atwood list methods` shows all",
+                      method, nearest_hint(base, ids, 1)));
     check_settings("--method ", method, workers);
   }
   take_turns(chosen, chosen.ids.size());

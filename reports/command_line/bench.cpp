@@ -1,6 +1,7 @@
-// bench: runs what benchmarks/ measures, prints it and keeps it for the report.
+// `bench`: runs the measurements of benchmarks/, prints their figures and keeps them for the report.
 #include <algorithm>
 #include <cstdio>
+#include <regex>
 
 #include <fmt/format.h>
 
@@ -20,7 +21,7 @@ std::string bench_path(const Options& options) { return options.out_dir + "/benc
 
 void notice(const std::string& text) { fmt::print(stderr, "atwood: {}\n", text); }
 
-// Prints tables, keeps them for the report.
+// Prints the tables and keeps them for the report.
 void show_bench_tables(const Place& place, const Options& options, const std::vector<BenchTable>& tables) {
   for (const BenchTable& table : tables) {
     keep_bench_table(bench_path(options), place.provenance, table);
@@ -38,9 +39,7 @@ std::vector<Goal> chosen_goals(const Place& place, const Options& options) {
   for (const Goal& goal : goals) ids.push_back(goal.id);
   for (const std::string& pattern : options.goals) {
     if (std::any_of(ids.begin(), ids.end(), [&](const std::string& id) { return glob_match(pattern, id); })) continue;
-    std::string names;
-    for (const std::string& id : nearest(pattern, ids, 4)) names += (names.empty() ? "" : ", ") + id;
-    throw InputError(fmt::format("--goal {}: no goal of that id; nearest: {}", pattern, names));
+    throw InputError(fmt::format("--goal {}: no goal has this id{}", pattern, nearest_hint(pattern, ids, 4)));
   }
   std::erase_if(goals, [&](const Goal& goal) {
     return std::none_of(options.goals.begin(), options.goals.end(),
@@ -49,8 +48,8 @@ std::vector<Goal> chosen_goals(const Place& place, const Options& options) {
   return goals;
 }
 
-// A goal of the project whose scene this build does not have is not reached; in a file of the user's own it is an
-// InputError.
+// One goal's result. Where its scene cannot be read, an InputError if `strict` (a file of the user's own); otherwise
+// the goal counts as missed and the result says why.
 GoalResult run_or_say_why(const GoalSetup& setup, const Goal& goal, bool strict) {
   try {
     return run_goal(setup, goal);
@@ -127,11 +126,19 @@ int command_frame_budget(const Place& place, const Options& options) {
 }
 
 int command_bench(const Place& place, const Options& options) {
+  if (options.input != "goals" && (!options.goals.empty() || !options.goals_file.empty()))
+    throw InputError(
+        fmt::format("bench: {} is an option of `bench goals` only", options.goals.empty() ? "--goals" : "--goal"));
   if (options.input == "goals") return command_goals(place, options);
   if (options.input == "broad-phases") return command_broad_phases(place, options);
   if (options.input == "frame-budget") return command_frame_budget(place, options);
   if (benchmark_programs(place.bin_dir).empty())
     throw InputError("no benchmarks are built; `./atwood bench` builds them");
+  try {
+    const std::regex filter(options.input, std::regex::extended | std::regex::nosubs);  // as Google Benchmark reads it
+  } catch (const std::regex_error& error) {
+    throw InputError(fmt::format("bench {}: not a regular expression: {}", options.input, error.what()));
+  }
   const std::vector<BenchFigure> figures = run_benchmarks(place.bin_dir, options.input, notice);
   if (figures.empty()) throw InputError(fmt::format("no benchmark matches `{}`", options.input));
   keep_bench(bench_path(options), place.provenance, &figures, nullptr);

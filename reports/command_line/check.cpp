@@ -182,8 +182,8 @@ std::vector<Gate> limits_as_gates(const Options& options, const Scenario& scenar
     std::vector<std::string> known;
     for (const auto& metric : all_metrics()) known.push_back(metric.name);
     if (std::find(known.begin(), known.end(), gate.metric) == known.end()) {
-      throw InputError(fmt::format("--max {}: no metric `{}`; nearest: {}; `atwood list metrics` names them", limit,
-                                   gate.metric, nearest(gate.metric, known, 1).front()));
+      throw InputError(fmt::format("--max {}: no metric `{}`{}; `atwood list metrics` shows all", limit, gate.metric,
+                                   nearest_hint(gate.metric, known, 1)));
     }
     gates.push_back(gate);
   }

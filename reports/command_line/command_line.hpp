@@ -18,7 +18,7 @@
 
 namespace atwood {
 
-// A foreign engine that was started and crashed, hung or sent an invalid answer at hello: exit_cell.
+// A foreign engine that was started and, asked `hello`, crashed, hung or sent an invalid answer: exit_cell.
 struct WorkerFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -84,9 +84,15 @@ void note_shared_id(const Place& place, const Scenario& scenario);
 // Our own engines and the rivals, then foreign ones by their argv.
 std::vector<Worker> start_workers(const Place& place, const std::vector<std::vector<std::string>>& foreign,
                                   bool with_same_rate = false);
-// With those of --engine and of a study's `engines`; an --engine that is no program is an InputError.
+// With those of --engine and of a study's `engines`. An --engine that is not an executable file is an InputError.
 std::vector<Worker> require_workers(const Place& place, const Options& options, const Study* study = nullptr);
+// Foreign engines must have answered `hello`: their methods are not known otherwise. Those of --engine that did not end
+// the command: WorkerFailure, or InputError where the program cannot be started.
+void require_answers(const std::vector<Worker>& workers, const Study* study = nullptr);
+// At most `count` of the known names that are similar to the word, the most similar first; empty where none is.
 std::vector<std::string> nearest(const std::string& word, std::vector<std::string> known, std::size_t count);
+// The same for a message, "; nearest: a, b"; empty where no name is similar.
+std::string nearest_hint(const std::string& word, const std::vector<std::string>& known, std::size_t count);
 bool is_terminal(int fd);
 int terminal_width();
 bool use_colour(int fd);
@@ -102,8 +108,8 @@ struct Selection {
 };
 std::string own_file(const Place& place,
                      const Scenario& scenario);  // of a scene of the user's own; empty: of the catalogue
-// The words that rerun a cell of this scenario, as this call can be repeated: the program as it was called, the study, and
-// what the catalogue does not have: a scene's file, an engine, gates.
+// The words that rerun a cell of this scenario, as this call can be repeated: the program as it was called, the study,
+// and what the catalogue does not have: a scene's file, an engine, gates.
 std::vector<std::string> with_own_files(const Place& place, const Options& options, const Selection& selection,
                                         const std::string& scenario_id, std::vector<std::string> words);
 std::vector<Gate> read_all_gates(const Place& place);                    // the catalogue's own, file by file
@@ -117,7 +123,8 @@ void write_outputs(const Options& options, const ReportData& data);        // re
 void write_named_outputs(const Options& options, const ReportData& data);  // what -o names
 void require_outputs_make_sense(const Options& options);                   // before the work: InputError
 void make_out_dir(const std::string& path);
-// One line that rewrites itself on a terminal; elsewhere lines with --progress, and nothing without it (an empty function).
+// One line that rewrites itself on a terminal; elsewhere lines with --progress, and nothing without it (an empty
+// function).
 std::function<void(const std::string&)> progress_printer(const Options& options);
 void end_progress();
 // Methods that take a tolerance and were named without one: a ladder of tolerances besides their equal steps. Globs are

@@ -28,7 +28,7 @@ bool names_method(const std::string& text) {
     return true;
   } catch (const std::invalid_argument& error) {
     if (text.find_first_of("+@:{") == std::string::npos) return false;  // a scene's file that is not there
-    throw InputError(fmt::format("describe {}: {}", text, error.what()));
+    throw InputError(fmt::format("describe {}: {}", text, without_id(error, text)));
   }
 }
 
@@ -69,6 +69,7 @@ int describe_method(const Place& place, const Options& options) {
   std::vector<std::string> known;
   std::string absent;
   const std::vector<Worker> workers = require_workers(place, options);
+  require_answers(workers);
   for (const auto& worker : workers) {
     if (worker.status != Status::ok) {
       if (fs::path(worker.path).filename().string() == "atwood-" + id.engine)
@@ -100,26 +101,26 @@ int describe_method(const Place& place, const Options& options) {
   }
   if (!absent.empty())
     throw InputError(fmt::format("describe {}: the engine {} is {}", options.input, id.engine, absent));
-  throw InputError(fmt::format("describe {}: no available engine provides `{}`; nearest: {}", options.input, base,
-                               join(nearest(base, known, 3), ", ")));
+  throw InputError(
+      fmt::format("describe {}: no available engine provides this method{}; `atwood list methods` shows all",
+                  options.input, nearest_hint(base, known, 3)));
 }
 
-// The metric of this name, where no scene's file has it. Where no scene, method or metric has it and a metric comes
-// nearest, an InputError that says so.
+// The metric of this name; nullptr where the text names a file or a scene of the catalogue. InputError where it names
+// neither.
 const MetricInfo* named_metric(const Place& place, const std::string& text) {
   const fs::path in_catalogue = fs::path(place.source_dir) / "validation/scenarios" / (text + ".toml");
   if (text.find('/') != std::string::npos || fs::exists(text) || fs::exists(in_catalogue)) return nullptr;
+  if (text.ends_with(".toml")) return nullptr;
   std::vector<std::string> names = file_stems(place.source_dir + "/validation/scenarios");
-  const auto scenes = static_cast<std::ptrdiff_t>(names.size());
   for (const MetricInfo& metric : all_metrics()) {
     if (metric.name == text) return &metric;
     names.push_back(metric.name);
   }
-  const std::string near = nearest(text, names, 1).front();
-  if (std::find(names.begin() + scenes, names.end(), near) != names.end() && !text.ends_with(".toml"))
-    throw InputError(fmt::format("describe {}: no scene, method or metric of that name; nearest: {}", text,
-                                 fmt::join(nearest(text, names, 3), ", ")));
-  return nullptr;
+  throw InputError(
+      fmt::format("describe {}: no file, scene or metric has this name{}; `atwood list` shows all; a method is written "
+                  "ENGINE/METHOD, as in atwood/rk4",
+                  text.empty() ? "\"\"" : text, nearest_hint(text, names, 3)));
 }
 
 void describe_metric(const MetricInfo& metric, const Options& options) {

@@ -46,7 +46,7 @@ bool any_matches(const Gate& gate, const std::vector<CellName>& cells) {
   return std::any_of(cells.begin(), cells.end(), [&](const CellName& cell) { return matches(gate, cell); });
 }
 
-// The one method that a ratio is taken to.
+// Whether the gate needs no second method, or the study has the method that its ratio is taken to.
 bool has_rival(const Gate& gate, const std::vector<CellName>& cells) {
   return gate.kind != Gate::Kind::max_ratio || std::any_of(cells.begin(), cells.end(), [&](const CellName& cell) {
            return glob_match(gate.scenario, cell.scenario) && cell.method == gate.ratio_to;
@@ -54,9 +54,9 @@ bool has_rival(const Gate& gate, const std::vector<CellName>& cells) {
 }
 
 std::string nearest_words(const std::string& word, const std::set<std::string>& known) {
-  if (known.empty()) return "";
-  return fmt::format("; nearest: {}",
-                     fmt::join(nearest(word, std::vector<std::string>(known.begin(), known.end()), 3), ", "));
+  const std::string hint = nearest_hint(word, std::vector<std::string>(known.begin(), known.end()), 3);
+  return !hint.empty() || known.empty() || known.size() > 4 ? hint
+                                                            : fmt::format("; the study has {}", fmt::join(known, ", "));
 }
 
 // Which part of the gate matches nothing: the scenario, the method on it, the count of steps, the claim.
@@ -73,10 +73,10 @@ std::string what_matches_nothing(const Gate& gate, const std::vector<CellName>& 
     if (method_matches(gate.method, cell)) steps.insert(cell.steps);
   }
   if (here.empty())
-    return fmt::format("scenario `{}` matches nothing of the study `{}`{}", gate.scenario, study,
+    return fmt::format("scenario `{}` matches no scenario of the study `{}`{}", gate.scenario, study,
                        nearest_words(gate.scenario, scenarios));
   if (steps.empty() && !elsewhere)
-    return fmt::format("method `{}` matches nothing of the study `{}`{}", gate.method, study,
+    return fmt::format("method `{}` matches no method of the study `{}`{}", gate.method, study,
                        nearest_words(gate.method, methods));
   if (steps.empty())
     return fmt::format("method `{}` does not run on `{}` in the study `{}`{}", gate.method, gate.scenario, study,
@@ -92,18 +92,18 @@ std::string what_matches_nothing(const Gate& gate, const std::vector<CellName>& 
   }
   if (gate.kind == Gate::Kind::within_claim)
     return fmt::format(
-        "no ladder of the study `{}` is to show what these methods claim in `{}` (`claim` in its [[cells]])", study,
+        "no [[cells]] of the study `{}` has claim = \"{}\": no ladder measures the claimed order of that motion", study,
         gate.claim);
   return fmt::format("no cell of the study `{}` has this scenario, method and count of steps together", study);
 }
 
-// A metric that no cell can have: a slip of the pen.
+// What is wrong where the gate's metric does not exist; empty otherwise.
 std::string unknown_metric(const Gate& gate) {
   std::set<std::string> known;
   for (const MetricInfo& metric : all_metrics()) known.insert(metric.name);
   if (std::any_of(known.begin(), known.end(), [&](const std::string& name) { return glob_match(gate.metric, name); }))
     return "";
-  return fmt::format("metric `{}` is none that is measured{}", gate.metric, nearest_words(gate.metric, known));
+  return fmt::format("no metric has the name `{}`{}", gate.metric, nearest_words(gate.metric, known));
 }
 
 Verdict not_run(const Gate& gate, const std::string& why) {
@@ -134,8 +134,8 @@ std::string another_study(const Place& place, const Gate& gate, const std::strin
 }
 
 // Gates of the catalogue: a narrowed run drops those that it leaves without cells, and with --steps those of a whole
-// ladder. Gates of a study judge its runs alone; they stay when they have no cells, unless the command line narrowed the
-// run.
+// ladder. Gates of a study judge its runs alone; they stay when they have no cells, unless the command line narrowed
+// the run.
 bool left_out_of_catalogue(const Options& options, const Selection& selection, const std::vector<CellName>& cells,
                            const Gate& gate) {
   if (!gate.study.empty() && gate.study != selection.study) return true;

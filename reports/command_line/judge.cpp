@@ -84,7 +84,12 @@ int command_bless(const Place& place, const Options& options) {
   const Selection selection = select_cells(place, options);
   std::signal(SIGXFSZ, SIG_IGN);  // under a file-size limit writes answer EFBIG, which can be told
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);
-  if (stored.rows.empty()) throw InputError("bless: the store has no rows of this study; run it first");
+  if (!fs::exists(options.out_dir + "/store.db"))
+    throw InputError(
+        fmt::format("bless: no store at {}/store.db; `{}` makes one", options.out_dir, same_call(options, "run")));
+  if (stored.rows.empty())
+    throw InputError(fmt::format("bless: {}/store.db has no rows of this study; `{}` makes them", options.out_dir,
+                                 same_call(options, "run")));
   if (const std::string missing = missing_words(selection, stored); !missing.empty())
     throw InputError(
         fmt::format("bless: {}; `{}` makes them, and then they can be blessed", missing, same_call(options, "run")));
@@ -97,7 +102,8 @@ int command_bless(const Place& place, const Options& options) {
     const nlohmann::ordered_json out{{"baseline", path}, {"rows", stored.rows.size()}, {"reason", options.reason}};
     fmt::print("{}\n", out.dump(2));
   } else {
-    fmt::print("blessed as {}: its rows that can be judged, and the environment beside it\n", path);
+    fmt::print("wrote the baseline {} (every row that can be judged) and {}.env (what it was measured with)\n", path,
+               path);
   }
   return exit_pass;
 }

@@ -59,7 +59,7 @@ json list_json(const Place& place, const Options& options, const std::string& wh
   return out;
 }
 
-// Orders for points under forces of position, under forces of velocity, and for bodies that turn.
+// Claimed orders: points under forces of position, points under forces that depend on velocity, rotating bodies.
 std::string orders_text(const MethodInfo& info) {
   if (info.claimed_order.empty()) return "-";
   std::string text;
@@ -74,7 +74,7 @@ std::string cut(const std::string& text, std::size_t width) {
   return text.size() <= width ? text : text.substr(0, width - 3) + "...";
 }
 
-// A line a method: as much of its documentation as there is room for.
+// One line for each method: as much of its documentation as the width allows.
 void print_methods_table(const Place& place, const Options& options) {
   const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 60, 120));
   const std::vector<Worker> workers = require_workers(place, options);
@@ -83,7 +83,7 @@ void print_methods_table(const Place& place, const Options& options) {
     for (const MethodInfo& info : worker.engine.methods) column = std::max(column, info.id.size());
   column = std::min<std::size_t>(column, 34);
   const auto line = [&](const std::string& id, const std::string& orders, bool adaptive, const std::string& doc) {
-    const bool apart = id.size() > column && id.size() + 14 + 8 > width;  // too long a name has a line of its own
+    const bool apart = id.size() > column && id.size() + 14 + 8 > width;  // a long id has a line of its own
     const std::size_t taken = (apart ? column : std::max(column, id.size())) + 14;
     if (apart) fmt::print("{}\n", id);
     fmt::print("{:<{}} {:<8} {:<4}{}\n", apart ? "" : id, column, orders, adaptive ? "tol" : "",
@@ -92,8 +92,8 @@ void print_methods_table(const Place& place, const Options& options) {
   line("method", "orders", false, "what it is");
   for (const Worker& worker : workers) {
     if (worker.status != Status::ok) {
-      fmt::print("{}", wrapped(fmt::format("{}: {} (`atwood doctor` says why)",
-                                           fs::path(worker.path).filename().string(), to_string(worker.status)),
+      fmt::print("{}", wrapped(fmt::format("{}: {}: {}", fs::path(worker.path).filename().string(),
+                                           to_string(worker.status), worker.reason),
                                0, width));
       continue;
     }
@@ -102,11 +102,12 @@ void print_methods_table(const Place& place, const Options& options) {
       line(worker.engine.name + "/..." + info.id, "", false, info.doc);
   }
   line("truth", "", false, "the scene's certified truth, for `atwood trace`");
-  fmt::print("\n{}",
-             wrapped("orders: claimed for points under forces of position, under forces of velocity, and for bodies "
-                     "that turn; - no claim. tol: takes a tolerance, as in atwood/dopri5:1e-8. `--long` prints "
-                     "documentation, sources and settings, `atwood describe METHOD` those of one.",
-                     0, width));
+  fmt::print(
+      "\n{}",
+      wrapped("orders: claimed for points under forces of position, for points under forces that depend on velocity, "
+              "and for rotating bodies; -: no claim. tol: takes a tolerance, as in atwood/dopri5:1e-8. `--long` "
+              "prints documentation, sources and settings, `atwood describe METHOD` those of one method.",
+              0, width));
 }
 
 void print_studies(const Place& place, const Options& options) {
@@ -168,8 +169,8 @@ int command_list(const Place& place, const Options& options) {
   const std::string what = options.input;
   if (!what.empty() && what != "scenarios" && what != "methods" && what != "metrics" && what != "gates" &&
       what != "studies") {
-    throw InputError(fmt::format("list {}: expected scenarios, methods, metrics, gates or studies; nearest: {}", what,
-                                 nearest(what, {"scenarios", "methods", "metrics", "gates", "studies"}, 1).front()));
+    throw InputError(fmt::format("list {}: expected scenarios, methods, metrics, gates or studies{}", what,
+                                 nearest_hint(what, {"scenarios", "methods", "metrics", "gates", "studies"}, 1)));
   }
   if (options.names) {
     print_names(place, options);

@@ -1,4 +1,4 @@
-// The command line: words in, an Options, one command, an exit code.
+// The command line: parses arguments into Options, runs one command, returns its exit code.
 #include <unistd.h>
 
 #include <cerrno>
@@ -71,14 +71,14 @@ struct Parser {
         fmt::format("Seconds allowed for a cell ({:g}); overrides a `limit` of the study. A truth gets six\n"
                     "times that, or 120 without --limit",
                     options.cell_limit_s));
-    auto* fresh = sub->add_flag("--fresh", options.fresh, "Ignore what the store holds: run everything again");
+    auto* fresh = sub->add_flag("--fresh", options.fresh, "Run every cell again, also those in the store");
     sub->add_flag("--reuse", options.reuse,
-                  "Take the last completed run's cells also of engines whose code is not fully known (measured again\n"
-                  "by every run otherwise)")
+                  "Also reuse cells of engines whose code is not fully known (without it, every run measures them\n"
+                  "again): those of the last completed run")
         ->excludes(fresh);
     sub->add_flag("--no-timing", options.no_timing, "Skip the timed pass");
     shown_progress(sub);
-    sub->add_option("-o,--output", options.outputs, "FORMAT:FILE, format csv, json, markdown, junit or html")
+    sub->add_option("-o,--output", options.outputs, "Also write this file; format csv, json, markdown, junit or html")
         ->expected(1)
         ->take_all();
     sub->add_option("--junit", options.junit, "Write verdicts as JUnit XML");
@@ -94,7 +94,7 @@ struct Parser {
 void declare_commands(Parser& p) {
   Options& o = p.options;
   auto* list = p.add("list", "Scenarios, methods, metrics, gates and studies", command_list);
-  list->add_option("KIND", o.input, "scenarios, methods, metrics, gates or studies (the first four unless given)");
+  list->add_option("KIND", o.input, "scenarios, methods, metrics, gates or studies (all but studies unless given)");
   list->add_flag("--long", o.long_list, "Methods with their documentation, source and settings");
   list->add_flag("--names", o.names, "Names alone, one a line, as completion reads them")->group("");
   list->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
@@ -102,8 +102,7 @@ void declare_commands(Parser& p) {
       ->take_all();
 
   auto* describe =
-      p.add("describe", "A scene in words, a method with its claims and settings, or a metric's definition",
-            command_describe);
+      p.add("describe", "A scene, a method with its claims and settings, or a metric's definition", command_describe);
   describe->add_option("SCENE|METHOD|METRIC", o.input, "A file, a catalogue id, a method id, or a metric's name")
       ->required();
   describe->add_flag("--program", o.evidence,
@@ -114,13 +113,12 @@ void declare_commands(Parser& p) {
       ->take_all();
 
   auto* run = p.add("run", "Run a study: measure, judge, report", command_run);
-  run->add_option("STUDY", o.study,
-                  "A study file, or the id of one of the catalogue's (the default study unless given)");
+  run->add_option("STUDY", o.study, "A study file, or the id of a study of the catalogue (default unless given)");
   p.running(run);
   run->add_option("--baseline", o.baseline, "Also compare with this baseline: regressions and improvements");
   p.telling(run);
 
-  auto* trace = p.add("trace", "The motion as CSV; --method truth prints the truth and its bars", command_trace);
+  auto* trace = p.add("trace", "One run's motion as CSV; --method truth prints the truth with its bars", command_trace);
   trace->add_option("SCENE", o.input, "A file or a catalogue id")->required();
   trace->add_option("--method", o.methods, "A method id, or truth")->required()->expected(1);
   p.counts(trace, "Step count (the scenario's last rung unless given)");
@@ -128,23 +126,24 @@ void declare_commands(Parser& p) {
   trace->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
       ->expected(1)
       ->take_all();
-  trace->add_option("--limit", o.cell_limit_s, "Seconds it may take")->capture_default_str();
-  trace->add_flag("--events", o.events, "Contacts instead of the motion");
+  trace->add_option("--limit", o.cell_limit_s, "Seconds that the run may take")->capture_default_str();
+  trace->add_flag("--events", o.events, "Print impacts and changes of regime instead of the motion");
 
   auto* contacts =
-      p.add("contacts", "Where bodies touch in the initial pose, or (--swept) when they first would, as CSV",
+      p.add("contacts", "Contacts of the initial pose as CSV, or (--swept) the first touch of moving bodies",
             command_contacts);
   contacts->add_option("SCENE", o.input, "A file or a catalogue id")->required();
   contacts
       ->add_option(
           "--engine", o.engines,
-          "atwood (unless given), truth, bullet64, bullet32, ode, fcl or libccd; one with a test of its own: box-edges,\n"
-          "bullet64/closest-points (contactPairTest's algorithms; bullet64 alone: the stepped world's), bullet32/closest-points,\n"
-          "bullet64/unit-size, bullet32/unit-size, ode/unit-size, fcl/unit-size, libccd/unit-size; or a worker's path")
+          "Who answers: atwood (unless given), truth, bullet64, bullet32, ode, fcl, libccd, or the path of an\n"
+          "executable that speaks the worker protocol. Variants: box-edges (the naive test of edges against faces);\n"
+          "bullet64/closest-points, bullet32/closest-points (the algorithms of contactPairTest instead of the stepped\n"
+          "world's); ENGINE/unit-size (bodies scaled to unit size; bullet64, bullet32, ode, fcl, libccd)")
       ->expected(1);
   contacts->add_flag("--swept", o.swept,
-                     "Straight motion with constant spin to the scene's end, instead of the initial pose");
-  contacts->add_option("--limit", o.cell_limit_s, "Seconds it may take")->capture_default_str();
+                     "Move bodies with constant velocity and spin to the scene's end, and report the first touch");
+  contacts->add_option("--limit", o.cell_limit_s, "Seconds that the answer may take")->capture_default_str();
 
   auto* compare = p.add("compare", "Methods side by side: error, order and cost on each scenario", command_compare);
   compare->add_option("METHODS", o.methods, "Two or more method ids")->required()->expected(1, 64);
@@ -152,15 +151,14 @@ void declare_commands(Parser& p) {
   p.counts(compare, "Only these step counts");
   compare->add_option("--metric", o.metric,
                       "The error that is compared: position, velocity, attitude, body-rate, state, energy, or a\n"
-                      "metric's name (unless given, position or attitude: the one in which the methods differ)");
-  compare->add_option("--error", o.wanted_error,
-                      "Compare the costs of this error alone, with its unit: 1e-6rad, 0.1mm");
-  compare->add_option("--budget", o.budget, "Compare the errors reached within this time alone: 16.7ms, 40us");
+                      "metric's name (unless given, position, or attitude where the positions do not differ)");
+  compare->add_option("--error", o.wanted_error, "Compare only the costs of this error, with its unit: 1e-6rad, 0.1mm");
+  compare->add_option("--budget", o.budget, "Compare only the errors reached within this time: 16.7ms, 40us");
   compare->add_flag(
       "--same-rate", o.same_rate,
-      "Rank methods that all evaluate the reference's right-hand side: ours as\n"
-      "atwood-same-rate/..., native times beside (unless given: where libraries and such methods alone are compared)");
-  compare->add_flag("--native-rate", o.native_rate, "Rank each method with its engine's own right-hand side")
+      "Rank methods that all evaluate the reference's right-hand side (our own as atwood-same-rate/...), with\n"
+      "native times beside. The default where every compared method can do so");
+  compare->add_flag("--native-rate", o.native_rate, "Rank each method by times with its engine's own right-hand side")
       ->excludes("--same-rate");
   compare->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
       ->expected(1)
@@ -173,7 +171,7 @@ void declare_commands(Parser& p) {
   p.shown_progress(compare);
   compare
       ->add_option("-o,--output", o.outputs,
-                   "FORMAT:FILE, format csv, json, markdown, junit or html (OUT/compare.html unless given)")
+                   "Write this file; format csv, json, markdown, junit or html (html:OUT/compare.html unless given)")
       ->expected(1)
       ->take_all();
 
@@ -193,25 +191,26 @@ void declare_commands(Parser& p) {
   advise->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
       ->expected(1)
       ->take_all();
-  advise->add_option("--time", o.search_s, "Seconds after which no further method is begun")->capture_default_str();
+  advise->add_option("--time", o.search_s, "Seconds after which no further method is started")->capture_default_str();
   p.shown_progress(advise);
   advise->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   advise->add_option("-j,--jobs", o.jobs, "Cells run at once (default: one per core)");
   advise->add_option("--limit", o.cell_limit_s, "Seconds a run may take; a truth six times that")
       ->capture_default_str();
 
-  auto* tune =
-      p.add("tune", "Search the settings of an engine that suit a class of scenes; the default is one of the trials",
-            command_tune);
+  auto* tune = p.add(
+      "tune", "Search an engine's best settings for a class of scenes; its default settings are one of the trials",
+      command_tune);
   tune->add_option("ENGINE", o.input, "atwood, bullet32, bullet64 or ode")->required();
   tune->add_option("--class", o.scene_class, "free-flight, bounce, friction, stack, heap or mechanism")->required();
-  tune->add_option("--trials", o.trials, "How many sets of settings are tried, the default included")
+  tune->add_option("--trials", o.trials, "Sets of settings that are tried, the default included")
       ->capture_default_str();
   tune->add_option("--seed", o.seed, "Seed of the random sets and of the choice of scenes")->capture_default_str();
   tune->add_option("--scenario", o.scenarios, "Only these scenes of the class: ids or globs")->expected(1)->take_all();
-  tune->add_option("--file", o.tuned_file,
-                   "Where settings and evidence are kept (OUT/tuned.json unless given); the presets read\n"
-                   "reference/rivals/tuned.json when they are built");
+  tune->add_option(
+      "--file", o.tuned_file,
+      "Where settings and evidence are kept (OUT/tuned.json unless given). The `tuned` presets are built from\n"
+      "reference/rivals/tuned.json");
   tune->add_flag("--no-timing", o.no_timing, "Compare at equal steps instead of equal time");
   tune->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   tune->add_option("-j,--jobs", o.jobs, "Cells run at once (default: one per core)");
@@ -219,11 +218,16 @@ void declare_commands(Parser& p) {
   p.shown_progress(tune);
 
   auto* check = p.add("check", "Judge a trace that any program recorded", command_check);
-  check->add_option("RUN.CSV", o.input, "Columns as `atwood trace` prints them; q and w may be missing")->required();
-  check->add_option("--scenario", o.scenarios, "The scenario it ran: an id or a file")->required()->expected(1);
-  check->add_option("--as", o.as_method, "Judge it by the gates of this method")->capture_default_str();
-  check->add_option("--max", o.limits, "METRIC=VALUE: fail above it")->expected(1)->take_all();
-  check->add_option("--tolerances", o.tolerances, "Gates from this file");
+  check
+      ->add_option("RUN.CSV", o.input,
+                   "A file with the columns of `atwood trace`; those of attitude and angular velocity may be missing")
+      ->required();
+  check->add_option("--scenario", o.scenarios, "The scenario that the program ran: an id or a file")
+      ->required()
+      ->expected(1);
+  check->add_option("--as", o.as_method, "Judge the trace by the gates of this method")->capture_default_str();
+  check->add_option("--max", o.limits, "Fail where the metric is above the value")->expected(1)->take_all();
+  check->add_option("--tolerances", o.tolerances, "Gates from this file instead of the catalogue's own");
   check->add_option("--junit", o.junit, "Write verdicts as JUnit XML");
 
   auto* gate = p.add("gate", "Judge the rows in the store, by tolerances or against a baseline", command_gate);
@@ -241,35 +245,40 @@ void declare_commands(Parser& p) {
   bless->add_option("--baseline", o.baseline, "The file (atwood-baseline.tsv unless given)");
 
   auto* bench =
-      p.add("bench", "Time kernels and steps with Google Benchmark; the report shows the figures", command_bench);
-  bench->add_option("FILTER", o.input,
-                    "A regular expression over benchmark names, or one of\n"
-                    "  goals         the project's goals beside its rivals, in one run\n"
-                    "  frame-budget  the largest heap that each engine steps within a frame\n"
-                    "  broad-phases  algorithms of the broad phase: pairs found and time");
-  bench->add_option("--goal", o.goals, "goals: only these ids or globs")->expected(1)->take_all();
-  bench->add_option("--goals", o.goals_file, "goals: from this file instead of benchmarks/goals.toml");
-  bench->add_option("--method", o.methods, "frame-budget: only these methods")->expected(1)->take_all();
-  bench->add_option("--engine", o.engines, "goals, frame-budget: another engine, an executable")
+      p.add("bench", "Measure times: kernels and steps with Google Benchmark, goals, heaps per frame, broad phases",
+            command_bench);
+  bench->add_option(
+      "FILTER", o.input,
+      "`goals`: the project's goals beside its rivals, in one run. `frame-budget`: the largest heap that each\n"
+      "engine steps within a frame. `broad-phases`: pairs and times of the broad phases. Anything else: a\n"
+      "regular expression over the names of benchmarks");
+  bench->add_option("--goal", o.goals, "Only these goals: ids or globs (goals)")->expected(1)->take_all();
+  bench->add_option("--goals", o.goals_file, "Goals from this file instead of benchmarks/goals.toml (goals)");
+  bench->add_option("--method", o.methods, "Only these methods (frame-budget)")->expected(1)->take_all();
+  bench
+      ->add_option("--engine", o.engines,
+                   "Another engine: an executable that speaks the worker protocol (goals, frame-budget)")
       ->expected(1)
       ->take_all();
-  bench->add_option("--limit", o.cell_limit_s, "goals, frame-budget: seconds a run may take")->capture_default_str();
-  bench->add_option("-j,--jobs", o.jobs, "goals: cells run at once in the accuracy pass");
-  bench->add_flag("--no-timing", o.no_timing, "goals: errors and evaluations only");
+  bench->add_option("--limit", o.cell_limit_s, "Seconds that a run may take (goals, frame-budget)")
+      ->capture_default_str();
+  bench->add_option("-j,--jobs", o.jobs, "Cells run at once in the accuracy pass (goals)");
+  bench->add_flag("--no-timing", o.no_timing, "Measure errors and evaluations only (goals)");
   bench->add_option("--out", o.out_dir, "Where the figures go")->capture_default_str();
 
   auto* report = p.add("report", "Make the report again from the store", command_report);
   report->add_option("STUDY", o.study, "The study to report");
   p.narrowing(report);
-  report->add_option("-o,--output", o.outputs, "FORMAT:FILE")->expected(1)->take_all();
-  report->add_option("--tolerances", o.tolerances, "Gates from this file");
+  report->add_option("-o,--output", o.outputs, "Format csv, json, markdown, junit or html")->expected(1)->take_all();
+  report->add_option("--tolerances", o.tolerances, "Gates from this file instead of the catalogue's own");
 
   auto* doctor = p.add("doctor", "The installation: engines, versions, precisions, the machine", command_doctor);
   doctor->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
       ->expected(1)
       ->take_all();
   doctor->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
-  doctor->add_flag("--check-store", o.check_store, "Verify all that the store holds; exit code 5 where it is damaged");
+  doctor->add_flag("--check-store", o.check_store,
+                   "Compare the store's entries with their checksums; exit code 5 where it is damaged");
 
   auto* schema = p.add("schema", "The JSON Schema of scenario files and of rows", command_schema);
   schema->add_option("SCHEMA", o.input, "scenario (unless given) or rows");
@@ -323,7 +332,7 @@ int run(int argc, char** argv) {
     parser.app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {
-      std::ostringstream out;  // the words of this call may hold anything
+      std::ostringstream out;  // arguments may hold any character
       parser.app.exit(error, out, out);
       std::fputs(printable_lines(out.str()).c_str(), stdout);
       return exit_pass;
@@ -333,7 +342,8 @@ int run(int argc, char** argv) {
   }
   for (const CLI::App* sub : parser.app.get_subcommands())
     parser.options.limit_given = sub->get_option_no_throw("--limit") != nullptr && sub->count("--limit") > 0;
-  // Commands that rerun a cell name the program as it was called: by its own name, or by the script in front of it.
+  // Printed commands that rerun a cell begin with the program as it was called: its own name, or that of the wrapper
+  // script.
   const char* called_as = std::getenv("ATWOOD_CALLED_AS");
   parser.options.words = {called_as && *called_as ? called_as : argc > 0 ? argv[0] : "atwood"};
   for (int i = 1; i < argc; ++i) parser.options.words.emplace_back(argv[i]);
@@ -341,14 +351,14 @@ int run(int argc, char** argv) {
   return parser.chosen(find_place(), parser.options);
 }
 
-// Memory is short: what allocates nothing.
+// Reports that memory is exhausted, without allocating any.
 int out_of_memory() {
   constexpr char words[] = "atwood: out of memory\n";
   [[maybe_unused]] const auto written = write(STDERR_FILENO, words, sizeof words - 1);
   return exit_internal;
 }
 
-// With fputs, which does not throw where nothing can be written.
+// Uses fputs, which does not throw where standard error cannot be written.
 void print_error(const char* what) {
   std::fflush(stdout);
   try {
@@ -374,7 +384,7 @@ int main(int argc, char** argv) {
     return exit_cell;
   } catch (const std::bad_alloc&) {
     return out_of_memory();
-  } catch (const std::system_error& error) {  // fmt::print's own words on a stream that takes nothing name no stream
+  } catch (const std::system_error& error) {  // fmt::print's message names no stream
     const bool printing = std::string(error.what()).rfind("cannot write to file", 0) == 0;
     print_error(printing ? ("standard output: " + error.code().message()).c_str() : error.what());
     return exit_internal;
@@ -386,6 +396,6 @@ int main(int argc, char** argv) {
     print_error((std::string("standard output: ") + std::strerror(errno)).c_str());
     return exit_internal;
   }
-  if (interrupt_signal() != 0) return 128 + interrupt_signal();  // it came after the last check
+  if (interrupt_signal() != 0) return 128 + interrupt_signal();  // the signal came after the command's last check
   return code;
 }

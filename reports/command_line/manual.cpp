@@ -206,8 +206,7 @@ namespace {
 std::string unknown_command(const CLI::App& app, const std::string& word) {
   std::vector<std::string> names;
   for (const CLI::App* sub : commands_of(app)) names.push_back(sub->get_name());
-  return fmt::format("no command `{}`; nearest: {}; `atwood help` lists them", word,
-                     fmt::join(nearest(word, names, 1), ""));
+  return fmt::format("no command `{}`{}; `atwood help` lists the commands", word, nearest_hint(word, names, 1));
 }
 
 std::string unknown_option(const CLI::App& app, const CLI::App* command, const std::string& word) {
@@ -219,9 +218,8 @@ std::string unknown_option(const CLI::App& app, const CLI::App* command, const s
     if (std::find(names.begin(), names.end(), name) != names.end()) owners.push_back("`" + sub->get_name() + "`");
   }
   std::string text = fmt::format("{}: no option `{}`", who, name);
-  const auto near = nearest(name, option_names(command ? *command : app), 1);
   if (command == nullptr && !owners.empty()) return text + " before the command; write it after the command's name";
-  if (!near.empty()) text += "; nearest: " + near.front();
+  text += nearest_hint(name, option_names(command ? *command : app), 1);
   if (!owners.empty()) text += fmt::format("; {} {} it", fmt::join(owners, ", "), owners.size() == 1 ? "has" : "have");
   return text + fmt::format("; `atwood help{}` shows all", command ? " " + command->get_name() : "");
 }
@@ -248,12 +246,12 @@ std::string unknown_words(const CLI::App& app, const std::vector<std::string>& w
   if (command == nullptr) {
     const auto found =
         std::find_if(words.begin(), words.end(), [](const auto& word) { return word.rfind("-", 0) != 0; });
-    if (found == words.end()) return "expected a command; `atwood help` lists them";
+    if (found == words.end()) return "expected a command; `atwood help` lists the commands";
     return unknown_command(app, *found);
   }
   const auto left = app.remaining(true);
   if (left.empty()) return "";
-  return fmt::format("atwood {}: `{}` is one word more than expected; usage: {}", command->get_name(), left.back(),
+  return fmt::format("atwood {}: found one word too many, `{}`; usage: {}", command->get_name(), left.back(),
                      usage(*command));
 }
 

@@ -14,6 +14,11 @@ namespace atwood {
 namespace fs = std::filesystem;
 using json = nlohmann::ordered_json;
 
+std::string without_id(const std::invalid_argument& error, const std::string& id) {
+  const std::string text = error.what(), prefix = "method `" + id + "`: ";
+  return text.starts_with(prefix) ? text.substr(prefix.size()) : text;
+}
+
 json json_of(const SettingValue& value) {
   if (const auto* real = std::get_if<double>(&value); real != nullptr && !std::isfinite(*real))
     return format_double(*real);  // JSON has no infinity

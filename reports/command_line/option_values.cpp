@@ -1,5 +1,5 @@
-// The values of options: numbers that are finite and in range, switches without a value, and one value where one is
-// expected. What is wrong is said in words of our own.
+// Checks of the values of options: numbers are finite and within their range, switches have no value, other options
+// have one. Messages say what was found and what was expected.
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -15,22 +15,22 @@ namespace {
 
 struct NumberRange {
   bool whole = false;
-  double low = 0, high = 0;  // both belong to it
-  std::string what;          // "seconds"; empty: a bare number
+  double low = 0, high = 0;  // both ends are allowed
+  std::string what;          // " of seconds"; empty: a number without unit
 };
 
-// Every option that takes a number, by its long name.
+// Every option that takes a number, by its long name. Step counts have the range of `steps` in scene files.
 const std::map<std::string, NumberRange>& number_ranges() {
   static const std::map<std::string, NumberRange> ranges{
-      {"limit", {false, 0.01, 1e6, " of seconds"}},      {"time", {false, 0, 1e6, " of seconds"}},
-      {"hz", {false, 1e-9, 1e15, " of steps a second"}}, {"steps", {true, 1, 1e15, " of steps"}},
-      {"samples", {true, 1, 1e15, " of samples"}},       {"jobs", {true, 1, 1024, " of workers"}},
-      {"trials", {true, 1, 10000, " of trials"}},        {"seed", {true, 0, 1e15, ""}},
+      {"limit", {false, 0.01, 1e6, " of seconds"}},        {"time", {false, 0, 1e6, " of seconds"}},
+      {"hz", {false, 1e-9, 1e12, " of steps per second"}}, {"steps", {true, 1, 1e12, " of steps"}},
+      {"samples", {true, 1, 1e12, " of samples"}},         {"jobs", {true, 1, 1024, " of workers"}},
+      {"trials", {true, 1, 10000, " of trials"}},          {"seed", {true, 0, 1e15, ""}},
       {"max-cells", {true, 1, 1e15, " of cells"}}};
   return ranges;
 }
 
-// Empty: the text is such a number.
+// What is wrong with the text; empty where it is a number within the range.
 std::string number_fault(const NumberRange& range, const std::string& text) {
   char* end = nullptr;
   errno = 0;
@@ -67,12 +67,12 @@ std::string value_words(const CLI::App& app, const CLI::ParseError& error) {
       if (error.get_name() == "ArgumentMismatch" && about) {
         if (!flag && option->get_multi_option_policy() == CLI::MultiOptionPolicy::Throw &&
             static_cast<int>(option->count()) > option->get_items_expected_max())
-          return fmt::format("{}: found it {} times; expected it once", name, option->count());
-        if (!flag && option->count() == 0) return fmt::format("{}: found no value after it; expected one", name);
+          return fmt::format("{}: found {} times; expected once", name, option->count());
+        if (!flag && option->count() == 0) return fmt::format("{}: found no value; expected one", name);
       }
       const bool conversion = error.get_name() == "ConversionError" || error.get_name() == "InvalidError" ||
                               error.get_name() == "ArgumentMismatch";
-      if (conversion && about && flag) return fmt::format("{}: found a value; expected none, it is a switch", name);
+      if (conversion && about && flag) return fmt::format("{}: found a value; expected none (it is a switch)", name);
     }
   }
   return "";

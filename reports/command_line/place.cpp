@@ -59,7 +59,8 @@ void explain_missing(Worker& worker) {
   }
 }
 
-// What a foreign engine says of itself is printed and kept in tables; its ids are sent back to it as they are.
+// Replaces what cannot be printed in the texts of a foreign engine's answer to `hello`. Its ids are sent back to it as
+// they are, so one with control characters makes the engine `crashed`.
 void make_printable(Worker& worker) {
   Engine& engine = worker.engine;
   for (std::string* text : {&engine.version, &engine.scalar, &worker.reason}) *text = printable(*text);
@@ -76,21 +77,22 @@ void make_printable(Worker& worker) {
   }
   if (plain || worker.status != Status::ok) return;
   worker.status = Status::crashed;
-  worker.reason = "at hello: a name, an id or a setting holds control characters";
+  worker.reason = "answering `hello`: invalid answer: a name, an id or a setting has control characters";
   engine.methods.clear();
   engine.responses.clear();
 }
 
-// An unknown `solution` of a closed form is a typing error: told before anything runs. The truth's worker knows the names.
+// InputError, before anything runs, where `solution` names no closed form. The worker of truths lists the names.
 void require_known_solution(const Place& place, const Scenario& scenario) {
   if (scenario.truth.kind != TruthKind::closed_form || !fs::exists(place.truth_worker)) return;
   std::istringstream lines(capture({place.truth_worker, "--solutions"}));
   std::vector<std::string> known;
   for (std::string id; std::getline(lines, id);) known.push_back(id);
   if (std::find(known.begin(), known.end(), scenario.truth.solution) != known.end()) return;
-  throw InputError(fmt::format("{}: `solution` in [truth] is \"{}\"; expected one of {} (did you mean {}?)",
+  const std::vector<std::string> near = nearest(scenario.truth.solution, known, 1);
+  throw InputError(fmt::format("{}: `solution` in [truth] is \"{}\"; expected one of {}{}",
                                place_of_key(scenario.path, "truth", "solution"), scenario.truth.solution,
-                               fmt::join(known, ", "), fmt::join(nearest(scenario.truth.solution, known, 1), "")));
+                               fmt::join(known, ", "), near.empty() ? "" : " (did you mean " + near.front() + "?)"));
 }
 
 }  // namespace
@@ -130,7 +132,7 @@ std::vector<Scenario> read_catalogue(const Place& place) {
 
 namespace {
 
-// With the nearest of the scenes that lie beside the place where it was looked for.
+// The message of a missing file, with the most similar name of the scenes in its folder.
 InputError no_such_scene(const std::string& file) {
   std::vector<std::string> beside;
   std::error_code error;
@@ -140,8 +142,8 @@ InputError no_such_scene(const std::string& file) {
     if (entry->path().extension() == ".toml") beside.push_back((folder / entry->path().filename()).string());
   }
   std::sort(beside.begin(), beside.end());
-  return InputError(fmt::format("{}: no such file; expected a scenario file (TOML){}", file,
-                                beside.empty() ? "" : "; nearest: " + nearest(file, beside, 1).front()));
+  return InputError(
+      fmt::format("{}: no such file; expected a scenario file (TOML){}", file, nearest_hint(file, beside, 1)));
 }
 
 }  // namespace
@@ -154,11 +156,9 @@ Scenario read_scene_argument(const Place& place, const std::string& id_or_file) 
   if (!looks_like_file && !fs::exists(id_or_file)) {
     std::vector<std::string> ids;
     for (const auto& scenario : read_catalogue(place)) ids.push_back(scenario.id);
-    std::string names;
-    for (const auto& id : nearest(id_or_file, ids, 3)) names += (names.empty() ? "" : ", ") + id;
     throw InputError(fmt::format(
-        "no scenario `{}` in the catalogue and no file of that name; nearest: {}; `atwood list` shows the ids",
-        id_or_file, names));
+        "no scenario `{}` in the catalogue, and no file has this name{}; `atwood list scenarios` shows the ids",
+        id_or_file, nearest_hint(id_or_file, ids, 3)));
   }
   if (!fs::exists(id_or_file)) throw no_such_scene(id_or_file);
   Scenario scenario = read_scenario(id_or_file);

@@ -197,7 +197,7 @@ int command_report(const Place& place, const Options& options) {
   const StudyResult result = load_rows(options.out_dir + "/store.db", selection.cells);
   if (result.rows.empty()) {
     throw InputError(fmt::format(
-        "{}/store.db holds none of these cells: they were never run, or by an earlier build; `{}` makes them",
+        "{}/store.db has none of these cells: they were never run, or were run by an earlier build; `{}` runs them",
         options.out_dir, same_call(options, "run")));
   }
   const Standards standards = read_standards(place, selection, true);

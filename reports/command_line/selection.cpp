@@ -10,6 +10,7 @@
 
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/contest.hpp"
+#include "reports/command_line/method_words.hpp"
 #include "reports/command_line/units.hpp"
 #include "scene/files.hpp"
 #include "validation/gates/gates.hpp"
@@ -84,23 +85,21 @@ std::vector<Scenario> read_own_scenes(const Place& place, Study& study) {
 void check_steps(const Scenario& scenario, const std::vector<std::int64_t>& steps) {
   for (const auto n : steps) {
     if (n <= 0 || n % scenario.samples != 0) {
-      throw InputError(fmt::format("--steps {}: expected a positive multiple of {}, the samples of `{}`", n,
-                                   scenario.samples, scenario.id));
+      throw InputError(
+          fmt::format("--steps {}: expected a multiple of the {} samples of `{}`", n, scenario.samples, scenario.id));
     }
   }
 }
 
-// All of a short list; the nearest few of a long one.
-std::string nearest_names(const std::string& id, const std::vector<MethodInfo>& known) {
+// What was expected instead: all of a short list, the similar ids of a long one.
+std::string expected_ids(const std::string& id, const std::vector<MethodInfo>& known) {
   std::vector<std::string> ids;
   for (const auto& info : known) ids.push_back(info.id);
-  const bool many = ids.size() > 12;
-  std::string names;
-  for (const auto& one : many ? nearest(id, ids, 6) : ids) names += (names.empty() ? "" : ", ") + one;
-  return many ? names + ", ... (`atwood list methods` shows all)" : names;
+  if (ids.size() <= 12) return fmt::format("; expected one of {}", fmt::join(ids, ", "));
+  return nearest_hint(id, ids, 6) + "; `atwood list methods` shows all";
 }
 
-// Methods that are no motion: tests of contacts, which sweeps of poses ask.
+// Methods that answer contact queries and integrate no motion: sweeps of poses ask them.
 bool is_contact_test(const std::string& scheme) {
   return scheme == "contacts" || scheme == "box-edges" || scheme == "unit-size" || scheme == "closest-points";
 }
@@ -113,8 +112,8 @@ bool is_named(const Worker& worker, const std::string& engine) {
              : glob_match("atwood-" + engine, file) || (engine == "atwood" && file == "atwood-engine");
 }
 
-// Every method that is named must be one that some engine offers, or of an engine that is known and not built. `who`
-// names them: "--method ".
+// InputError unless some available engine provides the method, or its engine is known and not built. `who` says where
+// the method is named: "--method ".
 void check_method(const std::string& who, const std::string& text, const std::vector<Worker>& workers) {
   const bool glob = text.find_first_of("*?") != std::string::npos;
   const std::string base = text.substr(0, text.find_first_of(":+@{"));
@@ -123,10 +122,10 @@ void check_method(const std::string& who, const std::string& text, const std::ve
     try {
       parse_method_id(text);
     } catch (const std::invalid_argument& error) {
-      throw InputError(fmt::format("{}{}: {}", who, text, error.what()));
+      throw InputError(fmt::format("{}{}: {}", who, text, without_id(error, text)));
     }
   } else if (slash == std::string::npos) {
-    return;  // over whole ids
+    return;  // the glob is over whole ids, of engines that are not built too
   }
   const std::string engine = base.substr(0, slash);
   std::string names;
@@ -146,10 +145,9 @@ void check_method(const std::string& who, const std::string& text, const std::ve
                                  engine, names));
   if (offered || (!glob && is_contact_test(base.substr(slash + 1)))) return;
   if (glob)
-    throw InputError(fmt::format("{}{}: no method of {} matches; expected one of {}", who, text, engine,
-                                 nearest_names(base, known)));
-  throw InputError(fmt::format("{}{}: {} has no `{}`; expected one of {}", who, text, engine, base.substr(slash + 1),
-                               nearest_names(base, known)));
+    throw InputError(fmt::format("{}{}: no method of {} matches{}", who, text, engine, expected_ids(base, known)));
+  throw InputError(fmt::format("{}{}: {} has no method `{}`{}", who, text, engine, base.substr(slash + 1),
+                               expected_ids(base, known)));
 }
 
 // What a study names, cell by cell of the file: methods, and scenarios of the catalogue or of the command line.
@@ -166,14 +164,14 @@ void check_study(const Study& study, const std::vector<Scenario>& catalogue, con
       if (std::any_of(catalogue.begin(), catalogue.end(), [&](const Scenario& s) { return matches(name, s); }))
         continue;
       throw InputError(fmt::format(
-          "study `{}`: scenarios: `{}` is no scenario of the catalogue; expected ids, globs over them, tag:NAME (`atwood "
-          "list scenarios`) or files, as in scenes/mine.toml",
+          "study `{}`: scenarios: the catalogue has no scenario `{}`; expected ids, globs over ids, tag:NAME (`atwood "
+          "list scenarios` shows ids and tags) or files, as in scenes/mine.toml",
           study.id, name));
     }
   }
 }
 
-// A study argument that is no file is one of the catalogue's.
+// The file of a study: a path that exists, or the id of a study of the catalogue. InputError where it is neither.
 std::string study_path(const Place& place, const std::string& study) {
   const std::string folder = place.source_dir + "/validation/study/";
   if (study.empty()) return folder + "default.toml";
@@ -224,20 +222,20 @@ void keep_used(Selection& selection) {
 
 }  // namespace
 
-namespace {
-
-// Foreign engines must have answered: their methods are not known otherwise.
-void require_answers(const std::vector<Worker>& workers, const Study& study) {
+void require_answers(const std::vector<Worker>& workers, const Study* study) {
   for (const Worker& worker : workers) {
     if (!worker.foreign || worker.status == Status::ok) continue;
-    const bool of_study = std::find(study.engines.begin(), study.engines.end(), worker.command) != study.engines.end();
+    const bool of_study =
+        study && std::find(study->engines.begin(), study->engines.end(), worker.command) != study->engines.end();
     const std::string words =
-        fmt::format("{}{}: {}: {}", of_study ? fmt::format("study `{}`: engines: ", study.id) : "--engine ",
+        fmt::format("{}{}: {}: {}", of_study ? fmt::format("study `{}`: engines: ", study->id) : "--engine ",
                     fmt::join(worker.command, " "), to_string(worker.status), worker.reason);
     if (worker.status == Status::not_built) throw InputError(words);  // it cannot be started
     throw WorkerFailure(words);
   }
 }
+
+namespace {
 
 // What a study's blocks name, without the probes.
 std::vector<std::string> scenarios_of(const Study& study) {
@@ -304,7 +302,7 @@ Study open_study(const Place& place, const Options& options, Selection& selectio
   selection.tolerances = options.tolerances.empty() ? study.tolerances : options.tolerances;
   selection.baseline = options.baseline.empty() ? study.baseline : options.baseline;
   selection.workers = require_workers(place, options, &study);
-  require_answers(selection.workers, study);
+  require_answers(selection.workers, &study);
   for (StudyCells& cells : study.cells) {
     if (options.limit_given) cells.limit_s = 0;
     if (!cells.methods.empty()) continue;

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/method_words.hpp"
 #include "reports/command_line/table.hpp"
 #include "reports/command_line/units.hpp"
 #include "reports/command_line/verdicts.hpp"
@@ -88,8 +89,10 @@ const Worker& worker_of(const std::vector<Worker>& workers, const std::string& m
   try {
     id = parse_method_id(method);
   } catch (const std::invalid_argument& error) {
-    throw InputError(fmt::format("--method {}: {}", method, error.what()));
+    throw InputError(fmt::format("--method {}: {}", method, without_id(error, method)));
   }
+  if (method.find_first_of("*?") != std::string::npos)
+    throw InputError(fmt::format("--method {}: found a glob; expected the id of one method, or truth", method));
   std::vector<std::string> names;
   for (const auto& worker : workers) {
     if (worker.status != Status::ok) continue;
@@ -100,8 +103,8 @@ const Worker& worker_of(const std::vector<Worker>& workers, const std::string& m
   }
   names.emplace_back("truth");
   throw InputError(
-      fmt::format("--method {}: no available engine provides this method; nearest: {}; `atwood list methods` shows all",
-                  method, fmt::join(nearest(id.engine + "/" + id.scheme, names, 3), ", ")));
+      fmt::format("--method {}: no available engine provides this method{}; `atwood list methods` shows all", method,
+                  nearest_hint(id.engine + "/" + id.scheme, names, 3)));
 }
 
 // With recorded frames: an engine that takes them, whole frames, and the start and the end alone.
@@ -153,10 +156,10 @@ int command_trace(const Place& place, const Options& options) {
 
   const std::int64_t steps = options.steps.empty() ? scenario.steps.back() : options.steps.front();
   if (steps <= 0 || steps % samples != 0) {
-    throw InputError(
-        fmt::format("--steps {}: expected a positive multiple of {}, the count of samples", steps, samples));
+    throw InputError(fmt::format("--steps {}: expected a multiple of the {} samples", steps, samples));
   }
   const auto workers = require_workers(place, options);
+  require_answers(workers);
   const Worker& worker = worker_of(workers, method);
   check_settings("--method ", method, workers);
   require_frames(scenario, worker, steps, samples);

@@ -53,8 +53,8 @@ std::string metric_of(const std::string& asked) {
   }
   throw InputError(
       fmt::format("--metric {}: expected position, velocity, attitude, body-rate, state, energy, or a metric of "
-                  "`atwood list metrics`; nearest: {}",
-                  asked, nearest(asked, names, 1).front()));
+                  "`atwood list metrics`{}",
+                  asked, nearest_hint(asked, names, 1)));
 }
 
 std::string unit_of(const std::string& metric) {

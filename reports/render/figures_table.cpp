@@ -151,7 +151,7 @@ std::string claim_words(const ClaimedOrder& order) {
 std::string figures_table(const ReportData& data, const Palette& palette, std::size_t room) {
   const Ladders ladders = ladders_of(data.rows);
   if (ladders.order.empty() || ladders.order.size() > kMostPairs) return "";
-  constexpr std::array<const char*, 7> heads{"method", "steps", "error", "order", "energy", "a step", "verdict"};
+  constexpr std::array<const char*, 7> heads{"method", "steps", "error", "order", "energy", "step time", "verdict"};
   std::string out;
   std::set<std::string> told;
   for (const auto& [scenario, first] : ladders.order) {

@@ -21,7 +21,7 @@ std::string line(const char* who, const GoalEntrant& entrant) {
   if (std::isfinite(entrant.evaluations)) add(fmt::format("{:.0f} evaluations", entrant.evaluations));
   if (std::isfinite(entrant.seconds)) add(time_words(entrant.seconds));
   if (std::isfinite(entrant.ns_per_step))
-    add(fmt::format("{:.4g} ns{}", entrant.ns_per_step, entrant.steps > 0 ? " a step" : ""));
+    add(fmt::format("{:.4g} ns{}", entrant.ns_per_step, entrant.steps > 0 ? " per step" : ""));
   if (!entrant.accurate) add("not accurate enough");
   return words + ": " + figures + "\n";
 }

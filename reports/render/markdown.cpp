@@ -67,7 +67,7 @@ std::string failing_section(const std::vector<Verdict>& verdicts, std::size_t mo
 
 std::string truths_section(const std::vector<RefusedTruth>& truths) {
   if (truths.empty()) return "";
-  std::string out = "## Scenes whose truth refuses\n\n";
+  std::string out = "## Scenes without a truth\n\n";
   for (const RefusedTruth& refused : truths) out += fmt::format("- **{}**\n", cell(refused_words(refused)));
   return out + "\n";
 }
@@ -126,7 +126,7 @@ std::string heading(const ReportData& data) {
 std::string laws_section(const std::vector<Law>& laws) {
   if (laws.empty()) return "";
   std::string out =
-      "## Laws: predicted beside measured\n\n| scenario | method | steps | law | predicted | measured |\n"
+      "## Laws: predicted and measured\n\n| scenario | method | steps | law | predicted | measured |\n"
       "| --- | --- | ---: | --- | ---: | ---: |\n";
   for (const Law& law : laws) {
     out += fmt::format("| {} | {} | {} | {} | {}{} | {}{} |\n", cell(law.scenario), cell(law.method),

@@ -84,7 +84,7 @@ std::string entrant_words(const GoalEntrant& entrant) {
   if (std::isfinite(entrant.error)) words += ": " + format_measure(entrant.error, entrant.bar, 2);
   if (std::isfinite(entrant.evaluations)) words += fmt::format(", {:.0f} evaluations", entrant.evaluations);
   if (std::isfinite(entrant.seconds)) words += ", " + time_words(entrant.seconds);
-  if (std::isfinite(entrant.ns_per_step)) words += fmt::format(", {:.4g} ns a step", entrant.ns_per_step);
+  if (std::isfinite(entrant.ns_per_step)) words += fmt::format(", {:.4g} ns per step", entrant.ns_per_step);
   return words;
 }
 
@@ -103,7 +103,7 @@ std::string goal_words(const GoalResult& goal) {
   if (goal.budget_kind == "seconds") return words + join + time_words(goal.budget);
   if (goal.budget_kind == "evaluations") return words + join + fmt::format("{:.0f} evaluations", goal.budget);
   if (goal.budget_kind == "ns_per_step")
-    return words + (words.empty() ? "" : " at ") + fmt::format("{:.4g} ns a step", goal.budget);
+    return words + (words.empty() ? "" : " at ") + fmt::format("{:.4g} ns per step", goal.budget);
   if (goal.budget_kind == "ns") return words + join + fmt::format("{:.4g} ns", goal.budget);
   return words;
 }
@@ -111,8 +111,9 @@ std::string goal_words(const GoalResult& goal) {
 std::string dominance_section(const std::vector<Dominance>& tables) {
   if (tables.empty()) return "";
   std::string out =
-      "## Who is cheapest\n\nErrors from 1e-3 to 1e-13 that somebody reaches; a ratio is the other's cost over the "
-      "winner's. Each figure is of a measured rung; < nothing cheaper was measured, * at the truth's bar.\n\n"
+      "## Cheapest method for an error\n\nErrors from 1e-3 to 1e-13 that some method reaches; a ratio is the cost of "
+      "the other method over that of the cheapest. All figures are of measured rungs. <: no cheaper rung was measured; "
+      "*: the error is below three bars of the truth.\n\n"
       "| scenario | error | levels atwood leads | levels another engine leads | finest level of atwood | of others "
       "|\n| --- | --- | ---: | ---: | ---: | ---: |\n";
   std::string details, last;

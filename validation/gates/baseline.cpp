@@ -1,4 +1,5 @@
-// A baseline: what was measured once and agreed to, one metric a line, sorted, so that a change reads well in a diff.
+// A baseline: accepted figures of an earlier measurement, one metric per line, sorted, so that a diff shows every
+// change.
 //
 //   # atwood baseline 2
 //   # reason: <text>
@@ -6,9 +7,9 @@
 //   kepler-e0.6  atwood/rk4  960  error-position-end  1.319e-06  0  m
 //   # end 1
 //
-// The last line counts the figures, so that a file cut short is not taken for a smaller one. Version 1 had no such line.
-// The environment it was measured in is in <path>.env: compiler, flags, CPU and its features, mathematics library,
-// engine versions. No timestamps.
+// The last line counts the figures, so that a truncated file is not taken for a smaller one. Version 1 had no such
+// line. The environment of the measurement is in <path>.env: compiler, flags, CPU and its features, mathematics
+// library, engine versions. No timestamps.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -27,14 +28,13 @@
 namespace atwood {
 namespace {
 
-// How far a value may move before it counts as a change, beside both bars. Our own engine is deterministic: what is
-// left is another compiler's round-off inside an error that is itself measured in full. Rivals are built elsewhere.
-// Times come from a noisy machine.
+// Relative differences, besides both bars, that do not count as a change. Our own engine is deterministic: only the
+// round-off of another compiler changes its figures. Rivals are built elsewhere. Times vary on a busy machine.
 constexpr double kOwnTolerance = 1e-3, kRivalTolerance = 0.02, kTimingTolerance = 0.25;
-// The bar of a baseline counts up to kBarGrowth times today's or kBarShare of the value, whichever is larger: the file is
-// edited by hand and merged, and a bar that no measurement explains must not make everything agree with it.
+// A bar of the baseline is limited to kBarGrowth times the present one or kBarShare of the value, whichever is larger:
+// the file may be edited by hand or merged, and with a large bar every value would agree.
 constexpr double kBarGrowth = 10, kBarShare = 1e-3;
-// Below this share of a metric's own unit, values are round-off of round-off and change with the mathematics library.
+// Values below this many units of their metric are round-off and change with the mathematics library.
 constexpr double kRoundOff = 1e-14;
 
 struct Key {
@@ -50,9 +50,9 @@ struct Entry {
 
 bool timing(const std::string& metric) { return metric.starts_with("step-time") || metric == "run-time"; }
 
-// A solver's residual at round-off changes with every change of the order of a sum: its gates judge it. A figure under an
-// infinite bar, or itself infinite, agrees with everything: it is no figure to agree on. A time of one repeat has an
-// unknown bar: the tolerance of times stands for it.
+// Whether a row belongs to the baseline. Residuals of solvers do not: at round-off they change with the order of a sum,
+// and gates judge them. Infinite figures and figures with an infinite bar do not: every value agrees with them. A time
+// of one repeat has an unknown bar; it is compared with the tolerance of times alone.
 bool judged(const Row& row) {
   return row.status == Status::ok && row.body.empty() && !row.t_s && row.metric != "status" &&
          !row.metric.starts_with("size-") && row.metric != "solver-residual-max" && row.metric != "condition" &&
@@ -75,7 +75,7 @@ std::string one_line(std::string text) {
   return printable(text);
 }
 
-// What figures were measured with: "cpu", "flags", ..., "engine ode".
+// The environment of the rows: "cpu", "flags", ..., "engine ode".
 std::map<std::string, std::set<std::string>> environment(std::span<const Row> rows) {
   std::map<std::string, std::set<std::string>> all;
   for (const Row& r : rows) {
@@ -107,7 +107,7 @@ template <class Number> bool parse_whole(const std::string& text, Number& value)
   return error == std::errc() && end == text.data() + text.size();
 }
 
-// One file, line by line.
+// Reads a baseline line by line.
 struct Reader {
   Baseline& baseline;
   int version = 0, number = 0;
@@ -160,11 +160,11 @@ struct Reader {
   }
 };
 
-// How bad a value is. Orders and counts of what should happen are compared as they are, where less is worse.
+// Whether a smaller value is worse: orders. For other metrics a larger absolute value is worse.
 bool less_is_worse(const std::string& metric) { return metric.starts_with("order-"); }
 double badness(const std::string& metric, double value) { return less_is_worse(metric) ? -value : std::fabs(value); }
 
-// How many times as bad: for an order the share of it that is lost.
+// The factor by which a figure became worse; for an order, the part of it that was lost.
 double times_worse(const std::string& metric, double before, double now) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   if (std::isnan(before) && std::isnan(now)) return 1;
@@ -198,7 +198,7 @@ BaselineChange compare(const Key& key, const Entry& before, const Entry& now, bo
   const double largest_bar = std::max(kBarGrowth * now.bar, kBarShare * std::fabs(before.value));
   const double bar_before = std::isnan(largest_bar) ? before.bar : std::min(before.bar, largest_bar);
   BaselineChange change = change_of(key, Kind::unchanged, before.value, now.value, bar_before + now.bar, before.unit);
-  if (std::isnan(before.value) && !std::isnan(now.value)) {  // inconclusive then: there is nothing to be better than
+  if (std::isnan(before.value) && !std::isnan(now.value)) {  // it was inconclusive: neither better nor worse
     change.kind = Kind::added;
     change.text = "was not a number in the baseline: nothing to compare with";
     return change;
@@ -232,7 +232,7 @@ std::string joined(const std::set<std::string>& words) {
   return text;
 }
 
-// Of two lists of words, which only one of them has: "+avx2 -sse4a".
+// The words that only one of two lists has: "+avx2 -sse4a".
 std::string changed_words(const std::set<std::string>& before, const std::set<std::string>& now) {
   const auto words_of = [](const std::set<std::string>& lines) {
     std::set<std::string> words;
@@ -276,7 +276,7 @@ Baseline read_baseline(const std::string& path) {
   baseline.path = path;
   Reader reader{baseline};
   for (std::string line; std::getline(file, line);) {
-    if (line.ends_with('\r')) line.pop_back();  // a copy with Windows line ends is the same baseline
+    if (line.ends_with('\r')) line.pop_back();  // allows Windows line ends
     reader.line(line);
   }
   if (reader.number == 0)
@@ -327,7 +327,7 @@ std::vector<BaselineChange> compare_baseline(const Baseline& baseline, std::span
 
 std::vector<std::string> environment_changes(const Baseline& baseline, std::span<const Row> rows) {
   std::vector<std::string> notes;
-  if (baseline.environment.empty()) return notes;  // said when it was read
+  if (baseline.environment.empty()) return notes;  // the reader of the file has noted it
   struct Part {
     std::string name, words, differs;
   };
@@ -337,7 +337,7 @@ std::vector<std::string> environment_changes(const Baseline& baseline, std::span
                           {"compiler", "compiler", "differs"},
                           {"flags", "compiler's flags", "differ"}};
   const auto now = environment(rows);
-  std::set<std::string> engines;  // of the baseline's figures: another engine's version says nothing about them
+  std::set<std::string> engines;  // engines with figures in the baseline; versions of others do not matter
   for (const BaselineEntry& e : baseline.entries) engines.insert("engine\t" + e.method.substr(0, e.method.find('/')));
   for (const auto& [name, versions] : now)
     if (engines.contains(name)) parts.push_back({name, "version of the engine " + name.substr(7), "differs"});

@@ -1,5 +1,5 @@
-// Gates meet rows. A value is an interval [v - b, v + b]: inside what is allowed passes, wholly outside fails, and what
-// lies across the edge is unverifiable.
+// Judges rows by gates. A value is an interval [v - b, v + b]: if it lies inside the allowed range the gate passes, if
+// it lies outside the gate fails, and if it contains a limit the gate is unverifiable.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -16,8 +16,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 bool is_order(const std::string& metric) { return metric.starts_with("order-"); }
 
-// Figures that say `inconclusive` instead of a number: nothing was proved, so a gate on them is unverifiable. Any other
-// NaN fails.
+// Figures with the reason `inconclusive` have no value, so a gate on them is unverifiable. Any other NaN fails.
 bool inconclusive(const Row& row) { return std::isnan(row.value) && row.reason.starts_with("inconclusive"); }
 
 bool matches_cell(const Gate& gate, const Row& row) {
@@ -39,7 +38,7 @@ Verdict verdict_of(const Gate& gate, const Row& row) {
   v.allowed_high = gate.kind == Gate::Kind::min ? kInfinity : gate.high;
   v.rerun = rerun_words(row.scenario, row.method, row.steps);
   if (gate.kind == Gate::Kind::max_ratio)
-    v.rerun.insert(v.rerun.begin() + 6, {"--method", gate.ratio_to});  // beside the other method's row
+    v.rerun.insert(v.rerun.begin() + 6, {"--method", gate.ratio_to});  // the rerun measures the other method too
   return v;
 }
 
@@ -49,7 +48,7 @@ std::string allowed_text(const Verdict& v) {
   return v.gate.kind == Gate::Kind::min ? ">= " + six_digits(v.allowed_low) : "<= " + six_digits(v.allowed_high);
 }
 
-// Sets the judgement, margin (distance of the value from the nearest edge, negative outside) and words.
+// Sets the judgement, the margin (distance of the value from the nearest limit, negative outside) and the text.
 void conclude(Verdict& v, double low, double high, const std::string& measured, const std::string& note) {
   v.margin = std::min(v.value - v.allowed_low, v.allowed_high - v.value);
   if (low >= v.allowed_low && high <= v.allowed_high) v.judgement = Judgement::pass;
@@ -92,12 +91,12 @@ void judge_ratio(Verdict& v, const Row& row, std::span<const Row> rows) {
   }
   const double mine = std::fabs(row.value), theirs = std::fabs(other->value);
   const std::string measured = measured_text(v) + " against " + six_digits(other->value) + " of " + v.gate.ratio_to;
-  if (!(theirs > 3 * other->truth_bar)) {  // also NaN and 0: no ratio is made of a value within three bars of nothing
+  if (!(theirs > 3 * other->truth_bar)) {  // also NaN and 0: a value below three bars has no ratio
     v.judgement = std::isnan(theirs) ? Judgement::fail : Judgement::unverifiable;
     v.text = "measured " + measured + ": no ratio is made of a value under three bars";
     return;
   }
-  // Under three bars the value itself is only an upper limit: its lower end is zero.
+  // Below three bars the value is only an upper limit: its lower end is zero.
   const double low = mine < 3 * row.truth_bar ? 0 : (mine - row.truth_bar) / (theirs + other->truth_bar);
   const double high = (mine + row.truth_bar) / (theirs - other->truth_bar);
   v.value = mine / theirs;
@@ -130,32 +129,32 @@ Verdict judge_row(const Gate& gate, const Row& row, std::span<const Row> rows) {
   return v;
 }
 
-// A cell that blew up fails every gate on its own figures. A figure of the whole ladder is judged by the ladder's row;
-// rungs that blew up are left out there by name.
+// Whether a cell that diverged or failed fails this gate: every gate on figures of the cell. A figure of the whole
+// ladder is judged by the ladder's row, whose reason names the rungs that failed.
 bool failed_cell(const Gate& gate, const Row& row) {
   return row.metric == "status" && row.status != Status::ok && row.status != Status::unsupported &&
          row.status != Status::not_built && !is_order(gate.metric) && gate.metric != "status";
 }
 
-// What an engine can't do: a cell, or a probe's question.
+// Rows of a cell or a probe that the engine does not support.
 bool answers_nothing(const Gate& gate, const Row& row) {
   return (row.metric == "status" || glob_match(gate.metric, row.metric)) &&
          (row.status == Status::unsupported || row.status == Status::not_built);
 }
 
-// Figures that only a truth can give.
+// Whether the metric needs a truth.
 bool needs_truth(const std::string& metric) {
   static const char* const kinds[] = {"error-", "order-", "growth-", "impact-", "apex-", "landing-", "tolerance-"};
   return std::any_of(std::begin(kinds), std::end(kinds), [&](const char* kind) { return metric.starts_with(kind); });
 }
 
-// Where the truth of a scene refuses, its cells run and their errors stay unknown: the gate is not run there, whatever
-// it found on other scenes. One verdict a scene.
+// Where the truth of a scene is unsupported, its cells run but have no errors: the gate is `not_run` there, also if it
+// judged other scenes. One verdict per scene.
 void append_refused_truths(const Gate& gate, std::span<const Row> rows, std::vector<Verdict>& verdicts) {
   if (!needs_truth(gate.metric)) return;
   std::map<std::string, const Row*> refused;
   std::set<std::string> answered;
-  std::set<std::pair<std::string, std::string>> ended;  // without a run there is nothing to measure
+  std::set<std::pair<std::string, std::string>> ended;  // cells that did not run have no figures
   for (const Row& row : rows)
     if (matches_cell(gate, row) && row.metric == "status" && row.status != Status::ok)
       ended.insert({row.scenario, row.method});
@@ -225,7 +224,7 @@ std::vector<Verdict> judge(std::span<const Gate> gates, std::span<const Row> row
     }
     append_refused_truths(gate, rows, verdicts);
     if (verdicts.size() != before) continue;
-    if (unsupported && !other) continue;  // what an engine can't do, or was not built, changes nothing
+    if (unsupported && !other) continue;  // an unsupported cell, or an engine that is not built, gives no verdict
     Verdict v;
     v.gate = gate;
     v.scenario = gate.scenario;
@@ -252,7 +251,7 @@ std::string to_string(Judgement judgement) {
   return "";
 }
 
-// The classic two-pointer match: on a mismatch, go back to the last star and let it take one character more.
+// The usual two-pointer match: on a mismatch, go back to the last star and let it match one character more.
 bool glob_match(const std::string& pattern, const std::string& text) {
   std::size_t p = 0, t = 0, star = std::string::npos, taken = 0;
   while (t < text.size()) {

@@ -1,5 +1,5 @@
-// Gate files: [[gate]] tables, each with exactly one of within, max, min, max_ratio, and a reason. A file that starts
-// with `study = "..."` is about the runs of that study.
+// Gate files: [[gate]] tables, each with exactly one of within, max, min, max_ratio, within_claim, and a reason. The
+// gates of a file that begins with `study = "..."` judge the runs of that study.
 #define TOML_EXCEPTIONS 1
 #include <toml++/toml.h>
 
@@ -14,6 +14,7 @@
 #include "scene/files.hpp"
 #include "scene/input_file.hpp"
 #include "validation/gates/gates.hpp"
+#include "validation/gates/toml_text.hpp"
 
 namespace atwood {
 namespace {
@@ -63,35 +64,41 @@ template <std::size_t N> std::string expected(std::string_view found, const std:
 std::string text_of(const std::string& path, const toml::table& table, std::string_view key, bool required) {
   const toml::node* node = table.get(key);
   if (!node) {
-    if (required) refuse(path, table.source(), "a gate needs `" + std::string(key) + "`");
+    if (required)
+      refuse(path, table.source(), "missing key `" + std::string(key) + "`; expected a text that is not empty");
     return "";
   }
   const auto value = node->value_exact<std::string>();
   if (!value || value->empty())
-    refuse(path, node->source(), "`" + std::string(key) + "` must be a text that is not empty");
+    refuse(path, node->source(),
+           "`" + std::string(key) + "` is " + found_text(*node) + "; expected a text that is not empty");
   return *value;
 }
 
 double number_of(const std::string& path, const toml::node& node, const std::string& key) {
   const auto value = node.is_number() ? node.value<double>() : std::nullopt;
-  if (!value || !std::isfinite(*value)) refuse(path, node.source(), "`" + key + "` must be a finite number");
+  if (!value || !std::isfinite(*value))
+    refuse(path, node.source(), "`" + key + "` is " + found_text(node) + "; expected a finite number");
   return *value;
 }
 
 void read_within(const std::string& path, const toml::node& node, Gate& gate) {
   const toml::array* pair = node.as_array();
-  if (!pair || pair->size() != 2) refuse(path, node.source(), "`within` must be two numbers, [low, high]");
+  if (!pair || pair->size() != 2)
+    refuse(path, node.source(), "`within` is " + found_text(node) + "; expected two numbers, [low, high]");
   gate.kind = Gate::Kind::within;
   gate.low = number_of(path, *pair->get(0), "within");
   gate.high = number_of(path, *pair->get(1), "within");
   if (!(gate.low < gate.high))
     refuse(path, node.source(),
-           "`within` must rise, found [" + format_double(gate.low) + ", " + format_double(gate.high) + "]");
+           "`within` is [" + format_double(gate.low) + ", " + format_double(gate.high) +
+               "]; expected the lower bound first");
 }
 
 void read_ratio(const std::string& path, const toml::node& node, Gate& gate) {
   const toml::table* ratio = node.as_table();
-  if (!ratio) refuse(path, node.source(), "`max_ratio` must be { to = METHOD, value = NUMBER }");
+  if (!ratio)
+    refuse(path, node.source(), "`max_ratio` is " + found_text(node) + "; expected { to = METHOD, value = NUMBER }");
   for (auto&& [key, entry] : *ratio)
     if (key != "to" && key != "value")
       refuse(path, key.source(),
@@ -100,9 +107,10 @@ void read_ratio(const std::string& path, const toml::node& node, Gate& gate) {
   gate.kind = Gate::Kind::max_ratio;
   gate.ratio_to = text_of(path, *ratio, "to", true);
   const toml::node* value = ratio->get("value");
-  if (!value) refuse(path, node.source(), "`max_ratio` needs `value`");
+  if (!value) refuse(path, node.source(), "missing key `value` in `max_ratio`; expected a number above 0");
   gate.high = number_of(path, *value, "value");
-  if (!(gate.high > 0)) refuse(path, value->source(), "`value` of max_ratio must be positive");
+  if (!(gate.high > 0))
+    refuse(path, value->source(), "`value` of `max_ratio` is " + found_text(*value) + "; expected a number above 0");
 }
 
 Gate read_gate(const std::string& path, const toml::table& table) {
@@ -116,8 +124,8 @@ Gate read_gate(const std::string& path, const toml::table& table) {
     if (std::find(kKinds.begin(), kKinds.end(), name) == kKinds.end()) continue;
     if (!kind.empty())
       refuse(path, key.source(),
-             "a gate has exactly one of within, max, min, max_ratio, within_claim; found `" + kind + "` and `" + name +
-                 "`");
+             "found `" + kind + "` and `" + name +
+                 "` in one [[gate]]; expected exactly one of within, max, min, max_ratio, within_claim");
     kind = name;
   }
   gate.scenario = text_of(path, table, "scenario", true);
@@ -126,11 +134,13 @@ Gate read_gate(const std::string& path, const toml::table& table) {
   gate.reason = text_of(path, table, "reason", true);
   if (const toml::node* steps = table.get("steps")) {
     const auto value = steps->value_exact<std::int64_t>();
-    if (!value || *value <= 0) refuse(path, steps->source(), "`steps` must be a positive whole number");
+    if (!value || *value <= 0)
+      refuse(path, steps->source(), "`steps` is " + found_text(*steps) + "; expected a whole number above 0");
     gate.steps = *value;
   }
   if (kind.empty())
-    refuse(path, table.source(), "a gate needs exactly one of within, max, min, max_ratio, within_claim");
+    refuse(path, table.source(),
+           "found no limit in [[gate]]; expected exactly one of within, max, min, max_ratio, within_claim");
   const toml::node& limit = *table.get(kind);
   if (kind == "within") read_within(path, limit, gate);
   else if (kind == "max_ratio") read_ratio(path, limit, gate);
@@ -156,7 +166,7 @@ std::vector<Gate> read_gates(const std::string& path) {
   try {
     root = toml::parse(text, path);
   } catch (const toml::parse_error& error) {
-    refuse(path, error.source(), std::string(error.description()));
+    refuse(path, error.source(), "not valid TOML: " + std::string(error.description()));
   }
   std::vector<Gate> gates;
   const std::string study = text_of(path, root, "study", false);
@@ -166,10 +176,10 @@ std::vector<Gate> read_gates(const std::string& path) {
       refuse(path, key.source(), "unknown key `" + std::string(key.str()) + "`; expected [[gate]] or study");
     const toml::array* list = node.as_array();
     if (!list || !list->is_array_of_tables())
-      refuse(path, key.source(), "`gate` must be a list of tables; expected [[gate]]");
+      refuse(path, key.source(), "`gate` is " + found_text(node) + "; expected [[gate]] tables");
     for (const toml::node& gate : *list) gates.push_back(read_gate(path, *gate.as_table()));
   }
-  if (gates.empty()) throw InputError(path + ":1:1: no [[gate]] in the file");
+  if (gates.empty()) throw InputError(path + ":1:1: found no [[gate]]; expected at least one");
   for (Gate& gate : gates) gate.study = study;
   return gates;
 }

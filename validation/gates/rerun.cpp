@@ -1,4 +1,4 @@
-// The command that reruns a cell: words first, a shell's line where it is printed.
+// The command that reruns a cell: a list of words, and the line of a shell for them.
 #include <algorithm>
 #include <cctype>
 
@@ -14,8 +14,8 @@ bool plain(const std::string& word) {
   });
 }
 
-// Bytes of the character that begins at `at`: 0 where it is broken UTF-8, a C1 control, or one that turns the direction of
-// text around.
+// Length in bytes of the character that begins at `at`; 0 for invalid UTF-8, a C1 control, or a character that changes
+// the direction of text.
 std::size_t printable_character(std::string_view text, std::size_t at) {
   const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
   const unsigned first = byte(at);
@@ -42,7 +42,7 @@ bool printable(std::string_view word) {
   return true;
 }
 
-// printf's format: octal for what is not printable, for the quote, the backslash and the percent sign.
+// A format for printf: octal escapes for characters that are not printable, quotes, backslashes and percent signs.
 std::string printf_format(std::string_view word) {
   std::string format;
   for (std::size_t at = 0; at < word.size();) {
@@ -63,7 +63,7 @@ std::string printf_format(std::string_view word) {
 std::string shell_word(const std::string& word) {
   if (plain(word)) return word;
   if (!printable(word)) {
-    // A command substitution drops line feeds at its end: they stand behind it, as they are.
+    // A command substitution drops line feeds at its end, so these follow it in quotes.
     const std::size_t end = word.find_last_not_of('\n') == std::string::npos ? 0 : word.find_last_not_of('\n') + 1;
     const std::string rest = word.substr(end);
     return "\"$(printf '" + printf_format(std::string_view(word).substr(0, end)) + "')\"" +

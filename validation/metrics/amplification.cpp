@@ -1,5 +1,5 @@
-// What round-off alone leaves, known before the run: how much the motion amplifies a perturbation, and how much
-// rounding perturbs it.
+// The error by round-off alone, estimated before a run: the amplification of perturbations by the motion times the
+// perturbation by rounding.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -24,8 +24,8 @@ double norm_of(Kind kind, const dynamics::Layout& layout, const State& y) {
   return std::sqrt(sum);
 }
 
-// Every component by a part in 1e-7 of its own vector. The signs are rows of a Walsh matrix: any two neighbouring
-// components (bits of their indices differ) are moved together by one twin and apart by another.
+// Moves every component by 1e-7 of its vector's norm. The signs are rows of a Walsh matrix: two components whose
+// indices differ in a bit get equal signs in one twin and opposite signs in another.
 State perturbed(const dynamics::Layout& layout, const State& y, unsigned row) {
   State z = y;
   for (int i = 0; i < layout.size;) {
@@ -107,7 +107,8 @@ double perturbation_growth(const Scenario& scenario, const Truth& truth) {
       }
     }
   }
-  // A step too long for this motion measures itself: compare with the truth before believing it.
+  // If the step is too long for this motion, the result shows the step's error; the end state is compared with the
+  // truth.
   const Sample end = dynamics::unpack<double>(scene, scenario.t_end_s, twins[0].data());
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const BodySample& t = truth.values.back().bodies[b];

@@ -5,12 +5,12 @@ namespace atwood::metrics {
 
 template <class S> struct Bracket {
   S low, high;            // f(low) > 0 >= f(high)
-  bool converged = true;  // false: f was not a number somewhere, and the bracket ends there
+  bool converged = true;  // false: f was NaN at a point, and the bracket ends there
 };
 
 // Bisection (Hamming, Numerical Methods for Scientists and Engineers, 1973, section 4.4) between low and high, where
-// the caller knows that f is above 0 at low and not at high; f may jump. `halvings` narrow the bracket to
-// (high - low) / 2^halvings; they end sooner where no number lies between its ends.
+// the caller knows that f is above 0 at low and not at high; f may jump. `halvings` reduce the bracket to
+// (high - low) / 2^halvings, or fewer until no number lies between its ends.
 template <class S, class Function> Bracket<S> bisect(const Function& f, S low, S high, int halvings) {
   for (int k = 0; k < halvings; ++k) {
     const S middle = (low + high) / 2;

@@ -8,7 +8,7 @@ namespace atwood {
 
 namespace {
 
-// What each solver of the engine solves and to which tolerance, or what its residual is relative to.
+// For each solver of the engine: what it solves and its tolerance, or the scale of its residual.
 std::string by_solver(const char* SolverInfo::*what) {
   std::string text;
   for (const SolverInfo& info : solver_infos())

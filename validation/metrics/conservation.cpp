@@ -1,4 +1,4 @@
-// What the motion should keep, from states by the reference's formulas; only what the scenario declares.
+// Errors of the invariants that the scenario declares, from states by the reference's formulas.
 #include <algorithm>
 #include <cmath>
 
@@ -28,7 +28,7 @@ void keep(Change& change, const Wide3& now, const Wide3& expected) {
   change.size = std::max(change.size, norm(now));
 }
 
-// The fixed point that an attractor or an anchored spring turns the bodies about, if there is one.
+// The fixed centre of an attractor or of an anchored spring, if there is one.
 bool pivot(const Scene& scene, Wide3& point) {
   for (const Force& force : scene.forces) {
     if (const auto* a = std::get_if<Attractor>(&force)) {
@@ -132,8 +132,8 @@ void append_magnetic_moment(const Scenario& scenario, const Recording& run, std:
   if (worst >= 0) rows.push_back(row("magnetic-moment-error", worst));
 }
 
-// How far other slopes of the same run lie: those of its two halves, the least squares line's, from the first sample to
-// the last. A stair of a few steps has all of these.
+// The largest distance of other slopes of the same run: of its two halves, of the least squares line, and from the
+// first to the last sample. They differ where the energy changes in a few steps.
 double spread_of_slopes(std::span<const double> t, std::span<const double> energy, double slope) {
   const std::size_t half = t.size() / 2;
   double spread = 0;

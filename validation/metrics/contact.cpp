@@ -1,4 +1,4 @@
-// Agreement of contacts: when and where things touch, what passes between them, how high they rise after.
+// Agreement of contacts: times and places of impacts, impulses, transitions, and heights of apexes.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -12,7 +12,7 @@
 namespace atwood::metrics {
 namespace {
 
-constexpr double kClearance_m = 1e-3;  // impacts and apexes below it are a ball coming to rest
+constexpr double kClearance_m = 1e-3;  // impacts and apexes below it belong to the end of a bounce series
 constexpr int kApexes = 5;
 
 using Pair = std::pair<int, int>;
@@ -21,8 +21,8 @@ bool fixed_pair(const Scene& scene, const Event& e) {
   return scene.bodies[e.body_a].fixed || scene.bodies[e.body_b].fixed;
 }
 
-// From how high the impact fell: vn^2 / 2 g_n with gravity's part along the normal. Two free bodies fall alike: no
-// gravity between them, no limit.
+// Whether the clearance before the impact, vn^2 / 2 g_n with the component of gravity along the normal, was at least
+// kClearance_m. Two free bodies have the same acceleration, so their impacts always count.
 bool fell_far_enough(const Scene& scene, const Event& e) {
   if (!fixed_pair(scene, e)) return true;
   Wide along = 0;
@@ -43,8 +43,8 @@ std::map<Pair, std::vector<Impact>> impacts(const std::vector<Event>& events, co
   return by_pair;
 }
 
-// Impact k of a pair in the run against impact k of that pair in the truth. A missing impact makes the figures NaN (a
-// gate then fails): a maximum over those that did happen would praise the run for what it missed.
+// Compares impact k of a pair in the run with impact k of that pair in the truth. A missing impact makes the figures
+// NaN, and a gate on them fails: a maximum over the reported impacts would hide the missing one.
 double magnitude(Wide x) { return std::fabs(static_cast<double>(x)); }
 
 void append_impacts(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
@@ -84,8 +84,8 @@ void append_impacts(const Scenario& scenario, const Truth& truth, const Recordin
   rows.push_back(row("impact-count-error", static_cast<double>(found + extra - wanted), 0, count));
 }
 
-// Rest, slip, stick, roll, separate: the k-th of a kind of a pair against the truth's k-th. Engines that report none of
-// these kinds have no such row; one that reports some and misses one has NaN.
+// Rest, slip, stick, roll, separate: compares the k-th of a kind and pair with the truth's k-th. An engine that reports
+// none of these kinds has no row; one that reports some and misses one has NaN.
 void append_transitions(const Truth& truth, const Recording& run, std::vector<Row>& rows) {
   using Key = std::pair<Pair, EventKind>;
   const auto sorted = [](const std::vector<Event>& events, const std::vector<double>& bars) {
@@ -128,8 +128,8 @@ void append_restitution(const Scenario& scenario, const Recording& run, std::vec
   if (any) rows.push_back(row("contact-energy-gain", gain));
 }
 
-// From the states: friction's work and the engine's own too. Between samples nothing but contact takes or gives energy
-// where the scene has no force but gravity.
+// From the states, so that work of friction and of corrections by the engine is included. Where gravity is the only
+// force, energy changes between samples by contacts only.
 void append_energy_gain(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
   if (!scenario.scene.forces.empty() || run.values.size() < 2) return;
   Wide least = 0, gain = 0;
@@ -182,7 +182,7 @@ void append_apexes(const Scenario& scenario, const Truth& truth, const Recording
       if (right < Wide(kClearance_m)) continue;
       ++apexes;
       const double off = std::fabs(static_cast<double>((apex(run.values) - right) / right));
-      double b = 0;  // the three samples' bars, as they enter the vertex near its middle
+      double b = 0;  // the bars of the three samples, by their weights at the vertex
       if (m < truth.bars.size())
         b = (norm(truth.bars[m].bodies[pair.a].p_m) + norm(truth.bars[m].bodies[pair.b].p_m)) /
             static_cast<double>(right);
@@ -193,7 +193,7 @@ void append_apexes(const Scenario& scenario, const Truth& truth, const Recording
 }
 
 // Where a falling body crosses z = 0: x, y by the parabola through three samples (one before the crossing's interval,
-// and its two ends; at the start of a run the one after instead), at the parabola's own zero of z.
+// and its two ends; at the start of a run the one after instead), where the parabola of z is 0.
 std::optional<std::array<Wide, 2>> landing(const std::vector<Sample>& values, int body) {
   for (std::size_t k = 1; k + 1 < values.size(); ++k) {
     const auto z = [&](std::size_t i) { return values[i].bodies[body].p_m[2]; };

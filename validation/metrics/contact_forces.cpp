@@ -1,4 +1,4 @@
-// What contacts carry, against the laws that they follow: Signorini's, Coulomb's, greatest dissipation.
+// Contact forces compared with the laws of Signorini and Coulomb and with the principle of greatest dissipation.
 #include <algorithm>
 #include <cmath>
 
@@ -45,13 +45,13 @@ Triple slip(const Scene& scene, const Sample& sample, const ContactSample& conta
   return u;
 }
 
-// A contact with less than this part of the run's largest force carries none: it has just been let go.
+// A contact with less than this fraction of the run's largest force counts as unloaded: it has just separated.
 constexpr double kLoaded = 1e-9;
 
-// Speeds of less than this part of what gravity gives over the run are round-off of bodies at rest: nothing slides.
+// Speeds below this fraction of the speed that gravity gives over the run are round-off of bodies at rest, not slip.
 constexpr double kAtRest = 1e-12;
 
-struct Excess {  // over a cone, and what it is measured by
+struct Excess {  // excess over a friction cone, and the force that it is relative to
   double beyond = 0, normal = 0;
   void take(double f_n, double f_t, double mu) {
     beyond = std::max(beyond, f_t - mu * f_n);

@@ -1,4 +1,4 @@
-// Drift told apart from oscillation: a robust slope, its interval corrected for autocorrelation, the residual's range.
+// Separates drift from oscillation: a robust slope, its interval corrected for autocorrelation, the residual's range.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -49,8 +49,8 @@ std::optional<double> period(std::span<const double> t, const std::vector<double
   return mean;
 }
 
-// v = a + b t + sum over k <= K of (c_k cos k w t + s_k sin k w t) by least squares, w = 2 pi / period: what the drift
-// is under an oscillation of any shape, whole periods or not.
+// v = a + b t + sum over k <= K of (c_k cos k w t + s_k sin k w t) by least squares, w = 2 pi / period: the slope
+// of the drift under an oscillation of any shape, also over a fraction of a period.
 struct Harmonic {
   double slope = 0, squares = 0;
   int parameters = 0;
@@ -111,7 +111,7 @@ DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value) {
   fit.slope_per_s = metrics::theil_sen(t_s, value);
   std::vector<double> r = residual(t_s, value, fit.slope_per_s), noise = r;
   double width_scale = 1, known = 0;
-  // A slope that is off shifts the crossings and with them the period: the pair is found by iteration.
+  // A wrong slope shifts the crossings and so the period; slope and period are found by iteration.
   for (int pass = 0; pass < 3; ++pass) {
     const auto crossing = period(t_s, r);
     if (!crossing || std::fabs(*crossing - known) < 1e-3 * known) break;
@@ -127,7 +127,7 @@ DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value) {
   const auto [low, high] = std::minmax_element(r.begin(), r.end());
   fit.oscillation = (*high - *low) / 2;
   fit.stationary = metrics::stationary(noise);
-  // A twentieth wider: series that pass the test for stationarity are those whose correlation looks smaller than it is.
+  // 5 % wider: series that pass the test for stationarity tend to have an underestimated correlation.
   fit.half_width_95 = fit.stationary ? 1.05 * width_scale * metrics::correlated_half_width(t_s, noise, kEfficiency)
                                      : std::numeric_limits<double>::infinity();
   return fit;
@@ -168,7 +168,7 @@ EnsembleDrift fit_drift_ensemble(std::span<const double> t_s, std::span<const st
     const double off = mean_of(resample) - drift.slope_per_s;
     squares += off * off / kResamples;
   }
-  // A resample of n runs varies as n - 1 of them do.
+  // Corrects the variance of resamples by n / (n - 1).
   const double count = static_cast<double>(n), error = std::sqrt(squares * count / (count - 1));
   drift.half_width_95 = metrics::students_t(count - 1, 0.975) * error;
   return drift;

@@ -1,5 +1,5 @@
-// What energies are divided by: one scale a scene, for all methods and steps. Divided by its own largest energy, a run
-// that blows up would never err by more than 1, and the worse of two would drift less.
+// The scale of energy errors: one per scene, for all methods and steps. Relative to its own largest energy a diverging
+// run would never have an error above 1, and the worse of two runs could have the smaller drift.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -29,7 +29,7 @@ double scale_of(const Scene& scene, const std::vector<Sample>& samples) {
   return static_cast<double>(scale);
 }
 
-// Classical RK4 over the reference's own rates, `steps` of them between the start and t_end.
+// Classical RK4 over the reference's own rates, with `steps` steps from the start to t_end.
 std::vector<Sample> reference_run(const Scenario& scenario, std::int64_t steps) {
   const dynamics::Dynamics<double> f(scenario.scene, scenario.t_end_s);
   std::vector<double> y = dynamics::pack<double>(scenario.scene);
@@ -45,7 +45,7 @@ std::vector<Sample> reference_run(const Scenario& scenario, std::int64_t steps) 
   return samples;
 }
 
-// The run whose energies, sample by sample, twice as many steps no longer change by 1e-3 of the scale.
+// Doubles the steps until no sample's energy changes by more than 1e-3 of the scale.
 EnergyScale converged_scale(const Scenario& scenario) {
   const Scene& scene = scenario.scene;
   const double bodies = static_cast<double>(scene.bodies.size());
@@ -68,7 +68,7 @@ EnergyScale converged_scale(const Scenario& scenario) {
   return {};
 }
 
-// A sweep measures many cells of a scene without a truth, and this is the costliest figure of each.
+// Cached: a study measures many cells of one scene without a truth, and this figure takes longest.
 EnergyScale remembered_scale(const Scenario& scenario) {
   static std::mutex mutex;
   static std::map<std::string, EnergyScale> known;

@@ -1,8 +1,8 @@
-// The law by which round-off grows, from an ensemble of runs perturbed in the last place.
+// The growth law of round-off, from an ensemble of runs perturbed in the last place.
 //
-// One run's samples are one draw of a random walk: they tell its path, not its law. The root mean square over many runs
-// does. Brouwer, Astron. J. 46 (1937) 149: unbiased rounding makes the energy walk as t^1/2 and the phase, its
-// integral, as t^3/2; rounding that is biased, as t and t^2.
+// The samples of one run are a single random walk and do not show its law; the root mean square over many runs does.
+// Brouwer, Astron. J. 46 (1937) 149: unbiased rounding makes the energy walk as t^1/2 and the phase, its integral, as
+// t^3/2; rounding that is biased, as t and t^2.
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kFewestRuns = 32, kFewestSamples = 60;
 constexpr int kResamples = 400;
 
-// log of the root mean square over the picked runs, against log t, as a line.
+// Slope of log root mean square over the picked runs against log t.
 double exponent(std::span<const std::vector<double>> squares, std::span<const std::size_t> picked,
                 std::span<const double> log_t) {
   std::vector<double> log_rms(log_t.size(), 0.0);
@@ -28,7 +28,7 @@ double exponent(std::span<const std::vector<double>> squares, std::span<const st
 }
 
 // Degrees of freedom of a variance estimated from n values of kurtosis k: Satterthwaite's, 2 / ((k - 3) / n + 2 / (n -
-// 1)). The runs' shares in the exponent have heavy tails: n - 1 would claim too much.
+// 1)). The runs' contributions to the exponent have heavy tails, for which n - 1 is too large.
 double freedom(std::span<const double> shares) {
   const double n = static_cast<double>(shares.size());
   double mean = 0, second = 0, fourth = 0;
@@ -54,7 +54,7 @@ GrowthFit fit_growth_ensemble(std::span<const double> t_s, std::span<const std::
     fit.reason = std::to_string(t_s.size()) + " samples, a law needs 60";
     return fit;
   }
-  // From a tenth of the run on: before, what the perturbed start left has not yet been outgrown.
+  // Without the first tenth of the run, where the perturbation of the start still dominates.
   std::vector<double> log_t;
   std::vector<std::vector<double>> squares(runs.size());
   for (std::size_t i = 0; i < t_s.size(); ++i) {
@@ -77,7 +77,7 @@ GrowthFit fit_growth_ensemble(std::span<const double> t_s, std::span<const std::
   for (std::size_t k = 0; k < n; ++k) picked[k] = k;
   fit.exponent = exponent(squares, picked, log_t);
 
-  std::vector<double> shares;  // by leaving each run out
+  std::vector<double> shares;  // contribution of each run, by leaving it out
   for (std::size_t k = 0; k < n; ++k) {
     std::vector<std::size_t> others;
     for (std::size_t j = 0; j < n; ++j)
@@ -92,7 +92,7 @@ GrowthFit fit_growth_ensemble(std::span<const double> t_s, std::span<const std::
     mean += e / kResamples;
     squared += e * e / kResamples;
   }
-  // A resample of n runs varies as n - 1 of them do.
+  // Corrects the variance of resamples by n / (n - 1).
   const double error = std::sqrt((squared - mean * mean) * static_cast<double>(n) / static_cast<double>(n - 1));
   fit.half_width_95 = metrics::students_t(freedom(shares), 0.975) * error;
   name_law(fit);

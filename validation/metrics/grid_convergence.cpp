@@ -6,8 +6,8 @@
 //     p = |ln |e32 / e21| + ln((r21^p - s) / (r32^p - s))| / ln r21,    f* = f1 - e21 / (r21^p - 1),
 //     GCI = 1.25 |e21| / (r21^p - 1).
 //
-// Here f may be a vector (a body's position): |e| is its norm, and e32 . e21 < 0 is oscillation. The order keeps its
-// sign: differences that grow as h shrinks have a negative one, and no index is made of them.
+// Here f may be a vector (a body's position): |e| is its norm, and e32 . e21 < 0 is oscillation. The order
+// keeps its sign: where differences grow as h decreases it is negative, and there is no index.
 #include <cmath>
 
 #include "validation/metrics/metrics.hpp"
@@ -35,7 +35,7 @@ GridConvergence grid_convergence(const GridLevel& fine, const GridLevel& medium,
     return g;
   }
   const double s = dot < 0 ? -1 : 1;
-  // Refinement must pay: with equal ratios that is |e32| > |e21|; else, that the fixed point is positive.
+  // The differences must decrease: with equal ratios |e32| > |e21|, else the fixed point must be positive.
   double p = std::log(e32 / e21) / std::log(r21);
   if (r21 != r32 && p > 0) {
     for (int pass = 0; pass < 100; ++pass) {

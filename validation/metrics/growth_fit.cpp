@@ -14,9 +14,9 @@ constexpr std::size_t kFewestFitSamples = 60;
 constexpr std::size_t kWindows = 12;
 constexpr double kExponentChange = 0.2;  // along the run; laws are half a unit apart
 
-// The largest error of each of 12 equal windows of time, the first tenth of the run left out: what oscillates within a
-// window drops out, and the points are nearly independent where neighbouring samples are not. Largest beside
-// t^exponent: of a growing error the late samples of a window would win whatever their noise.
+// The largest error of each of 12 equal windows of time, without the first tenth of the run: oscillations within a
+// window are removed, and the points are nearly independent although neighbouring samples are not. The largest relative
+// to t^exponent: otherwise the last samples of a window would always be chosen where the error grows.
 struct Envelope {
   std::vector<double> t, e;
 };
@@ -48,8 +48,8 @@ std::vector<double> logarithms(std::vector<double> x) {
   return x;
 }
 
-// Local exponents of the first and the last window by a parabola through the envelope's logs, and whether it explains
-// more than the windows' scatter would in 5 % of true powers.
+// Local exponents of the first and the last window by a parabola through the logarithms of the envelope, and whether
+// its curvature is significant at the 5 % level.
 struct Bend {
   double first = 0, last = 0;
   bool significant = false;
@@ -72,14 +72,14 @@ Bend bend_of(std::span<const double> x, std::span<const double> y, const metrics
   return {slope_at(x[0]), slope_at(x[n - 1]), c * c * norm > limit * limit * left / freedom};
 }
 
-// One draw of a random walk wanders about any power: what the law leaves of the samples does not come back.
+// Whether the residuals of the law are not stationary: a single random walk then looks like a power.
 bool wanders(std::span<const double> t, std::span<const double> e, const metrics::Line& law) {
   std::vector<double> left;
   double squares = 0;
   for (std::size_t i = 0; i < t.size(); ++i) {
     const double from = t[i] - t.front();
     if (from < 0.1 * (t.back() - t.front()) || !(e[i] > 0)) continue;
-    // An error that passes near zero has no more to say than that it is small.
+    // Limits the weight of an error that passes near zero.
     left.push_back(std::max(std::log(e[i]) - law.intercept - law.slope * std::log(from), -3.0));
     squares += left.back() * left.back();
   }
@@ -151,7 +151,7 @@ void name_law(GrowthFit& fit) {
   });
   const double off = std::fabs(nearest->exponent - fit.exponent);
   fit.law = "inconclusive";
-  // The next law is half a unit further: an interval of 0.2 to either side, 0.2 off at most, does not reach it.
+  // The next law is 0.5 away: an interval of +- 0.2 whose centre is off by at most 0.2 does not reach it.
   if (off <= 0.2 && fit.half_width_95 <= 0.2) {
     fit.law = nearest->name;
     return;

@@ -1,4 +1,4 @@
-// Figures of a whole ladder, from its cells' rows alone.
+// Figures of a whole ladder, from the rows of its cells.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -93,7 +93,7 @@ std::vector<Row> fit_ladder(std::span<const Row> cells) {
     const Row* like = nullptr;
     for (const Row& r : cells) {
       if (r.steps <= 0 || !r.body.empty() || r.t_s) continue;
-      // A cell that did not end well is a rung too, left out by name.
+      // A cell that failed is a rung too; the reason names it as left out.
       if (r.metric == "status" && r.status != Status::unsupported && r.status != Status::not_built)
         ladder[r.steps] = {r.h_s, std::nan(""), 0, r.steps};
       if (r.metric != error || r.status != Status::ok) continue;

@@ -1,5 +1,5 @@
-// What a ladder tells beyond its order: without a truth (grid convergence), past the floor (the round-off V), and along
-// tolerances instead of steps.
+// Figures of a ladder besides its order: grid convergence without a truth, the least error above round-off (the V of
+// the error curve), and the calibration of tolerances.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -10,7 +10,7 @@
 namespace atwood {
 namespace {
 
-// Of whole-run rows alone: steps -> metric -> row.
+// Rows of whole runs only: steps -> metric -> row.
 using Figures = std::map<std::int64_t, std::map<std::string, const Row*>>;
 Figures figures_of(std::span<const Row> cells) {
   Figures figures;
@@ -42,7 +42,7 @@ GridLevel level_of(const LadderEnd& end, std::size_t body) {
   return {end.h_s, {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])}};
 }
 
-// Differences of positions are taken of values rounded to double: beyond double's last place they say nothing.
+// Differences of positions are taken from values rounded to double, so they have the round-off of double.
 struct Worst {
   GridConvergence grid;
   std::size_t body = 0;
@@ -59,7 +59,8 @@ Worst worst_body(const Scene& scene, const LadderEnd& fine, const LadderEnd& med
   return worst;
 }
 
-// The order of the next coarser three steps for the same body, beside that of the finest three and the formal one.
+// The order of the next coarser three steps for the same body, compared with that of the finest three and the formal
+// one.
 std::string range_text(std::span<const LadderEnd> finest, const Worst& worst) {
   if (finest.size() < 4) return "asymptotic range not tested: three steps cannot";
   const GridConvergence coarser = grid_convergence(level_of(finest[1], worst.body), level_of(finest[2], worst.body),
@@ -125,7 +126,7 @@ std::vector<Row> fit_ends(const Scenario& scenario, std::span<const LadderEnd> e
                  cells.front())};
 }
 
-// The V is seen where the error fell to its least and two finer steps are larger.
+// Requires a least error with two finer steps whose errors are larger.
 std::vector<Row> fit_round_off_v(std::span<const Row> cells) {
   if (cells.empty() || cells.front().method.find(':') != std::string::npos) return {};
   std::vector<const Row*> rungs;

@@ -1,4 +1,4 @@
-// The largest Lyapunov exponent from stretches of a twin that is brought back near after each.
+// The largest Lyapunov exponent from stretches of a run and a twin, whose distance is reset after each stretch.
 //
 // Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9: the mean of ln(d_end / d_start) / T over stretches
 // of length T, each starting where the last ended, along the separation it ended with. Neighbouring stretches are
@@ -15,14 +15,14 @@ namespace atwood {
 LyapunovFit fit_lyapunov(std::span<const double> local_exponents) {
   constexpr std::size_t kFewest = 8, kBlocks = 10;
   LyapunovFit fit;
-  // The first stretches turn the separation into the direction of growth: a tenth of them, at least one, is left out.
+  // In the first stretches the separation turns to the direction of fastest growth: a tenth, at least one, is left out.
   const std::size_t skipped = std::max<std::size_t>(1, local_exponents.size() / 10);
   if (local_exponents.size() < skipped + kFewest) return fit;
   const auto used = local_exponents.subspan(skipped);
   const double n = static_cast<double>(used.size());
   double mean = 0;
   for (double x : used) mean += x / n;
-  // Batch means (Law and Carson 1979): ten long blocks are nearly independent whatever the correlation within them.
+  // Batch means (Law and Carson 1979): ten long blocks are nearly independent also if stretches are correlated.
   const std::size_t blocks = std::min(kBlocks, used.size() / 2);
   std::vector<double> block_means;
   for (std::size_t b = 0; b < blocks; ++b) {

@@ -1,4 +1,4 @@
-// One cell's recording in, its rows out.
+// The rows of one cell, from its recording.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -11,8 +11,8 @@
 namespace atwood {
 namespace {
 
-// perturbation_growth belongs to the scenario, not to the cell: a sweep measures hundreds of cells of one motion, and
-// this is the costliest figure of each. Remembered by what it depends on: the scenario's name, ladder and true end.
+// perturbation_growth depends on the scenario only, and takes longer than the other figures of a cell, so it is cached.
+// The key is all that it depends on: the scenario's id, ladder and true end state.
 double remembered_growth(const Scenario& scenario, const Truth& truth) {
   static std::mutex mutex;
   static std::map<std::string, double> known;
@@ -30,7 +30,7 @@ double remembered_growth(const Scenario& scenario, const Truth& truth) {
   return known[key] = growth;
 }
 
-// State errors; of a chaotic motion up to its horizon alone: beyond, they say how two true motions differ.
+// State errors; for a chaotic motion only up to its horizon, beyond which two true motions differ as much.
 void append_foretold(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
   const double horizon = metrics::state_horizon_s(scenario, truth);
   if (!(horizon < scenario.t_end_s)) {
@@ -86,7 +86,7 @@ std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Rec
 
 namespace {
 
-// The farther end of the median's interval; NaN where a single time has none.
+// Distance to the farther end of the median's interval; NaN for a single time, which has none.
 double bar_of(const Estimate& time) { return std::max(time.high - time.value, time.value - time.low); }
 
 }  // namespace

@@ -16,16 +16,15 @@ template <class S> class Dynamics;
 
 namespace atwood::metrics {
 
-// A whole-run row; the unit comes from the catalogue of metrics (throws std::logic_error on a name that is not there).
+// A whole-run row; the unit comes from the catalogue of metrics (throws std::logic_error for an unknown name).
 Row row(const std::string& metric, double value, double bar = 0, std::string reason = "");
 
-// Euclidean norm of a - b, subtracted wide, then narrowed.
+// Euclidean norm of a - b, subtracted in Wide, then rounded to double.
 double distance(const std::array<Wide, 3>& a, const std::array<Wide, 3>& b);
 double norm(const std::array<Wide, 3>& a);
 
-// The largest of several figures e, each known to within its bar b. It lies somewhere in [max(e - b), max(e + b)], and
-// what reaches highest need not be the figure that is largest: bar() is the distance from the largest to max(e + b),
-// which is the further end, for the largest has a bar too.
+// The largest of several figures e with bars b. The true maximum lies in [max(e - b), max(e + b)]; bar() is the
+// distance from the largest e to max(e + b), which may come from another figure.
 struct Largest {
   std::vector<std::pair<double, double>> figures;
   void take(double e, double b) { figures.emplace_back(e, b); }
@@ -42,13 +41,13 @@ struct Largest {
   }
 };
 
-// Why the recording can't be measured (not as many samples as the truth, a number that is not finite, ...) as a
-// "status" row; no row when it can.
+// A "status" row with the reason where the recording cannot be measured (number of samples differs from the truth's,
+// values are not finite, ...); no row where it can.
 std::vector<Row> status_rows(const Scenario& scenario, const Truth& truth, const Recording& run);
 
 bool has_truth(const Truth& truth);
-// Until when a state of a scene tagged "chaotic" can be foretold: twins 1e-10 of the scale apart are 1e-3 apart, by the
-// reference's own equations. t_end for other scenes.
+// Predictability horizon of a scene tagged "chaotic": the time at which twins that start 1e-10 of the scale apart are
+// 1e-3 apart, by the reference's equations. t_end for other scenes.
 double state_horizon_s(const Scenario& scenario, const Truth& truth);
 void append_state_errors(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 // quaternion-norm-drift; needs no truth.
@@ -59,9 +58,10 @@ void append_contact(const Scenario& scenario, const Truth& truth, const Recordin
 void append_contact_forces(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
 void append_penetration(const Scene& scene, const Recording& run, std::vector<Row>& rows);
 void append_landing(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
-// solver-*, also of a run that ended early: what it met before says why. None of a run that tells of no solver.
+// solver-* rows, also for a run that ended early. None for a run that reports no solver.
 void append_solver_figures(const Recording& run, std::vector<Row>& rows);
-// Below 30 of these an error is the truth's bar or round-off, one draw of which has no law. Energy: of relative_energy.
+// Errors below 30 of these are dominated by the truth's bar or by round-off and show no law. Energy: of
+// relative_energy.
 struct GrowthFloors {
   double position_m = 0, attitude_rad = 0, energy = 0;
 };
@@ -78,17 +78,16 @@ EnergyScale energy_scale(const Scenario& scenario, const Truth& truth);
 // y's size.
 void reference_step(const dynamics::Dynamics<double>& f, double t, double h, std::vector<double>& y,
                     std::array<std::vector<double>, 5>& work);
-// (E - E0) over the scale, or in joules where there is none; one entry a sample. Empty for a bare problem and where the
-// scenario declares neither energy nor the Jacobi constant.
+// (E - E0) over the scale, or in joules where there is none; one entry per sample. Empty for a bare problem and where
+// the scenario declares neither energy nor the Jacobi constant.
 std::vector<double> energy_change(const Scenario& scenario, const Recording& run, const EnergyScale& scale);
 
-// The unit round-off of the narrowest of float, double, long double and quad that holds all that a run recorded:
-// engines widen without loss, so this is the scalar that they computed in.
+// The unit round-off of the narrowest of float, double, long double and quad that represents all recorded values
+// exactly: engines widen without loss, so this is the scalar in which they computed.
 double recorded_unit_round_off(const Scene& scene, const Recording& run);
-// u sqrt(steps) of a run, steps as it counts them, at least its samples.
+// u sqrt(steps) of a run; steps as the run reports them, at least its samples.
 double relative_floor(const Scene& scene, const Recording& run);
-// What round-off leaves in energy_change, in its unit: relative_floor, of the run's own largest energy where there is
-// no scale.
+// The round-off of energy_change, in its unit: relative_floor, times the run's largest energy where there is no scale.
 double energy_floor(const Scenario& scenario, const Recording& run, const EnergyScale& scale);
 
 }  // namespace atwood::metrics

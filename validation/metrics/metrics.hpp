@@ -1,7 +1,7 @@
-// Every metric has one definition, one unit, one sign. Physics-free: energies come from reference/dynamics.
+// Every metric has one definition, unit and sign. No physics here: energies come from reference/dynamics.
 //
-// A row without a body is the worst body's figure. `truth_bar` is the bar of the value in its own unit: the truth's for
-// errors, the 95 % half-width for what is fitted (orders, growth exponents, drift).
+// A row without a body has the largest figure of all bodies. `truth_bar` is the bar of the value in its own unit: the
+// truth's for errors, the 95 % half-width for what is fitted (orders, growth exponents, drift).
 #pragma once
 
 #include <limits>
@@ -20,12 +20,12 @@ struct MetricInfo {
 };
 const std::vector<MetricInfo>& all_metrics();  // the report prints the definition beside the figure
 
-// What one cell's recording says, against the truth (rows carry scenario-free fields only: body, t_s, metric, unit,
-// value, truth_bar, status, reason; the caller fills the rest). A run that did not end well gives one row,
+// The rows of one cell's recording, compared with the truth (they have only the fields body, t_s, metric, unit, value,
+// truth_bar, status, reason; the caller fills the rest). A run that failed gives one row,
 // metric "status", with its status and reason. Never throws on NaN: a non-finite sample gives status not_finite.
 std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Recording& run);
 
-// Error and relative energy against time, for plots and growth laws. One entry a sample.
+// Error and relative energy against time, for plots and growth laws. One entry per sample.
 struct Series {
   std::vector<double> t_s, position_m, velocity_m_per_s, attitude_rad, body_rate_rad_per_s, energy;
 };
@@ -37,16 +37,16 @@ double attitude_error_rad(const BodySample& a, const BodySample& truth);  // geo
 
 // ---- observed order ---------------------------------------------------------------------------------------
 // `floor` is each rung's known bar; 0 or missing: not known. The interval holds the slope of the line through the
-// window, the slope of its two finest rungs and the slope extrapolated to h = 0 (order_interval.hpp); where scatter is
-// all there is to see, the line's slope with Student's t. `order` is its middle. Local slopes that change the more the
+// window, the slope of its two finest rungs and the slope extrapolated to h = 0 (order_interval.hpp); where only
+// scatter is visible, the line's slope with Student's t. `order` is its middle. Local slopes that change the more the
 // smaller h is, or by more than 0.2 at the finest rungs, are inconclusive.
 struct OrderFit {
   bool conclusive = false;
-  std::string reason;  // why not
+  std::string reason;  // why it is inconclusive
   double order = 0, half_width_95 = 0;
   double finest_slope = 0, extrapolated = 0;
   std::vector<int> used;              // indices of rungs in the asymptotic window
-  std::vector<std::string> left_out;  // one entry a rung: "", "pre-asymptotic", "floor", "not finite"
+  std::vector<std::string> left_out;  // one entry per rung: "", "pre-asymptotic", "floor", "not finite"
 };
 OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, std::span<const double> floor);
 
@@ -57,15 +57,15 @@ struct GrowthFit {
   std::string reason;
 };
 GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error, double floor);
-// At the round-off floor, where one run is one draw: runs[k][i] is the error of run k at t_s[i], at least 32 runs; the
-// law of their root mean square, its interval by bootstrap over the runs.
+// At the round-off floor, where one run is a single random sample: runs[k][i] is the error of run k at t_s[i], at least
+// 32 runs; the law of their root mean square, its interval by bootstrap over the runs.
 GrowthFit fit_growth_ensemble(std::span<const double> t_s, std::span<const std::vector<double>> runs);
-// The law nearest to the exponent wins when it is within 0.2 and the half-width at most 0.2 (the next law is 0.5
+// Names the law nearest to the exponent if it is within 0.2 and the half-width at most 0.2 (the next law is 0.5
 // away); else `inconclusive`, with the reason.
 void name_law(GrowthFit& fit);
 
-// Whether steps lie in the asymptotic range three of them cannot tell: their order is what makes GCI32 / (r^p GCI21)
-// equal 1. A fourth can: the orders of the finer and of the coarser three agree to 0.1 with each other, and with the
+// Three steps cannot show whether they lie in the asymptotic range: their order is defined by GCI32 / (r^p GCI21) = 1.
+// A fourth step can: the orders of the finer and of the coarser three agree to 0.1 with each other, and with the
 // formal order where that is known (else 0).
 enum class AsymptoticRange { not_tested, agrees, disagrees };
 AsymptoticRange asymptotic_range(double finer_order, double coarser_order, double formal_order);
@@ -108,11 +108,11 @@ struct LyapunovFit {
 };
 LyapunovFit fit_lyapunov(std::span<const double> local_exponents);
 
-// At the round-off floor, where one run's drift is one draw: the mean over runs (at least 32) of each run's least
-// squares slope, the half-width from a bootstrap over the runs. runs[k][i] is run k's value at t_s[i].
+// At the round-off floor, where one run's drift is a single random sample: the mean over runs (at least 32) of each
+// run's least squares slope, the half-width from a bootstrap over the runs. runs[k][i] is run k's value at t_s[i].
 struct EnsembleDrift {
   double slope_per_s = std::numeric_limits<double>::quiet_NaN(), half_width_95 = 0;
-  std::string reason;  // why there is none
+  std::string reason;  // why there is no figure
 };
 EnsembleDrift fit_drift_ensemble(std::span<const double> t_s, std::span<const std::vector<double>> runs);
 
@@ -125,9 +125,9 @@ struct ScalingFit {
 };
 ScalingFit fit_scaling(std::span<const double> bodies, std::span<const double> seconds);
 
-// ---- drift (slope, 1/s) told apart from oscillation (half range of the residual) ----------------------------
-// The half-width models what is left as correlated from one sample to the next; where that is not stationary (a random
-// walk, as round-off leaves; a slope that changes) no such interval holds: `stationary` is false and the half-width
+// ---- drift (slope, 1/s) and oscillation (half range of the residual) ----------------------------------------
+// The half-width takes neighbouring residuals as correlated; where the residual is not stationary (a random walk of
+// round-off, a slope that changes) there is no such interval: `stationary` is false and the half-width
 // infinite. Shorter series than 4: all 0.
 struct DriftFit {
   double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0, period_s = 0;  // period 0: none
@@ -135,35 +135,35 @@ struct DriftFit {
 };
 DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value);
 
-// What amplifies round-off: growth of a perturbation of the initial state over the run, the perturbation relative to
-// each vector's own size there (as rounding is), the growth in units of the trajectory's size; the largest of four
-// directions. The reference's own equations, classical RK4 in double, states a part in 1e-7 apart. (truth.condition,
-// which scales perturbations by the trajectory's size instead, says how well the problem is posed; it is larger.)
+// The amplification of round-off: growth of a perturbation of the initial state over the run, the perturbation relative
+// to each vector's own size there (as rounding is), the growth in units of the trajectory's size; the largest of four
+// directions. The reference's own equations, classical RK4 in double, states a part in 1e-7 apart. (truth.condition
+// scales perturbations by the trajectory's size instead and is larger: it is the condition number of the problem.)
 // Scenes with contacts, or too long for 4000 steps: 1 + t_end v / size, the growth of free flight.
 double perturbation_growth(const Scenario& scenario, const Truth& truth);
 
-// What round-off alone leaves in a result after `steps` steps, estimated before any run and so independent of what the
-// error does: u sqrt(steps) size amplification. u is the unit round-off of the scalar (2^-53 in double), `size` the
+// The error by round-off alone after `steps` steps, estimated before any run, so that it does not depend on the
+// measured error: u sqrt(steps) size amplification. u is the unit round-off of the scalar (2^-53 in double), `size` the
 // largest value of the quantity along the true motion, `amplification` how much a relative perturbation grows over the
-// run. Unbiased rounding makes each step's error an independent draw of about u x size; their sum walks as sqrt(steps)
+// run. Unbiased rounding makes each step's error an independent draw of about u x size; their sum grows as sqrt(steps)
 // (Henrici 1962, ch. 1; for orbits: Brouwer 1937).
 double round_off_floor(double unit_round_off, double steps, double size, double amplification);
 // Unit round-off of the scalar that a method id names or its engine uses: "@float" and engines that end in 32: 2^-24;
 // "@long-double": 2^-64; "@quad": 2^-113; else 2^-53.
 double unit_round_off(const std::string& method);
 
-// Rows of a whole ladder, from rows alone: order-{position,velocity,attitude,body-rate} from error-*-end (one
-// instant: the largest over the samples may jump from one sample to another along the ladder), and
+// Rows of a whole ladder, from the rows of its cells: order-{position,velocity,attitude,body-rate} from error-*-end
+// (one instant: the largest over the samples may jump from one sample to another along the ladder), and
 // order-impact-time from impact-time-error. `cells` are all rows of one scenario x method. In an order row
 //   value      the order; NaN where it is inconclusive (a gate on it is then unverifiable)
 //   truth_bar  the 95 % half-width
 //   reason     the window in steps, the interval, what was left out and why; or "inconclusive: ..."
 // The floor of a rung is the larger of the truth's bar and round_off_floor. Methods with a tolerance have no order in
-// h: no rows for them. (Growth laws need a series: `measure` fits them, one row a cell.)
+// h: no rows for them. (Growth laws need a series: `measure` fits them, one row per cell.)
 std::vector<Row> fit_ladder(std::span<const Row> cells);
 
-// Of the same ladder, from where its runs ended: gci-position, richardson-order-position, and gci-effectivity where a
-// truth is known. The finest three rungs whose differences lie above 30 x the floor.
+// Rows of the same ladder from the end states of its runs: gci-position, richardson-order-position, and gci-effectivity
+// where a truth is known. The finest three rungs whose differences lie above 30 x the floor.
 // `formal_order`: what the method claims for this motion; 0: not known.
 struct LadderEnd {
   std::int64_t steps = 0;
@@ -172,15 +172,15 @@ struct LadderEnd {
   double formal_order = 0;
 };
 std::vector<Row> fit_ends(const Scenario& scenario, std::span<const LadderEnd> ends, std::span<const Row> cells);
-// round-off-best-error and -step of a ladder that goes past its floor; none where the V is not seen.
+// round-off-best-error and -step of a ladder that goes past its floor; none where the least error has not been passed.
 std::vector<Row> fit_round_off_v(std::span<const Row> cells);
 // tolerance-ratio of each tolerance, tolerance-exponent of each method (its id without the tolerance): all rows of a
 // scenario.
 std::vector<Row> fit_tolerances(std::span<const Row> rows);
 
 // step-time and run-time: one median over the timed pass's repeats [s], of a step and of the run; their bars are the
-// median's interval by order statistics (its farther end; NaN of a single repeat, which has none). step-time-p95 from 20
-// repeats on. None when nothing was timed. `steps`: those that the run took.
+// distance to the farther end of the median's interval by order statistics (NaN for a single repeat). step-time-p95 for
+// at least 20 repeats. None where nothing was timed. `steps`: those that the run took.
 std::vector<Row> timing_rows(const Outcome& outcome, std::int64_t steps);
 
 // Time of A over time of B from pairs A B A B, a[i] beside b[i]: the median of the pairs' ratios and its 95 % interval
@@ -192,7 +192,7 @@ struct PairedRatio {
 };
 PairedRatio paired_ratio(std::span<const double> a, std::span<const double> b);
 
-// A measured value beside its bar, as reports print it: under three bars it is only an upper limit, "<= v + b".
+// A measured value with its bar, as reports print it; below three bars only an upper limit, "<= v + b".
 std::string format_measure(double value, double bar, int digits = 3);
 
 }  // namespace atwood

@@ -1,4 +1,4 @@
-// Observed order: least squares of log error on log h over the asymptotic window, which the data choose.
+// Observed order: least squares of log error on log h over the asymptotic window, which is found from the data.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -12,22 +12,22 @@
 namespace atwood {
 namespace {
 
-constexpr double kFloorFactor = 30;   // rungs nearer than this to the floor measure the floor too
-constexpr double kSlopeChange = 0.2;  // asymptotic: the local slope has settled to this
-constexpr double kWidest = 1;         // a half-width that tells no order from the next one
+constexpr double kFloorFactor = 30;   // errors below this many floors contain too much round-off
+constexpr double kSlopeChange = 0.2;  // asymptotic: local slopes change by less than this
+constexpr double kWidest = 1;         // a larger half-width does not distinguish neighbouring orders
 constexpr std::size_t kFewest = 4;
 
 using metrics::fit_line;
 using metrics::Line;
 
-// Do the local slopes of these rungs still change? y = a + b x + c x^2 by least squares (centred x, c against its own
-// standard error): from the first local slope to the last they change by 2 c times the distance of the two. A change
-// that is not significant (5 % level; of four rungs, with one degree of freedom, twice the standard error) is the
-// rungs' scatter, not a trend.
+// Whether the local slopes of these rungs still change. y = a + b x + c x^2 by least squares (centred x, c against its
+// own standard error): from the first local slope to the last they change by 2 c times the distance of the two. A
+// change that is not significant (5 % level; of four rungs, with one degree of freedom, twice the standard error) is
+// the rungs' scatter, not a trend.
 bool slopes_change(std::span<const double> x, std::span<const double> y) {
   const std::size_t n = x.size();
   const Line line = fit_line(x, y);
-  // The part of x^2 that no line holds, and the residual's share along it.
+  // The part of x^2 orthogonal to lines, and the component of the residual along it.
   std::vector<double> squares(n);
   for (std::size_t i = 0; i < n; ++i) squares[i] = (x[i] - x[0]) * (x[i] - x[0]);
   const Line of_squares = fit_line(x, squares);
@@ -45,8 +45,8 @@ bool slopes_change(std::span<const double> x, std::span<const double> y) {
   return c * c * norm > limit * limit * left / freedom;
 }
 
-// Does the coarsest rung lie off the line through the others: by a local slope that differs by more than kSlopeChange,
-// and beyond what their scatter explains (externally studentised residual, 1 % level)?
+// Whether the coarsest rung departs from the line through the others: its local slope differs by more than
+// kSlopeChange, and significantly (externally studentised residual, 1 % level).
 bool first_departs(std::span<const double> x, std::span<const double> y) {
   const Line others = fit_line(x.subspan(1), y.subspan(1));
   const double n = static_cast<double>(x.size() - 1);
@@ -60,10 +60,10 @@ bool first_departs(std::span<const double> x, std::span<const double> y) {
   return off * off > limit * limit * variance;
 }
 
-// The window: the finest four rungs, and coarser ones as long as the local slopes stay settled. It always ends at the
-// finest rung above the floor: no rung is left out because the error stopped falling there, so an error that grows as h
-// shrinks shows its negative order. Both tests compare with the scatter of the rungs themselves, whatever its size: so
-// the choice favours no series of small scatter, and the interval covers as it would with the window given.
+// The window: the finest four rungs, and coarser ones as long as the local slopes do not change. It always ends at
+// the finest rung above the floor: no rung is left out because the error stopped falling there, so an error that grows
+// as h decreases shows its negative order. Both tests compare with the scatter of the rungs themselves, so the choice
+// does not favour series of small scatter, and the interval covers as it would for a given window.
 std::size_t first_asymptotic(std::span<const double> x, std::span<const double> y) {
   std::size_t first = x.size() - kFewest;
   while (first > 0) {
@@ -88,7 +88,7 @@ OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, s
     const double f = static_cast<std::size_t>(i) < floor.size() ? floor[i] : 0;
     if (!std::isfinite(error[i]) || !(h_s[i] > 0)) fit.left_out[i] = "not finite";
     else if (!(error[i] > 0) || !(error[i] > kFloorFactor * f)) fit.left_out[i] = "floor";
-    // Only what is finer than the last failure is one ladder: a rung between two that blew up proves nothing.
+    // Only rungs finer than the last failure are used: a rung between two that diverged is not reliable.
     if (fit.left_out[i] == "not finite") {
       for (int k : kept) fit.left_out[k] = "pre-asymptotic";
       kept.clear();

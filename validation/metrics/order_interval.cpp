@@ -1,15 +1,14 @@
-// An error is C h^p (1 + a h + b h^2 + ...): on a ladder of one method on one problem what lies off a straight line on
-// the logs is no noise but the higher powers, and a confidence interval that takes it for noise does not hold p. With a
-// model of the deviation,
+// An error is C h^p (1 + a h + b h^2 + ...): on a ladder of one method on one problem the deviations from a
+// straight line in the logarithms are higher powers, not noise, and a confidence interval for noise does not contain p.
+// With a model of the deviation,
 //
 //     log e = c + p log h + a h,      log e = c + p log h + b h^2,      log e = c + p log h + a h + b h^2,
 //
-// p is the slope extrapolated to h = 0. The interval reaches over the line's slope, the finest local slope and these
-// three, each as far beyond the line's as Roache's safety factor says, and what the bars of the rungs let each vary by.
+// p is the slope extrapolated to h = 0. The interval contains the line's slope, the finest local slope and these three,
+// the differences from the line's slope enlarged by Roache's safety factor, and the variation that the bars allow.
 //
 // Where the bars are not known (all 0), scatter may be noise: the deviation counts as curvature where all local slopes
-// change in one sense, or a parabola explains more than scatter would in 5 % of ladders; else Student's t is the
-// interval.
+// change in one sense, or if a parabola is significant at the 5 % level; otherwise the interval is Student's t.
 #include "validation/metrics/order_interval.hpp"
 
 #include <algorithm>
@@ -24,7 +23,7 @@ namespace {
 
 constexpr double kSafety = 1.25;      // Roache 1994
 constexpr double kEvenWeight = 3e-3;  // rungs whose relative bar is larger weigh less, as 1 / bar^2
-constexpr double kLoose = 5;          // an estimate that the bars blur by more than this times the line's tells nothing
+constexpr double kLoose = 5;          // estimates with more than this times the line's uncertainty are not used
 constexpr std::size_t kFewest = 4;
 
 // The most by which the rungs' bars can move sum_i weight_i y_i.
@@ -52,7 +51,7 @@ Powers powers_of(std::span<const double> x) {
   return p;
 }
 
-// Do all local slopes change in one sense, changes within the bars left out?
+// Whether all local slopes change in one sense; changes within the bars do not count.
 bool one_sense(std::span<const double> x, std::span<const double> y, std::span<const double> bar) {
   bool up = false, down = false;
   for (std::size_t i = 0; i + 2 < x.size(); ++i) {
@@ -71,7 +70,7 @@ struct Ladder {
   std::vector<double> root;  // square roots of the rungs' weights
   Powers powers;
   ColumnFit line;
-  double blur = 0;  // of the line's slope, from the bars
+  double blur = 0;  // uncertainty of the line's slope by the bars
   ColumnFit with(std::vector<double> a) const { return fit_columns({powers.one, std::move(a), powers.x}, y, root); }
 };
 
@@ -93,7 +92,7 @@ double scatter_half_width(const Ladder& ladder, const ColumnFit& left, double pa
   return students_t(freedom, 0.975) * std::sqrt(left.squares / freedom * variance);
 }
 
-// Local slopes that change the more the smaller h is come nearer to nothing: 1/h tells them better than h or h^2 does.
+// Whether local slopes change faster as h decreases and so do not converge: 1/h then fits better than h or h^2.
 bool runs_away(const Ladder& ladder, bool sense, const ColumnFit& linear, const ColumnFit& square) {
   const bool few = ladder.x.size() == kFewest;
   const ColumnFit away = ladder.with(ladder.powers.inverse);

@@ -1,4 +1,4 @@
-// The interval of an observed order: what noise, bars and curvature leave open. Private to this room.
+// The interval of an observed order, from noise, bars and curvature. Private to this room.
 #pragma once
 
 #include <span>
@@ -7,11 +7,11 @@ namespace atwood::metrics {
 
 // From at least 4 rungs, coarse to fine: x = log h, y = log error, bar = the rung's bar over its error.
 struct OrderInterval {
-  bool settles = true;  // false: the local slopes change the more the smaller h is; the interval means nothing
-  bool curved = false;  // low and high take in the finest slope and the extrapolated ones
+  bool settles = true;  // false: the local slopes change faster as h decreases; the interval has no meaning
+  bool curved = false;  // the interval contains the finest slope and the extrapolated ones
   double low = 0, high = 0;
   double finest = 0;        // local slope of the two finest rungs
-  double extrapolated = 0;  // to h = 0, one power of h beside the order
+  double extrapolated = 0;  // to h = 0, by a model with one further power of h
 };
 OrderInterval order_interval(std::span<const double> x, std::span<const double> y, std::span<const double> bar);
 

@@ -1,4 +1,4 @@
-// Ratios of timings taken in pairs A B A B: what slows both halves of a pair cancels.
+// Ratios of timings taken in pairs A B A B: load that slows both halves of a pair cancels.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -22,8 +22,8 @@ PairedRatio paired_ratio(std::span<const double> a, std::span<const double> b) {
   const auto [least, most] = std::minmax_element(ratios.begin(), ratios.end());
   result.low = *least;
   result.high = *most;
-  // Of so few pairs the resampled median takes too few values for an interval: the range holds the median with
-  // probability 1 - 2^(1-n), 97 % of six.
+  // With fewer pairs the resampled median has too few values for an interval; the range contains the median with
+  // probability 1 - 2^(1-n), 97 % for six.
   constexpr int kFewestPairs = 9;
   if (result.pairs < kFewestPairs) return result;
   constexpr int kResamples = 2000;

@@ -1,5 +1,4 @@
-// How deep shapes sink into each other, over the samples. Pairs whose bounding spheres are apart are not looked at
-// closely.
+// The depth of overlaps of shapes over the samples. Pairs whose bounding spheres are apart are skipped.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -38,7 +37,8 @@ struct BoundingRadius {
   }
 };
 
-// What a depth is large or small against: a radius, the least half extent. Planes, rectangles and meshes have none.
+// The size of a body that a depth is relative to: a radius, the least half extent. Planes, rectangles and meshes have
+// none.
 double own_size(const Body& body) {
   if (const auto* sphere = std::get_if<Sphere>(&body.shape)) return sphere->radius_m;
   if (const auto* capsule = std::get_if<Capsule>(&body.shape)) return capsule->radius_m;
@@ -81,7 +81,7 @@ class Overlaps {
       }
     }
   }
-  bool seen_all() const { return seen_all_; }  // no pair of shapes came near that has no exact gap
+  bool seen_all() const { return seen_all_; }  // every pair of shapes that came near has an exact gap
 
  private:
   template <class Visit> void look(const Sample& sample, int first, int second, const Visit& visit) {

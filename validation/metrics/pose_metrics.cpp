@@ -23,8 +23,8 @@ double reach_m(const Scene& scene, bool swept) {
   return reach + largest_radius_m(scene);
 }
 
-// How far rounding its inputs moves a body's surface: a coordinate by u of itself, a size likewise, an attitude by 2 u rad
-// of its radius; of both bodies, in three coordinates.
+// The largest displacement of the surfaces by rounding the inputs: coordinates and sizes by the relative error u, an
+// attitude by 2 u rad times the radius; summed over both bodies and three coordinates.
 double moved_by_rounding_m(const Scene& scene, bool swept, const InputRounding& rounding) {
   if (rounding.unit == 0) return 0;
   double reach = reach_m(scene, swept);
@@ -47,7 +47,7 @@ double closing_speed(const Scene& scene) {
   return std::sqrt(sum);
 }
 
-// The angle between two directions; 0 in either is no direction.
+// The angle between two directions; a zero vector has no direction.
 double angle(const std::array<double, 3>& a, const std::array<double, 3>& b) {
   double cross = 0, dot = 0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -59,7 +59,8 @@ double angle(const std::array<double, 3>& a, const std::array<double, 3>& b) {
   return cross == 0 && dot == 0 ? HUGE_VAL : std::atan2(std::sqrt(cross), dot);
 }
 
-// Two meshes of several triangles each: they cross or they are apart, but how deep is each engine's convention.
+// Whether both bodies are meshes of several triangles: they cross or are apart, but their depth is a convention of each
+// engine.
 bool surfaces(const Scene& scene) {
   return std::all_of(scene.bodies.begin(), scene.bodies.end(), [](const Body& body) {
     const auto* mesh = std::get_if<Mesh>(&body.shape);
@@ -72,7 +73,7 @@ class Tally {
   Tally(std::string pair, PoseRows& out) : pair_(std::move(pair)), out_(out) {}
 
   void add(const std::string& what, std::int64_t index, double error, double bar = 0) {
-    // Not a number is as wrong as can be.
+    // NaN counts as an infinite error.
     errors_of(what).push_back({std::isnan(error) ? HUGE_VAL : error, index, bar});
   }
   void count(const std::string& metric, const std::string& what, std::size_t poses) {
@@ -148,7 +149,7 @@ PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& s
     const double moved = moved_by_rounding_m(scene, swept, rounding);
     if (swept) {
       if (truth.hit && !(truth.toi_s > 0))
-        continue;  // they overlap at the start: casts of shapes answer for bodies apart
+        continue;  // they overlap at the start: shape casts are defined for separated bodies
       const double moved_s = moved > 0 ? std::min(kSweepEndS, moved / closing_speed(scene)) : 0;
       if (truth.hit && !answer.hit && kSweepEndS - truth.toi_s >= moved_s)
         tally.add("miss", index, kSweepEndS - truth.toi_s);

@@ -1,4 +1,4 @@
-// Sweeps of seeded poses, two bodies each: an engine's answers against the truth's.
+// Sweeps of seeded poses of two bodies: an engine's answers compared with the truth's.
 #pragma once
 
 #include <cstdint>
@@ -22,21 +22,22 @@ struct WorstPose {
 
 struct PoseRows {
   std::vector<Row> rows;         // body: the pair
-  std::vector<WorstPose> worst;  // at most one a kind; of misses and false hits the one deepest in or furthest out
+  std::vector<WorstPose> worst;  // at most one per kind; for misses the deepest overlap, for false hits the largest gap
 };
 
 using SceneOfPose = std::function<Scene(std::int64_t index)>;
 
-// Answers to poses 0..n of a pair. A hit or miss counts only where the true gap is above what a double knows
-// of the bodies' places (64 units in the last place of the largest coordinate) and the truth's bar. Errors of depth and
+// Answers to poses 0..n of a pair. A hit or miss counts only where the true gap exceeds the round-off of
+// the bodies' positions (64 units in the last place of the largest coordinate) and the truth's bar. Errors of depth and
 // distance are relative to pair_size_m; the normal's [rad] counts where the next direction's depth is 1e-3 of the depth
 // (and 1e-9 of the size) behind; depth, normal and distance where engine and truth agree on overlap.
 //
-// An engine that computes in float is given each coordinate, size and attitude rounded to float, and answers that pose: its
-// figures carry what that rounding may change as their bar, and it hits or misses only above it. `at_unit_size`: it was
-// asked at unit size about the first body's place (rivals/unit_size.hpp), where only distances are rounded.
+// An engine that computes in float is given each coordinate, size and attitude rounded to float, and answers that pose:
+// the bar of its figures is the change by this rounding, and misses and false hits count only above it. `at_unit_size`:
+// the pose was scaled to unit size about the first body's position (rivals/unit_size.hpp), where only distances are
+// rounded.
 struct InputRounding {
-  double unit = 0;  // 2^-24 of an engine in float; 0: a double's, which the doubt above covers
+  double unit = 0;  // 2^-24 of an engine in float; 0: double, whose round-off is allowed for above
   bool at_unit_size = false;
 };
 InputRounding input_rounding(const std::string& scalar, const std::string& test);
@@ -44,8 +45,8 @@ PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& s
                        std::span<const PoseAnswer> answers, std::span<const PoseAnswer> truths,
                        const InputRounding& rounding = {});
 
-// Of one method's rows, pair by pair: figures of the whole sweep, without a body. Misses and false hits are summed, of
-// errors the worst pair's stands.
+// Figures of the whole sweep, without a body, from one method's rows of pairs: sums of misses and false hits, and the
+// largest errors of all pairs.
 std::vector<Row> over_all_pairs(std::span<const Row> rows);
 
 }  // namespace atwood

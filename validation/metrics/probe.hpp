@@ -1,4 +1,4 @@
-// The kinds of probes: questions that one run does not answer.
+// The kinds of probes: figures that need several runs.
 #pragma once
 
 #include <optional>
@@ -7,7 +7,7 @@
 
 namespace atwood {
 
-// none: an ordinary cell, one run that is measured.
+// none: an ordinary cell, whose single run is measured.
 enum class Probe : unsigned char {
   none,
   ensemble,
@@ -23,19 +23,19 @@ enum class Probe : unsigned char {
 
 struct ProbeInfo {
   Probe probe;
-  std::string name, doc;  // name: as a study's `probe` writes it
+  std::string name, doc;  // name: the value of `probe` in a study
 };
 const std::vector<ProbeInfo>& all_probes();  // in the order of the README's table; without Probe::none
 
 std::string to_string(Probe probe);                        // its name; "" of none
-std::optional<Probe> find_probe(const std::string& name);  // empty: there is none of that name
+std::optional<Probe> find_probe(const std::string& name);  // empty: unknown name
 
-// Sweeps of poses and tables of cases: cells that need a worker's contacts and no run
+// Sweeps of poses and tables of cases: cells that query contacts and run nothing
 // (validation/metrics/pose_metrics.hpp).
 inline bool is_sweep(Probe probe) {
   return probe == Probe::contact_sweep || probe == Probe::touch_sweep || probe == Probe::contact_tables;
 }
-// Those that are ladders of ordinary cells: of scalars and compensated summation, and of tolerances.
+// Probes that are ladders of ordinary cells: of scalars and compensated summation, and of tolerances.
 inline bool is_ladder(Probe probe) { return probe == Probe::tolerance || probe == Probe::round_off_v; }
 
 }  // namespace atwood

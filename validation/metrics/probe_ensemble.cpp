@@ -1,6 +1,6 @@
-// Round-off alone, over many runs: each beside the same run in wider arithmetic from the same doubles, so that what the
-// two share, the method's own error, drops out. Where an engine has no wider arithmetic: beside the truth, at the
-// floor.
+// Round-off alone, over many runs: the difference of each from the same run in wider arithmetic from the same doubles,
+// in which the error of the method cancels. Where an engine has no wider arithmetic: the difference from the truth, at
+// the round-off floor.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kRuns = 96;
 
-// Nonzero coordinates of the start.
+// The number of nonzero coordinates of the initial state.
 int coordinates(const Scene& scene) {
   int n = 0;
   for (const Body& body : scene.bodies) {
@@ -25,8 +25,8 @@ int coordinates(const Scene& scene) {
   return n;
 }
 
-// By how many units in the last place a coordinate is moved at most: 1, and more where few coordinates would otherwise
-// make the same start twice. Of 1000 starts to draw from, 96 are nearly all different.
+// The largest perturbation of a coordinate in units in the last place: 1, and more where few coordinates would make
+// many starts equal. Nearly all of 96 starts drawn from 1000 differ.
 int furthest(const Scene& scene) {
   int units = 1;
   const int n = std::max(1, coordinates(scene));
@@ -97,7 +97,7 @@ Row growth_row(const std::string& metric, std::span<const double> t, const std::
              text + "; " + std::to_string(runs.size()) + " runs beside " + beside);
 }
 
-// Where one run's drift is one draw: the mean over the runs.
+// The mean drift over the runs, for round-off, where one run's drift is a single random sample.
 Row drift_row(std::span<const double> t, const std::vector<std::vector<double>>& runs, const EnergyScale& scale,
               const std::string& beside) {
   const EnsembleDrift drift = fit_drift_ensemble(t, runs);

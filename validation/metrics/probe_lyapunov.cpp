@@ -1,4 +1,4 @@
-// Chaos: how long a state can be foretold, and how fast twins part.
+// Chaos: the predictability horizon, and the rate at which neighbouring runs separate.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,7 @@
 namespace atwood::metrics {
 namespace {
 
-constexpr double kParted = 1e-3;  // of the scale: from here on a state error says nothing about a method
+constexpr double kParted = 1e-3;  // of the scale; beyond this distance a state error does not depend on the method
 
 // A separation of two states, each kind of vector in units of its size along the motion.
 struct Separation {
@@ -44,7 +44,7 @@ struct Separation {
   }
 };
 
-// A twin of `sample`, `apart` from it in a direction drawn at random; bodies' turning only where they turn.
+// A twin of `sample` at distance `apart` in a random direction; attitudes and body rates only of bodies that rotate.
 Sample twin(const Separation& separation, const Sample& sample, double apart) {
   SplitMix64 random{0x7477696e};
   Sample far = sample;
@@ -88,7 +88,7 @@ std::vector<Row> probe_lyapunov(const ProbeRequest& request) {
   std::vector<Row> rows = {
       row("horizon", horizon, horizon < plan.t_end_s ? plan.t_end_s / static_cast<double>(plan.samples) : 0, reached)};
 
-  // One stretch a sample: both twins run from where the last stretch left them, the separation brought back to `apart`.
+  // One stretch per sample: both twins start at the end of the last stretch, with the separation rescaled to `apart`.
   const Plan stretch{plan.t_end_s / static_cast<double>(plan.samples), plan.steps / plan.samples, 1, {}};
   Sample near = run.values.front(), far = twin(separation, near, apart);
   std::vector<double> local;

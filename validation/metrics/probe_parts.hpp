@@ -1,4 +1,4 @@
-// What the probes share. Private to this room.
+// Functions common to the probes. Private to this room.
 #pragma once
 
 #include <array>
@@ -9,19 +9,19 @@
 
 namespace atwood::metrics {
 
-// A probe that ends without its figures: not asked (unsupported), or a run of it failed.
+// Thrown where a probe has no figures: it does not apply (unsupported), or one of its runs failed.
 struct ProbeEnds : std::runtime_error {
   Status status;
   ProbeEnds(Status s, const std::string& why) : std::runtime_error(why), status(s) {}
 };
 
-// A run that ended well with the samples it was asked for; else throws ProbeEnds.
+// A run with status ok and all requested samples; else throws ProbeEnds.
 Recording good_run(const ProbeRequest& request, const std::string& method, const Scene& scene, const Plan& plan);
 inline Recording good_run(const ProbeRequest& request, const Scene& scene, const Plan& plan) {
   return good_run(request, request.method, scene, plan);
 }
 
-// The scene started from a sample, rounded to double.
+// The scene with a sample, rounded to double, as initial state.
 Scene started_from(const Scene& scene, const Sample& sample);
 
 // Refusals that several probes share: bare systems, contacts, recorded frames, forces that depend on time.

@@ -1,7 +1,7 @@
-// Reversal: n steps forward, velocities turned round, n steps forward again, velocities turned round: the start again,
-// for a reversible method up to round-off (Hairer, Lubich and Wanner 2006, ch. V).
+// Reversal: n steps, velocities reversed, n steps, velocities reversed. A reversible method returns to the start up to
+// round-off (Hairer, Lubich and Wanner 2006, ch. V).
 //
-// The motion itself must be reversible: a magnetic field and a frame's rotation turn round with the velocities.
+// The motion itself must be reversible: magnetic fields and rotations of frames are reversed with the velocities.
 #include <algorithm>
 #include <cmath>
 
@@ -54,7 +54,7 @@ std::vector<Row> probe_reversal(const ProbeRequest& request) {
   }
   const Sizes size = sizes_of(scene, there.values);
   const double growth = std::max(1.0, perturbation_growth(request.scenario, request.truth));
-  // The state in between passes through a scene's doubles, whatever the method's arithmetic.
+  // The state between the two passes is rounded to the scene's doubles, also for wider arithmetic.
   const double unit = std::max(unit_round_off(request.method), 0x1p-53);
   const auto floors = [&](double scale) {
     return round_off_floor(unit, 2 * static_cast<double>(request.plan.steps), scale, growth);

@@ -3,14 +3,14 @@
 //     M^T J M = J,      J = [0 1; -1 0]            (Hairer, Lubich and Wanner 2006, VI.2)
 //
 // for points, q = r and p = m v + e A(r) + m W x r: A = B x r / 2 in a uniform magnetic field, W a rotating frame's
-// rate. A body that turns freely moves its angular momentum L = I w in body axes by a Poisson map,
+// rate. For a freely rotating body the flow of the angular momentum L = I w in body axes is a Poisson map,
 //
 //     M hat(L_start) M^T = hat(L_end),  hat(a) b = a x b      (Marsden and Ratiu 1999, 15.2).
 //
-// Everything is scaled by the sizes of q and p (of L), so the figure has no unit. Differences of steps d and 4 d make
-// one of order 4. How long a step serves depends on the motion, so there is a ladder of them, 2^-10 to 2^-24 of the
-// scale: the figure is of the step where it changes least to the next, from truncation on one side and round-off on the
-// other, and that change is the bar.
+// Everything is scaled by the sizes of q and p (of L), so the figure has no unit. Differences with steps d and
+// 4 d are combined to order 4. The best step depends on the motion, so there is a ladder of steps, 2^-10 to 2^-24 of
+// the scale: larger ones have truncation errors, smaller ones round-off. The figure is that of the step where it
+// changes least to the next one, and this change is the bar.
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
@@ -38,7 +38,7 @@ bool acts_on(const std::vector<int>& bodies, int body) {
   return std::find(bodies.begin(), bodies.end(), body) != bodies.end();
 }
 
-// What p has beyond m v.
+// The part of p besides m v.
 std::array<Wide, 3> field_momentum(const Scene& scene, int body, const std::array<Wide, 3>& r) {
   std::array<Wide, 3> p{};
   const Body& b = scene.bodies[static_cast<std::size_t>(body)];
@@ -98,7 +98,7 @@ struct Map {
   std::function<Wides(const Wides&)> end;
 };
 
-// d(end) / d(start), scaled, by (16 D(d) - D(4 d)) / 15 of central differences D: one matrix a step.
+// d(end) / d(start), scaled, by (16 D(d) - D(4 d)) / 15 of central differences D: one matrix per step d.
 std::vector<Matrix> differentiate(const Map& map) {
   const std::size_t n = map.start.size();
   std::vector<Matrix> matrices(kLevels - 1, Matrix(n, n));
@@ -121,7 +121,7 @@ std::vector<Matrix> differentiate(const Map& map) {
   return matrices;
 }
 
-// a b c, each sum in the order of its index (lazyProduct: Eigen's blocked product would sum in another).
+// a b c, each sum in the order of its index (lazyProduct: Eigen's blocked product has another order).
 Matrix sandwich(const Matrix& a, const Matrix& b, const Matrix& c) {
   const Matrix bc = b.lazyProduct(c);
   return a.lazyProduct(bc);

@@ -101,7 +101,7 @@ Scene started_from(const Scene& scene, const Sample& sample) {
     }
     double norm = 0;
     for (int i = 0; i < 4; ++i) norm += static_cast<double>(s.q_wxyz[i] * s.q_wxyz[i]);
-    // A quaternion whose norm an integrator lets drift is one attitude still; scenes take unit ones.
+    // An integrator may let a quaternion's norm drift without changing the attitude; scenes need unit quaternions.
     const double scale = std::fabs(norm - 1) > 1e-12 ? std::sqrt(norm) : 1;
     for (int i = 0; i < 4; ++i) body.orientation_wxyz[i] = static_cast<double>(s.q_wxyz[i]) / scale;
   }

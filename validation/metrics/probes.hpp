@@ -1,5 +1,5 @@
-// Probes: questions that one run does not answer, asked by running a scene again with its initial state changed. A
-// probe needs the worker protocol alone, so it works for every engine.
+// Probes: figures from several runs of a scene with changed initial states. A probe uses only the worker protocol, so
+// it works for every engine.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace atwood {
 
-// What a probe asks about, and how it gets a run.
+// The cell that a probe measures, and the function that makes a run.
 struct ProbeRequest {
   const Scenario& scenario;
   std::string method;
@@ -20,8 +20,9 @@ struct ProbeRequest {
   std::function<Recording(const std::string& method, const Scene& scene, const Plan& plan)> run;
 };
 
-// The rows of ensemble, reversal, symplecticity or lyapunov for one cell; fields as `measure` fills them. Where the probe
-// does not apply or a run fails, one row of its first metric with that status and the reason. std::logic_error of others.
+// The rows of ensemble, reversal, symplecticity or lyapunov for one cell; fields as `measure` fills them. Where the
+// probe does not apply or a run fails, one row of its first metric with that status and the reason. std::logic_error
+// for other probes.
 std::vector<Row> run_probe(Probe probe, const ProbeRequest& request);
 
 }  // namespace atwood

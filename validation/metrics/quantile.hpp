@@ -8,13 +8,13 @@
 
 namespace atwood::metrics {
 
-// The value at p (n - 1) of ascending x, p in [0, 1], between neighbours linearly (definition 7 of Hyndman and Fan, The
-// American Statistician 50 (1996) 361). Of none: 0.
+// The value at position p (n - 1) of ascending x, p in [0, 1], interpolated linearly (definition 7 of Hyndman and Fan,
+// The American Statistician 50 (1996) 361). 0 where x is empty.
 double quantile(const std::vector<double>& ascending, double p);
 
-// What a variate of Student's t with `freedom` > 0 degrees of freedom stays below with probability p in (0, 1).
+// The quantile p in (0, 1) of Student's t with `freedom` > 0 degrees of freedom.
 double students_t(double freedom, double p);
-// The probability that it exceeds x.
+// The probability that such a variate exceeds x.
 double students_t_above(double freedom, double x);
 
 }  // namespace atwood::metrics

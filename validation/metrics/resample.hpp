@@ -1,4 +1,4 @@
-// What resampling needs: draws with replacement, the middle 95 % (Efron and Tibshirani, An Introduction to the
+// Resampling: draws with replacement, and the middle 95 % (Efron and Tibshirani, An Introduction to the
 // Bootstrap, 1993, ch. 13). Private to this room.
 #pragma once
 
@@ -23,7 +23,7 @@ inline double draw_normal(SplitMix64& random) {
   return std::sqrt(-2 * std::log(u)) * std::cos(angle);
 }
 
-// The 2.5 and 97.5 percentiles, between neighbours linearly; reorders x. Of none: 0 and 0.
+// The 2.5 and 97.5 percentiles, interpolated linearly; reorders x. Both 0 where x is empty.
 struct Interval {
   double low = 0, high = 0;
 };

@@ -1,4 +1,4 @@
-// How the time of a step grows with the number of bodies.
+// The growth of a step's time with the number of bodies.
 #include <cmath>
 
 #include "validation/metrics/metrics.hpp"
@@ -6,8 +6,8 @@
 
 namespace atwood {
 
-// The exponent is the slope of log T on log N; beside N log N it is that of log (T / log N), which is 1 where T is of N
-// log N.
+// The exponent is the slope of log T on log N. For comparison with N log N also the slope of log (T / log N), which is
+// 1 where T is proportional to N log N.
 ScalingFit fit_scaling(std::span<const double> bodies, std::span<const double> seconds) {
   ScalingFit fit;
   std::vector<double> x, y, y_over_log;

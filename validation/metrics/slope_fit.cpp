@@ -103,7 +103,7 @@ double correlated_half_width(std::span<const double> x, std::span<const double> 
   }
   double total = 0;
   for (Candidate& c : candidates) {
-    c.log_weight = std::exp(c.log_weight - best);  // the weight itself from here on
+    c.log_weight = std::exp(c.log_weight - best);  // from here on the weight, not its logarithm
     total += c.log_weight;
   }
   std::erase_if(candidates, [&](const Candidate& c) { return c.log_weight < 1e-6 * total; });
@@ -134,9 +134,9 @@ bool stationary(std::span<const double> residual) {
     yy += y * y;
   }
   const double determinant = aa * bb - ab * ab;
-  if (!(determinant > 1e-12 * aa * bb)) return true;  // nothing is left, or it does not vary
+  if (!(determinant > 1e-12 * aa * bb)) return true;  // the residuals are zero or constant
   const double phi = (bb * ay - ab * by) / determinant, gamma = (aa * by - ab * ay) / determinant;
-  const double freedom = static_cast<double>(n) - 2 - 4;  // the line took two, phi and gamma two
+  const double freedom = static_cast<double>(n) - 2 - 4;  // two parameters of the line, and phi and gamma
   const double variance = std::max(yy - phi * ay - gamma * by, 0.0) / freedom;
   const double count = static_cast<double>(n) - 2, critical = -3.4126 - 4.039 / count - 17.83 / (count * count);
   return phi < 0 && phi * phi * determinant > critical * critical * variance * bb;

@@ -1,10 +1,10 @@
-// How the iterative solvers of a run ended: five figures a solver, its name in `body`, and two of the whole run.
+// How the iterative solvers of a run ended: five figures per solver, with its name in `body`, and two of the whole run.
 #include "validation/metrics/measurements.hpp"
 
 namespace atwood::metrics {
 namespace {
 
-// Of a solver that the engine does not describe: its own documentation names the scale.
+// The scale of a solver's residual; a solver that is not described here refers to its engine's documentation.
 std::string scale_of(const std::string& solver) {
   for (const SolverInfo& info : solver_infos())
     if (solver == info.name) return info.residual;

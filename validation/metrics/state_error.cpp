@@ -1,4 +1,4 @@
-// How far a run's states are from the true ones at the same instants.
+// Errors of a run's states relative to the true states at the same times.
 #include <quadmath.h>
 
 #include <algorithm>
@@ -49,7 +49,7 @@ double error_of(Quantity q, const BodySample& a, const BodySample& b) {
   return 0;
 }
 
-// The bar of an error: the norm of the components' bars; a quaternion off by d turns by 2 |d|.
+// The bar of an error: the norm of the components' bars; an error d of a quaternion is a rotation by 2 |d|.
 double bar_of(Quantity q, const BodySample& bar) {
   switch (q) {
     case Quantity::position: return norm(bar.p_m);
@@ -92,8 +92,8 @@ std::vector<double> worst_series(Quantity q, const Scenario& scenario, const Tru
   return series;
 }
 
-// Samples whose instant lies within the bar of an impact's time, per body: which side of the jump a velocity there is
-// taken from is not decided.
+// Per body, samples whose time lies within the bar of an impact's time: whether the velocity is that before or after
+// the jump is undecided.
 std::vector<std::vector<std::size_t>> samples_on_impacts(const Scene& scene, const Truth& truth) {
   std::vector<std::vector<std::size_t>> on(scene.bodies.size());
   for (std::size_t i = 0; i < truth.events.size(); ++i) {
@@ -193,7 +193,7 @@ std::vector<Row> status_rows(const Scenario& scenario, const Truth& truth, const
   if (run.values.size() != truth.values.size())
     return status_row(Status::crashed,
                       std::to_string(run.values.size()) + " samples, expected " + std::to_string(truth.values.size()));
-  // Samples are compared at the same instant or not at all. A float clock may be off by round-off, not by more.
+  // Samples must be at the same times as the truth's; a clock in float may differ by round-off.
   for (std::size_t k = 0; k < run.values.size(); ++k)
     if (fabsq(run.values[k].t_s - truth.values[k].t_s) > Wide(1e-4) * scenario.t_end_s / Wide(truth.values.size() - 1))
       return status_row(Status::crashed, "sample " + std::to_string(k) + " is at t = " +
@@ -211,7 +211,7 @@ void append_state_errors(const Scenario& scenario, const Truth& truth, const Rec
 }
 
 void append_norm_drift(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
-  constexpr double least = 1e-6;  // what normalising in float leaves is below
+  constexpr double least = 1e-6;  // above the round-off of normalising in float
   double largest = 0;
   for (const Sample& sample : run.values)
     for (std::size_t b = 0; b < sample.bodies.size(); ++b) {
@@ -241,7 +241,7 @@ void append_sizes(const Scenario& scenario, const Truth& truth, std::vector<Row>
 double position_error_m(const BodySample& a, const BodySample& truth) { return metrics::distance(a.p_m, truth.p_m); }
 
 // The relative rotation conj(truth) * a = (c, s): its angle is 2 atan2(|s|, |c|), accurate near 0 where acos(|c|)
-// loses half the digits, blind to the sign of either quaternion and to their lengths.
+// loses half the digits, and independent of the signs and norms of the quaternions.
 double attitude_error_rad(const BodySample& a, const BodySample& truth) {
   const auto& [aw, ax, ay, az] = a.q_wxyz;
   const auto& [tw, tx, ty, tz] = truth.q_wxyz;

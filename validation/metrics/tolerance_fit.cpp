@@ -1,4 +1,4 @@
-// Tolerance calibration: how an adaptive method's error follows the tolerance it was asked for.
+// Tolerance calibration: how an adaptive method's error depends on its tolerance.
 #include <algorithm>
 #include <cmath>
 #include <vector>

@@ -26,13 +26,13 @@ double tolerance_of(const std::string& method) {
   return parse_method_id(method).rtol.value_or(0);
 }
 
-// Coarse before fine: loose before tight tolerances, few before many steps.
+// Order of rungs: loose before tight tolerances, few before many steps.
 template <class Rung> bool coarser(const Rung& a, const Rung& b) {
   const double ta = tolerance_of(a.method), tb = tolerance_of(b.method);
   return ta != tb ? ta > tb : a.steps < b.steps;
 }
 
-// A rung's rows, gathered.
+// The figures of a rung, collected from its rows.
 struct Gathered {
   std::optional<Row> error;
   double seconds = kNan, evaluations = kNan;
@@ -77,7 +77,7 @@ bool usable(const WorkPoint& point, Cost cost) {
   return cost_of(point, cost) > 0 && std::isfinite(cost_of(point, cost));
 }
 
-// How bad it gets on the rungs finer than this one.
+// The largest error on the rungs finer than this one.
 double worst_finer(const WorkCurve& curve, const WorkPoint& point) {
   double worst = 0;
   for (const WorkPoint& other : curve.points) {
@@ -104,7 +104,7 @@ Reached at_rung(const WorkCurve& curve, const WorkPoint& point, Cost cost) {
   return reached;
 }
 
-// Long runs of a ladder are not timed where a coarser rung was: its time of a step is theirs.
+// Long runs are not timed where a coarser rung was: they get the time of a step of that rung.
 void tell_untimed(WorkCurve& curve) {
   const WorkPoint* timed = nullptr;
   for (const WorkPoint& point : curve.points) {
@@ -125,7 +125,7 @@ std::string method_family(const std::string& method) {
   const std::size_t brace = method.find('{');
   if (brace != std::string::npos && brace < colon) return method;
   const std::size_t end = std::min(method.find_first_of("+@{", colon), method.size());
-  // "1e+4": the sign of an exponent ends no tolerance.
+  // "1e+4": the sign of an exponent is part of the tolerance.
   std::size_t stop = end;
   while (stop < method.size() && method[stop] == '+' && stop > 0 &&
          (method[stop - 1] == 'e' || method[stop - 1] == 'E')) {
@@ -162,7 +162,7 @@ std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string&
         curve.failed.push_back({key.first, key.second, 0, g.status, g.reason});
         continue;
       }
-      if (!g.error) continue;  // measured, by other figures
+      if (!g.error) continue;  // measured, but without this error
       const WorkPoint point{key.first,
                             key.second,
                             family == key.first ? g.error->h_s : 0,
@@ -259,7 +259,7 @@ Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenar
     if (level > 0 && !contest.ranked.empty()) table.by_error.push_back(std::move(contest));
   }
   for (const double budget : one ? std::vector<double>{question.budget_s} : budgets(cost)) {
-    if (one && cost != Cost::seconds) continue;  // a budget that is asked for is one of time
+    if (one && cost != Cost::seconds) continue;  // a budget that the user names is a time
     Contest contest = contest_of_budget(curves, budget, cost);
     if (budget > 0 && !contest.ranked.empty()) table.by_budget.push_back(std::move(contest));
   }
@@ -270,7 +270,7 @@ Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenar
 }
 
 std::string telling_metric(std::span<const Row> rows, const std::string& scenario) {
-  // Where bodies touch, what they touch with decides how they turn: position tells, attitude tumbles after it.
+  // In scenes with contacts attitudes depend strongly on the contact points, so positions are compared.
   const auto has = [&](const char* metric) {
     return std::any_of(rows.begin(), rows.end(),
                        [&](const Row& row) { return row.scenario == scenario && row.metric == metric; });

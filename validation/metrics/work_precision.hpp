@@ -1,10 +1,10 @@
-// Work and precision: what an error costs, what a budget buys, which steps are stable. Pure functions over rows.
+// Work and precision: the cost of an error, the error within a budget, the stable steps. Pure functions of rows.
 //
 // A *curve* is one method's ladder on one scenario: of step counts, or of tolerances (many ids, one family
-// "cvode/adams:tol"). Who wins is judged by measured rungs alone: nothing is said between them or beyond them.
+// "cvode/adams:tol"). Methods are ranked by measured rungs only: nothing is interpolated or extrapolated.
 //
-// An error under three bars of its truth is only known to lie below value + bar: that sum then stands for it, and what
-// is read off it is marked `at_bar`.
+// An error below three bars of its truth is only known to be less than value + bar: this sum is used in its place, and
+// results are marked `at_bar`.
 #pragma once
 
 #include <optional>
@@ -18,7 +18,8 @@ namespace atwood {
 
 enum class Cost { seconds, evaluations };
 
-// "cvode/adams:1e-10" and "cvode/adams:1e-8,1e-9" are rungs of one ladder: "cvode/adams:tol". Others are themselves.
+// "cvode/adams:1e-10" and "cvode/adams:1e-8,1e-9" are rungs of one ladder: "cvode/adams:tol". The family of other ids
+// is the id.
 std::string method_family(const std::string& method);
 // "bullet64" of "bullet64/tuned".
 std::string engine_of(const std::string& method);
@@ -30,14 +31,14 @@ struct WorkPoint {
   double error = 0, bar = 0;  // in the metric's unit
   double seconds = 0;      // of the whole run, from the timed pass; NaN: not timed. Equal steps beyond the finest timed
                            // rung (long runs are not timed twice): that rung's time of a step
-  double evaluations = 0;  // NaN: the engine counts none
+  double evaluations = 0;  // NaN: the engine does not count them
 };
-// value + bar where the value is under three bars.
+// The error; value + bar where the value is below three bars.
 double known_error(const WorkPoint& point);
 bool at_bar(const WorkPoint& point);
 double cost_of(const WorkPoint& point, Cost cost);
 
-// Rungs without an error: they ended badly, or their error is not smaller than the motion itself.
+// Rungs without an error: the run failed, or its error is not smaller than the size of the motion.
 struct FailedRung {
   std::string method;
   std::int64_t steps = 0;
@@ -52,7 +53,7 @@ struct WorkCurve {
   std::vector<FailedRung> failed;  // in the same order
 };
 
-// Every method's curve on one scenario, in the order of the rows. `metric` is an error with one figure a run.
+// Every method's curve on one scenario, in the order of the rows. `metric` is an error with one figure per run.
 std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string& scenario, const std::string& metric);
 
 // The size of the motion that an error of this metric is compared with: the scenario's own size-... row; 1 for angles
@@ -63,51 +64,51 @@ struct Reached {
   std::string family, method;  // method and steps: the measured rung
   std::int64_t steps = 0;
   double error = 0, cost = 0;  // of that rung
-  bool at_bar = false;         // the rung's error is not told apart from the truth's bar
+  bool at_bar = false;         // the rung's error is below three bars of the truth
   bool coarsest = false;       // nothing cheaper was measured: the cost is an upper limit
   double worst_finer = 0;  // the largest error of this curve's finer rungs, infinite where one failed; 0: none is finer
 };
 
-// The cheapest measured rung with an error of at most `wanted`; none where no rung reaches it, or none that does has that
-// cost.
+// The cheapest measured rung with an error of at most `wanted`; none where no rung reaches it, or where
+// no such rung has a known cost.
 std::optional<Reached> cheapest(const WorkCurve& curve, double wanted, Cost cost);
 // The measured rung of least error with a cost of at most `budget`; none where every rung costs more.
 std::optional<Reached> most_accurate(const WorkCurve& curve, double budget, Cost cost);
 
-// The coarsest rung from which on every finer one has a finite error below the size of the motion.
+// The coarsest rung such that it and every finer one have a finite error below the size of the motion.
 struct StableRange {
   std::string family;
-  bool stable = false;  // any such rung
+  bool stable = false;  // whether there is such a rung
   WorkPoint first;
-  std::vector<FailedRung> failed;  // the rungs that ended badly, named
+  std::vector<FailedRung> failed;  // the rungs that failed
 };
 StableRange stable_range(const WorkCurve& curve);
 
 // ---- cheapest method per error -------------------------------------------------------------------------------------
-// With its 95 % interval
+// A ratio of times with its 95 % interval
 struct TimedRatio {
   double value = 1, low = 1, high = 1;
   int pairs = 0;
 };
 struct Contest {
   double asked = 0;                   // an error, or a budget
-  std::vector<Reached> ranked;        // best first; one a family
-  std::optional<TimedRatio> to_next;  // the second's cost over the first's, where both were timed in turns
+  std::vector<Reached> ranked;        // best first; one per family
+  std::optional<TimedRatio> to_next;  // the second's cost over the first's, where both were timed alternately
 };
 struct Dominance {
   std::string scenario, metric, unit;
   Cost cost = Cost::seconds;
   std::vector<Contest> by_error;    // of cost; levels that no curve reaches are left out
-  std::vector<Contest> by_budget;   // of error; budgets that buy nothing are left out
-  std::vector<StableRange> stable;  // one a curve that has any rung
+  std::vector<Contest> by_budget;   // of error; budgets that no rung keeps are left out
+  std::vector<StableRange> stable;  // one for each curve with rungs
 };
 
-// The judgement that `compare`, `advise` and the reports share: every curve's rung for this error, cheapest first, or for
-// this budget, most accurate first (of equal errors the cheaper).
+// The ranking used by `compare`, `advise` and the reports: each curve's rung for this error, cheapest first, or for
+// this budget, most accurate first (with equal errors the cheaper first).
 Contest contest_of_error(std::span<const WorkCurve> curves, double wanted, Cost cost);
 Contest contest_of_budget(std::span<const WorkCurve> curves, double budget, Cost cost);
 
-// What a user asks of a comparison. An empty metric: the telling one; 0: every level of error, every budget.
+// The question of a comparison. Empty metric: that of telling_metric(); 0: all levels of error, all budgets.
 struct Question {
   std::string metric;
   double error = 0, budget_s = 0;
@@ -115,19 +116,20 @@ struct Question {
 
 // 1e-3, 1e-4 .. 1e-13.
 const std::vector<double>& error_levels();
-// In seconds: frames at 60 and at 25 a second, and smaller ones for small problems: 1 us, 10 us, 100 us, 1 ms.
+// In seconds: a frame at 60 Hz and at 25 Hz, and smaller budgets for small problems: 1 us, 10 us, 100 us, 1 ms.
 // In evaluations: 1e2, 1e3 .. 1e6.
 const std::vector<double>& budgets(Cost cost);
 
 Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenario, const std::string& metric,
                     const std::string& unit, Cost cost, const Question& question = {});
 
-// The metric that tells methods apart on a scenario: of attitude and position the one in which some run errs more, as a
-// share of the motion's size (attitude where both are as large as the motion). The largest error over the run, which no
-// lucky last instant flatters. Scenes with contacts are judged by position. Empty where the rows hold neither.
+// The metric in which methods differ most on a scenario: attitude or position, whichever has the larger error relative
+// to the size of the motion (attitude where both are as large as the motion). It is the largest error over the run,
+// because the error at the end may be small by chance. Scenes with contacts use position. Empty where the rows have
+// neither.
 std::string telling_metric(std::span<const Row> rows, const std::string& scenario);
 
-// One table a scenario of these rows, in time and (where any engine counts them) in evaluations.
+// One table for each scenario of these rows, by time and (where an engine counts them) by evaluations.
 std::vector<Dominance> find_dominance(std::span<const Row> rows, const Question& question = {});
 
 // The best of the ranked ones that is (or is not) of one engine; null where there is none.

@@ -28,7 +28,8 @@ CellKeys keys_in(const Cell& cell, const std::string& id) {
   return keys;
 }
 
-// Whether a campaign holds all of these cells that are of it: an interrupted run has then left none of them over.
+// Whether the store has all of these cells that belong to the campaign, so that an interrupted run left none
+// unmeasured.
 bool holds_all(Store& store, const std::vector<Cell>& cells, const std::string& campaign, const std::string& id) {
   for (const Cell& cell : cells) {
     if (cell.worker < 0 || cell.campaign != campaign) continue;
@@ -85,7 +86,7 @@ Campaigns Campaigns::begin(Store& store, const std::vector<Cell>& cells, const s
     }
     campaign.run_id = run_id;
     campaign.touched = now;
-    if (!anew) campaign.complete = false;  // a part that is interrupted makes the whole no work to go on with
+    if (!anew) campaign.complete = false;  // if this part is interrupted, the campaign is not complete
     campaigns.by_cells_[cell.campaign] = campaign;
     if (anew) campaigns.forget_cells(store, cells, cell.campaign);
     store.put_campaign(campaign);
@@ -93,7 +94,7 @@ Campaigns Campaigns::begin(Store& store, const std::vector<Cell>& cells, const s
   return campaigns;
 }
 
-// At once, not one after another: what an interrupted run has not come to is then missing, not old.
+// All cells at once: the cells that an interrupted run did not reach are then missing instead of old.
 void Campaigns::forget_cells(Store& store, const std::vector<Cell>& cells, const std::string& campaign) const {
   std::vector<CellKeys> all;
   for (const Cell& cell : cells)

@@ -1,9 +1,9 @@
-// Which campaign each foreign worker's cells belong to, and where a cell's parts then stand in the store.
+// Which campaign the cells of each foreign worker belong to, and the keys of a cell's parts in the store.
 //
-// A worker whose code is not all known from outside (a script's imports) has cells that no hash can call current. They
-// carry the id of a campaign: an interrupted run resumes its campaign, a completed run closes it, and the next run
-// starts a new one. A run of a part of the study joins the latest one instead and measures its own cells anew in it, so
-// that it hides none of the others. Reading takes the latest, complete or not.
+// The code of some workers is not fully known (a script's imports), so no hash shows whether their cells are current.
+// Such cells carry the id of a campaign: an interrupted run resumes its campaign, a completed run closes it, and the
+// next run starts a new one. A run of a part of the study joins the latest campaign and measures its own cells again,
+// so that the other cells stay visible. Reports read the latest campaign, complete or not.
 #pragma once
 
 #include <map>
@@ -17,16 +17,16 @@ namespace atwood {
 
 class Campaigns {
  public:
-  // Of reading: the latest of each series of these cells.
+  // For reading: the latest campaign of each series of these cells.
   static Campaigns latest(Store& store, const std::vector<Cell>& cells, const std::string& purpose);
-  // Of a run: resumed, taken again (`reuse`), joined (`narrowed`) or new; kept in the store as not complete.
+  // For a run: a campaign that is resumed, reused (`reuse`), joined (`narrowed`) or new; stored as not complete.
   static Campaigns begin(Store& store, const std::vector<Cell>& cells, const std::vector<Worker>& workers,
                          const StudyOptions& options);
   void complete(Store& store) const;
 
-  // A cell whose campaign does not exist has keys that nothing stands under.
+  // For a cell whose campaign does not exist: keys without an entry in the store.
   CellKeys keys(const Cell& cell) const;
-  // What this run did about the campaign of these cells: "a new campaign", ...
+  // For messages, how this run chose the campaign of the cell: "a new campaign", ...
   std::string told(const Cell& cell) const;
 
  private:

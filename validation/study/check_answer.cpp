@@ -38,7 +38,7 @@ template <std::size_t n>
 
 void check_start(const BodySample& sample, std::size_t i, double t_end_s, const SampledBodies& bodies) {
   const SampledBodies::Start& start = bodies.start[i];
-  // Where all are zero the run says what is much: what starts at rest at the origin is going somewhere.
+  // Without sizes and speeds the run itself sets the scale: bodies that start at rest at the origin move somewhere.
   const double falls = bodies.gravity_m_per_s2 * t_end_s;
   const double size = bodies.size_m > 0 ? bodies.size_m : std::max(bodies.speed_m_per_s, falls) * t_end_s;
   const double fastest = std::max(bodies.speed_m_per_s, bodies.rate_rad_per_s * size);
@@ -77,7 +77,7 @@ void check_norm(const BodySample& sample, std::size_t i, std::size_t k, const Sa
                       (drifts ? " (of a body that turns, a norm within 10 % of 1)" : ""));
 }
 
-// What somebody may have printed for t_s instead of seconds; empty: no idea.
+// A likely cause of a wrong t_s (another unit, an index); empty where none fits.
 std::string slip_of_time(double t, double due, std::size_t k, std::int64_t samples) {
   const auto is = [&](double other) { return std::fabs(t - other) <= 1e-6 * std::fabs(other); };
   std::string slips;
@@ -94,7 +94,7 @@ std::string slip_of_time(double t, double due, std::size_t k, std::int64_t sampl
   return slips.empty() ? "" : ": is it " + slips + "?";
 }
 
-// Steps done in less than this are not steps: a unit other than nanoseconds was meant.
+// A shorter time per step shows that the unit is not nanoseconds.
 constexpr double kQuickestStepNs = 0.1;
 
 // No engine steps faster than this.
@@ -153,7 +153,7 @@ void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int6
 
 void check_states(const Sample& sample, std::size_t k, double t_end_s, const SampledBodies& bodies, bool foreign) {
   for (std::size_t i = 0; i < sample.bodies.size(); ++i) {
-    if (!is_finite(sample.bodies[i])) continue;  // an answer: the cell ends `not finite`
+    if (!is_finite(sample.bodies[i])) continue;  // allowed: the cell ends as `not finite`
     check_norm(sample.bodies[i], i, k, bodies, foreign);
     if (k == 0 && !bodies.start.empty()) check_start(sample.bodies[i], i, t_end_s, bodies);
   }

@@ -1,7 +1,8 @@
-// Settings in methods' ids: unknown names and values that are not allowed. What an engine declares of its settings (type,
-// range, choices; the engines of this tree declare them all) decides at once. Settings that an engine lists without a rule,
-// and several settings of one id, which may contradict one another, are judged by the engine itself in a small scene: where it refuses a method with its settings and runs it without them, the settings
-// are at fault, and its reason is the message.
+// Checks of settings in method ids: unknown names and values that are not allowed. The rules that an engine declares
+// (type, range, choices; the engines of this tree declare them all) are applied without running it. Settings without a
+// rule, and several settings of one id, which may contradict one another, are tested by running a small scene: if the
+// engine refuses the method with its settings and runs it without them, the settings are wrong, and the engine's reason is
+// the message.
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -42,7 +43,7 @@ const MethodInfo* find(const std::vector<MethodInfo>& all, const std::string& id
   return found == all.end() ? nullptr : &*found;
 }
 
-// What is wrong with an id's settings; empty: nothing that is known.
+// What is wrong with the settings of an id; empty where no fault is known.
 class Judge {
  public:
   explicit Judge(const std::vector<Worker>& workers) : workers_(workers) {
@@ -66,7 +67,7 @@ class Judge {
       if (worker.status != Status::ok) continue;
       const MethodInfo* info = find(worker.engine.methods, id.engine + "/" + id.scheme);
       if (info == nullptr) continue;
-      // A foreign engine may list no settings: it then judges them when it runs.
+      // A foreign engine may list no settings; it then checks them when it runs.
       if (info->settings.empty() && !is_ours(worker)) return "";
       const MethodInfo* response = id.response.empty() ? nullptr : find(worker.engine.responses, "+" + id.response);
       if (const std::string unknown = unknown_name(id, *info, response); !unknown.empty()) return unknown;
@@ -78,7 +79,7 @@ class Judge {
     return "";
   }
 
-  // Against the declared rules; a name that both know goes to both.
+  // The fault by the declared rules of method and response; a setting that both have must satisfy both.
   static std::string wrong_value(const MethodId& id, const MethodInfo& info, const MethodInfo* response) {
     for (const MethodInfo* owner : {&info, response}) {
       if (owner == nullptr) continue;
@@ -141,7 +142,7 @@ class Judge {
 void check_settings(const std::string& who, const std::vector<Cell>& cells, const std::vector<Worker>& workers) {
   const BrokenPipeGuard guard;
   Judge judge(workers);
-  std::map<std::string, std::string> first_fault;  // of what came of a glob
+  std::map<std::string, std::string> first_fault;  // by glob: the fault of the first id that the glob gave
   std::set<std::string> taken;
   try {
     for (const Cell& cell : cells) {
@@ -155,7 +156,7 @@ void check_settings(const std::string& who, const std::vector<Cell>& cells, cons
       first_fault.try_emplace(cell.pattern, words);
     }
   } catch (const Interrupted&) {
-    return;  // the caller sees the signal itself
+    return;  // the caller checks for the signal
   }
   for (const auto& [pattern, words] : first_fault)
     if (!taken.contains(pattern)) throw InputError(words);

@@ -1,4 +1,4 @@
-// Contacts against answers by hand.
+// Contacts compared with answers derived by hand.
 #include <algorithm>
 #include <filesystem>
 #include <set>
@@ -35,9 +35,9 @@ ContactCase read_case(const toml::table& table, const std::string& path, int num
   if (const toml::array* normal = table["normal"].as_array()) {
     if (normal->size() != 3) throw InputError(where + ": `normal`: expected three numbers");
     for (std::size_t i = 0; i < 3; ++i) read.answer.normal[i] = normal->get(i)->value<double>().value_or(0);
-    read.answer.margin_m = HUGE_VAL;  // a direction that is given is unique
+    read.answer.margin_m = HUGE_VAL;  // a normal that the case gives is unique
   }
-  std::ostringstream text;  // the two bodies in a scenario of their own
+  std::ostringstream text;  // a scenario of the two bodies
   text << kHead << toml::table{{"body", *bodies}} << "\n";
   read.scene = read_scenario_text(text.str(), where, fs::path(path).parent_path().string()).scene;
   return read;

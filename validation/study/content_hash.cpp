@@ -37,7 +37,7 @@ std::string content_hash(std::initializer_list<std::string_view> parts) {
 }
 
 std::string file_hash(const std::string& path) {
-  const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // a FIFO would wait for its writer
+  const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // opening a FIFO would wait for its writer
   if (file < 0) return "";
   struct stat info {};
   const bool regular = fstat(file, &info) == 0 && S_ISREG(info.st_mode);

@@ -16,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-extern "C" {  // the header of glibc 2.36 forgets to say so
+extern "C" {  // missing in the header of glibc 2.36
 #include <sys/pidfd.h>
 }
 
@@ -24,20 +24,21 @@ namespace atwood {
 namespace {
 
 constexpr std::size_t kLongestFile = std::size_t{4} << 20;
-constexpr int kRounds = 200;  // a process that forks as fast as it is killed is given up after this many
+constexpr int kRounds = 200;  // a process that forks as fast as it is killed is no longer pursued after this many
 
 struct LiveWorkers {
   std::mutex mutex;
   std::set<pid_t> pids;
   bool adopting = false;
-  bool inherited = false;  // children that were there before any worker: `setsid server & exec atwood`
+  bool inherited = false;  // the program had children before it started a worker: `setsid server & exec atwood`
 };
 LiveWorkers& live() {
   static LiveWorkers workers;
   return workers;
 }
 
-// Empty where the process is gone, which it may be between any two calls: no stream, whose buffer throws on ESRCH.
+// A file of /proc/PID; empty where the process has ended, which can happen at any time. Not by a stream: its buffer
+// throws on ESRCH.
 std::string read_of_process(pid_t pid, const char* name) {
   const int file = open(("/proc/" + std::to_string(pid) + "/" + name).c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) return "";
@@ -89,7 +90,7 @@ bool carries(pid_t pid, const std::string& mark) {
   return false;
 }
 
-// By descriptor: the number may have gone to another process since it was read.
+// Uses a process descriptor, because the number may belong to another process by now.
 void kill_if_still(const Stat& seen) {
   const int handle = pidfd_open(seen.pid, 0);
   if (handle < 0) return;
@@ -98,13 +99,13 @@ void kill_if_still(const Stat& seen) {
   close(handle);
 }
 
-// Orphans of workers among our children. What this program starts by other means stays in its session, which a
-// process cannot rejoin.
+// Whether the process is an orphan of a worker that this program has adopted. Processes that this program starts itself
+// stay in its session, which an orphan in another session cannot rejoin.
 bool adopted(const Stat& stat) {
   return stat.parent == getpid() && stat.session != getsid(0) && !live().pids.contains(stat.pid);
 }
 
-// One look at all processes; true when something was found that may have brought forth more.
+// Goes through all processes once; true where it killed one, which may have started others meanwhile.
 bool sweep(pid_t worker, const std::string& mark, bool last) {
   bool found = false;
   for (const pid_t pid : all_processes()) {
@@ -117,7 +118,7 @@ bool sweep(pid_t worker, const std::string& mark, bool last) {
       continue;
     }
     const bool in_session = stat.session == worker && worker > 0;
-    // As process 1 of a container, or with children of whoever ran before us, orphans of others come to us as well.
+    // As process 1 of a container, or with children inherited across exec, this program adopts orphans of others too.
     const bool unclaimed = orphan && last && getpid() != 1 && !live().inherited;
     if (stat.zombie || !(in_session || unclaimed || (orphan && carries(pid, mark)))) continue;
     found = true;

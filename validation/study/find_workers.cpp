@@ -1,4 +1,4 @@
-// Which engines are available: each worker is started once and says hello.
+// Which engines are available: each worker is started once and answers `hello`.
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -31,15 +31,15 @@ std::vector<Worker> find_workers(const std::vector<std::string>& paths) {
 
 namespace {
 
-// The engine that an executable of ours is: .../atwood-dart is `dart`, built or not.
+// The engine of an executable of this project, built or not: .../atwood-dart is `dart`.
 std::string name_by_file(const std::string& path) {
   const std::string file = std::filesystem::path(path).filename().string();
   if (file == "atwood-engine") return "atwood";
   return file.rfind("atwood-", 0) == 0 ? file.substr(7) : "";
 }
 
-// Two workers under one name: the first keeps it, for rows of two engines under one name could not be told apart. The same
-// command twice is one engine. `truth` is no engine's name.
+// Rows of two engines with one name could not be distinguished: the first worker keeps the name, another one is
+// refused. The same command twice is one engine. No engine may be called `truth`.
 void refuse_taken_names(std::vector<Worker>& workers) {
   std::map<std::string, const Worker*> holders;
   for (Worker& worker : workers) {
@@ -50,8 +50,8 @@ void refuse_taken_names(std::vector<Worker>& workers) {
     }
     const auto refuse = [&](const std::string& whose) {
       worker.status = Status::crashed;
-      worker.reason = "at hello: garbage: it calls itself `" + name + "`, which is the name of " + whose +
-                      "; an engine needs a name of its own";
+      worker.reason = "answering `hello`: invalid answer: its name is `" + name + "`, which is already the name of " +
+                      whose + "; expected a name that no other engine has";
     };
     if (name == "truth" && name_by_file(worker.path) != name) {
       refuse("the truth");

@@ -39,14 +39,14 @@ void append_timing(Store& store, const Cell& cell, const std::string& timing_has
     if (failed(outcome.status)) ++result.failed_cells;
     return;
   }
-  // An adaptive method takes other steps than the plan's.
+  // The number of steps of an adaptive method is not the plan's.
   const bool adaptive = parse_method_id(cell.method).rtol.has_value() && accuracy_steps > 0;
   for (Row& row : timing_rows(outcome, adaptive ? accuracy_steps : cell.plan.steps)) {
     append(result.rows, std::move(row), cell, timing->provenance);
   }
 }
 
-// False: the store does not hold the cell, which an available engine runs.
+// False: the store does not have the cell although an available engine can run it.
 bool append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResult& result) {
   if (cell.worker < 0) {
     append(result.rows, failure_row("status", cell.absent, cell.absent_reason), cell, {});
@@ -69,7 +69,7 @@ bool append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResu
   return true;
 }
 
-// `read` of a cell; what is damaged is named, with what to do about it.
+// Calls `read`; the StoreDamage that it throws names the cell and what to do about it.
 template <class Read> void of_cell(const Cell& cell, Read read) {
   try {
     read();
@@ -88,7 +88,7 @@ Campaigns latest_campaigns(Store& store, const std::vector<Cell>& cells, const s
   }
 }
 
-// Where the runs of a ladder ended; of a method with a tolerance, none.
+// The end states of the runs of each ladder; methods with a tolerance are left out.
 std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ladder_ends(Store& store,
                                                                                   const std::vector<Cell>& cells,
                                                                                   const Campaigns& campaigns) {

@@ -1,4 +1,4 @@
-// From the store back to rows: what `run` ends with and what `report` starts with are the same function.
+// Rows from the store: `run` ends and `report` begins with this function.
 #pragma once
 
 #include "validation/study/campaigns.hpp"
@@ -7,10 +7,10 @@
 
 namespace atwood {
 
-// Where the rows of a cell stand in the store: its run, and what of its scenario they were judged by.
+// The key of a cell's rows in the store: its run, and the parts of its scenario by which metrics judge it.
 std::string measured_key(const Cell& cell, const std::string& accuracy_hash);
 
-// Rows of these cells and of their ladders; `skipped` counts the cells that the store has. StoreDamage names the cell.
+// Rows of these cells and of their ladders; `skipped` counts the cells found in the store. StoreDamage names the cell.
 StudyResult collect_rows(Store& store, const std::vector<Cell>& cells, const Campaigns& campaigns);
 
 }  // namespace atwood

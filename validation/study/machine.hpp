@@ -1,13 +1,14 @@
-// What of this machine decides the last bits of a result, besides the code: processor features that choose among
-// variants of a library's functions, and the version of the mathematical library.
+// Properties of this machine that decide the last bits of a result, besides the code: processor features by which
+// libraries choose variants of their functions, and the version of the mathematical library.
 #pragma once
 
 #include <string>
 
 namespace atwood {
 
-// "sse4.1 avx avx2 fma avx512f", in this order, as far as the processor has them; then what GLIBC_TUNABLES says of the
-// processor ("glibc.cpu.hwcaps=-AVX2_Usable"), which masks features for the libraries of this process and its workers.
+// "sse4.1 avx avx2 fma avx512f", those that the processor has, in this order; then the entry of GLIBC_TUNABLES about
+// the processor ("glibc.cpu.hwcaps=-AVX2_Usable"), which masks features for the libraries of this process and its
+// workers.
 std::string processor_features();
 // "glibc 2.36"
 std::string libm_version();

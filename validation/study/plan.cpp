@@ -1,4 +1,5 @@
-// Study x catalogue x workers -> cells, each with a hash of all that decides it.
+// Makes the cells of a study from its blocks, the catalogue and the workers; each cell has a hash of all that decides
+// its result.
 #include <algorithm>
 #include <filesystem>
 #include <limits>
@@ -15,7 +16,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kLongestName = 200;  // of what messages repeat
+constexpr std::size_t kLongestName = 200;  // bytes of a name quoted in a message
 
 std::string base_id(const MethodId& id) { return id.scheme.empty() ? id.engine : id.engine + "/" + id.scheme; }
 
@@ -27,12 +28,12 @@ bool scenario_matches(const std::vector<std::string>& patterns, const Scenario& 
   });
 }
 
-// A method of the plan and who answers it.
+// A method of the plan and the worker that runs it.
 struct Offer {
-  std::string text;  // as it will stand in rows
+  std::string text;  // the id in rows
   int worker = -1;
   const MethodInfo* info = nullptr;
-  std::string pattern = {};  // of the study
+  std::string pattern = {};  // the glob of the study that it comes from
 };
 
 struct Found {
@@ -50,7 +51,7 @@ Found find_method(const std::string& base, const std::vector<Worker>& workers) {
   return {};
 }
 
-// A sweep of poses asks an engine's test of contacts ("bullet64/contacts"), which is no method of motion.
+// A sweep of poses asks an engine's contact test ("bullet64/contacts"), which integrates no motion.
 std::vector<Offer> contact_test(const std::string& text, const std::vector<Worker>& workers) {
   static const MethodInfo test{};
   const std::string engine = parse_method_id(text).engine;
@@ -60,9 +61,9 @@ std::vector<Offer> contact_test(const std::string& text, const std::vector<Worke
   return {{text, -1, nullptr}};
 }
 
-// "bullet64/*", "atwood/*+event@float": the glob is over base ids, what follows it is kept as it is.
+// "bullet64/*", "atwood/*+event@float": the glob is over base ids; the suffixes are kept.
 std::vector<Offer> expand(const std::string& pattern, const std::vector<Worker>& workers) {
-  try {  // with something in place of the glob
+  try {  // parsed with a letter in place of the glob
     std::string sample = pattern;
     std::replace_if(
         sample.begin(), sample.end(), [](char c) { return c == '*' || c == '?'; }, 'x');
@@ -106,7 +107,8 @@ bool claims(const StudyCells& cells, const Offer& offer) {
   return order > 0 && order >= cells.least_order && order <= cells.most_order;
 }
 
-// Whether a swept setting is one of this method or of its response. Who is not there or lists none takes any.
+// Whether the method or its response has the swept setting. An absent engine, or one that lists no settings, may have
+// it.
 bool has_setting(const Offer& offer, const std::string& key, const std::vector<Worker>& workers) {
   if (!offer.info || offer.info->settings.empty() || offer.info->settings.contains(key)) return true;
   const auto& responses = workers[static_cast<std::size_t>(offer.worker)].engine.responses;
@@ -129,7 +131,7 @@ void check_sweep(const StudyCells& cells, const std::vector<Offer>& offers, cons
   }
 }
 
-// Every combination of the swept settings that this method has; one of none when it has none of them.
+// Every combination of the swept settings that this method has; one empty combination where it has none of them.
 std::vector<Settings> combinations(const StudyCells& cells, const Offer& offer, const std::vector<Worker>& workers) {
   std::vector<Settings> all{{}};
   for (const auto& [key, values] : cells.sweep) {
@@ -153,7 +155,7 @@ std::string with_settings(const std::string& method, const Settings& settings) {
   return to_string(id);
 }
 
-// Why there is no worker: the engine's own executable may have said so.
+// Sets the reason why the cell has no worker: that of the engine's executable, if there is one.
 void explain_absence(Cell& cell, const std::vector<Worker>& workers) {
   const std::string engine = cell.method.substr(0, cell.method.find('/'));
   cell.absent_reason = "no available engine provides " + cell.method;
@@ -232,7 +234,8 @@ void allow_more(Cell& cell, const std::vector<Status>& allowed) {
     if (std::find(cell.allow.begin(), cell.allow.end(), status) == cell.allow.end()) cell.allow.push_back(status);
 }
 
-// A cell that two blocks name: by its id, if one of them does; allowed to end as either of them allows.
+// Joins a cell that two blocks name. It counts as named by its id if either block names it so, and may have the
+// statuses that either block allows.
 void join(Cell& before, const StudyCells& cells, const Offer& offer) {
   if (has_glob(before.pattern)) before.pattern = offer.pattern;
   allow_more(before, cells.allow);
@@ -247,7 +250,7 @@ std::int64_t product(std::int64_t a, std::int64_t b) {
 }
 std::int64_t sum(std::int64_t a, std::int64_t b) { return std::min(kUncountable, a + b); }
 
-// Of a block, cells named twice counted twice: by multiplication, before any is made.
+// The number of cells of a block, by multiplication, before any is made; cells named twice count twice.
 std::int64_t count_cells(const StudyCells& cells, const std::vector<Offer>& offers,
                          const std::vector<Scenario>& catalogue, const std::vector<Worker>& workers) {
   std::int64_t equal_steps = 0, tolerances = 0, rungs = 0, scenarios = 0;  // with a tolerance: one rung
@@ -359,7 +362,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                 refuse_cells(study, counted, most_cells);
               if (fresh) planned.push_back(std::move(cell));
               else planned[place->second] = std::move(cell);
-              if (adaptive) break;  // the ladder is the tolerance; N is the first step's guess
+              if (adaptive) break;  // one rung: the ladder is that of tolerances, and N only sets the first step
             }
           }
         }

@@ -1,4 +1,4 @@
-// A pose of a sweep as a scene file of its own, to be looked at and run again.
+// Writes a pose of a sweep as a scene file, to be looked at and run again.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace atwood {
 
-// Writes FILE.toml, and FILE.NAME.obj of each mesh beside it; makes the folder. Numbers in shortest form that reads
-// back the same. Throws std::runtime_error when it cannot.
+// Writes FILE.toml and, for each mesh, FILE.NAME.obj; makes the folder. Numbers have the shortest form that reads back
+// to the same double. Throws std::runtime_error where a file cannot be written.
 void write_pose_file(const std::string& file, const std::string& id, const std::string& claim, const Scene& scene,
                      double t_end_s);
 

@@ -12,7 +12,8 @@
 namespace atwood {
 namespace {
 
-// A pose's answer in the store's table of truths, one sample each: where there is a body's state, the answer's numbers.
+// A pose's answer as a sample for the store's table of truths: the fields of a body's state hold the numbers of the
+// answer.
 Sample packed(const PoseAnswer& pose) {
   BodySample body;
   for (std::size_t i = 0; i < 3; ++i) body.p_m[i] = pose.x_m[i], body.v_m_per_s[i] = pose.normal[i];
@@ -44,7 +45,7 @@ std::string file_name(std::string method) {
   return method;
 }
 
-// Of the sweep of one pair.
+// Keeps the worst poses of the sweep of one pair as scene files.
 void keep_poses(const Cell& cell, const std::string& pair, bool swept, const std::vector<WorstPose>& worst,
                 const StudyOptions& options) {
   const auto beside_store = std::filesystem::path(options.store_path).parent_path();

@@ -23,10 +23,10 @@ namespace {
 
 constexpr std::size_t kLongestErrors = std::size_t{64} << 10;
 constexpr std::size_t kLongBlock = std::size_t{1} << 20;
-constexpr int kSliceMs = 50;  // how long an interrupt may go unseen
+constexpr int kSliceMs = 50;  // longest time until an interrupt is noticed
 
 std::atomic<int> g_signal{0};     // the only thing the signal handler touches
-std::atomic<bool> g_seen{false};  // somebody has asked for it
+std::atomic<bool> g_seen{false};  // interrupt_signal() has returned it
 static_assert(std::atomic<int>::is_always_lock_free);
 
 void forget_what_was_seen() {
@@ -40,7 +40,7 @@ void close_end(int& end) {
   end = -1;
 }
 
-// The child puts its ends in the places 0 to 2: none may lie there before.
+// A duplicate of the descriptor that is above 2: the child replaces descriptors 0 to 2.
 int above_standard(int end) {
   if (end > STDERR_FILENO) return end;
   const int moved = fcntl(end, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
@@ -77,7 +77,7 @@ void pin_to_last_processor() {
   }
 }
 
-// Descriptors that this program inherited without the flag, or opened without it, are not the worker's.
+// Sets close-on-exec on all other descriptors, so that the worker does not inherit them.
 void close_others_on_exec() {
   if (close_range(STDERR_FILENO + 1, ~0U, CLOSE_RANGE_CLOEXEC) == 0) return;
   for (int descriptor = STDERR_FILENO + 1; descriptor < 4096; ++descriptor) fcntl(descriptor, F_SETFD, FD_CLOEXEC);
@@ -97,7 +97,7 @@ std::vector<char*> environment_with(std::string& entry) {
 // Between fork and exec only async-signal-safe calls.
 [[noreturn]] void become(char* const* arguments, char* const* environment, int in, int out, int err, int failure,
                          pid_t parent, bool pinned) {
-  setsid();  // a Ctrl-C at the terminal is ours to handle; its children are known by the session
+  setsid();  // Ctrl-C at the terminal goes to this program alone; descendants are found by the session
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(127);
   for (const int signal : {SIGPIPE, SIGXFSZ, SIGINT, SIGTERM}) ::signal(signal, SIG_DFL);
@@ -243,7 +243,7 @@ void Process::pump(int timeout_ms) {
   if (ends[0].revents != 0) {
     const ssize_t size = write(in_, pending_.data(), pending_.size());
     if (size > 0) pending_.erase(0, static_cast<std::size_t>(size));
-    else if (size < 0 && errno != EAGAIN && errno != EINTR) pending_.clear();  // it died: its output will end
+    else if (size < 0 && errno != EAGAIN && errno != EINTR) pending_.clear();  // the process has ended
   }
   if (ends[1].revents != 0) {
     char block[65536];
@@ -256,7 +256,7 @@ void Process::pump(int timeout_ms) {
 
 void Process::read_errors() {
   char block[16384];
-  for (int i = 0; err_ >= 0 && i < 64; ++i) {  // bounded: a flood of errors must not outlast the deadline
+  for (int i = 0; err_ >= 0 && i < 64; ++i) {  // bounded, so that reading many errors does not pass the deadline
     const ssize_t size = read(err_, block, sizeof block);
     if (size > 0) {
       errors_.append(block, static_cast<std::size_t>(size));
@@ -276,13 +276,14 @@ void Process::kill() {
   ::kill(pid_, SIGKILL);
 }
 
-// Whether it has ended, within `patience`. It is left unburied, so that its number stays its own.
+// Waits at most `patience` for the end of the process; whether it has ended. It remains a zombie, so that no other
+// process gets its number.
 bool Process::ended(std::chrono::milliseconds patience) {
   const auto deadline = Clock::now() + patience;
   while (!ending_) {
     siginfo_t info{};
     if (waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) != 0) {
-      if (errno != EINTR) ending_ = Ending{};  // somebody else has waited for it
+      if (errno != EINTR) ending_ = Ending{};  // another part of the program has waited for it
     } else if (info.si_pid == pid_) {
       ending_ = Ending{info.si_code != CLD_EXITED, info.si_status};
     } else if (Clock::now() >= deadline) {
@@ -294,7 +295,7 @@ bool Process::ended(std::chrono::milliseconds patience) {
   return true;
 }
 
-// First what it has left behind, while it is a zombie; then itself. Nothing is signalled by its number afterwards.
+// Ends the descendants while the process is a zombie, then reaps it. Its number is not used for signals afterwards.
 void Process::bury() {
   if (buried_) return;
   buried_ = true;

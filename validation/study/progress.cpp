@@ -11,8 +11,9 @@ void Progress::expect(std::size_t total, std::size_t truths) {
   truths_ = truths;
 }
 
-// Truths come first and are as long as many cells: those that are left take as long each as those that are done, and so
-// do the other pieces, counted from the last truth on. Before the first of these nothing is known of them.
+// Truths come first, and each takes as long as many cells. The remaining truths are assumed to take as long as the mean
+// of those done, and the other pieces as long as the mean of those done since the last truth. Before the first of these
+// no estimate is possible.
 double Progress::seconds_left(double since_start_s, double since_truths_s) const {
   const std::size_t cells = done_ - truths_done_, all_cells = total_ - std::min(truths_, total_);
   const auto left = [](std::size_t all, std::size_t some) { return static_cast<double>(all - std::min(some, all)); };

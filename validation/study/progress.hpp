@@ -1,4 +1,4 @@
-// How far a study is and how long it will take: at most two lines a second.
+// Progress of a study and the estimated remaining time: at most two lines per second.
 #pragma once
 
 #include <chrono>
@@ -16,7 +16,8 @@ class Progress {
            std::function<Clock::time_point()> now = Clock::now)
       : total_(total), print_(std::move(print)), now_(std::move(now)) {}
 
-  void expect(std::size_t total, std::size_t truths);  // when more, or less, turns out to be needed; truths among them
+  // Sets the number of pieces, truths included. May be called again with other numbers.
+  void expect(std::size_t total, std::size_t truths);
   void done(const std::string& what);  // one piece of work; `what` is the phase it belongs to, "truth" for truths
 
  private:

@@ -26,7 +26,7 @@ struct Reader {
     at += sizeof(T);
     return value;
   }
-  // A count of things of at least `size` bytes each: never more than the bytes that are left.
+  // Reads a count of elements of at least `size` bytes each; at most as many as fit into the remaining bytes.
   std::size_t count(std::size_t size) {
     const auto n = get<std::uint64_t>();
     if (n > (bytes.size() - at) / size) throw BadBlob("a stored recording has an impossible count");

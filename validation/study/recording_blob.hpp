@@ -1,5 +1,5 @@
-// Recordings, truths and series as bytes for the store. Bit for bit: 8 bytes a value where every value is a double,
-// 16 (quad) otherwise. Little-endian, as the machines this runs on.
+// Recordings, truths and series as bytes for the store, without loss: 8 bytes per value where every value is a double,
+// else 16 (quad). Little-endian.
 #pragma once
 
 #include <stdexcept>
@@ -12,7 +12,7 @@
 
 namespace atwood {
 
-// Bytes that are not what was written.
+// Thrown where bytes are not a valid recording.
 struct BadBlob : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -21,7 +21,7 @@ std::string pack_samples(const std::vector<Sample>& samples);
 std::vector<Sample> unpack_samples(std::string_view bytes);
 std::string pack_events(const std::vector<Event>& events);
 std::vector<Event> unpack_events(std::string_view bytes);
-// The events, and behind them how the solvers ended; of recordings that were stored before they were told, none.
+// The events, then the tallies of solver endings. Recordings that were stored before tallies existed have none.
 std::string pack_events_and_solvers(const std::vector<Event>& events, const std::map<std::string, SolveTally>& solvers);
 std::vector<Event> unpack_events_and_solvers(std::string_view bytes, std::map<std::string, SolveTally>& solvers);
 std::string pack_reals(const std::vector<double>& values);

@@ -1,7 +1,7 @@
-// Cells to workers to rows.
+// Runs the cells of a study by workers and stores their rows.
 //
-// First the truths and the accuracy cells, several processes at once: a thread owns one process an engine and takes one
-// ladder (a scenario x a method) after another, coarse rungs first. Then the timed pass (timed_pass.cpp).
+// First the truths and the accuracy cells, several processes at once: a thread owns one process per engine and takes
+// one ladder (scenario x method) after another, coarse rungs first. Then the timed pass (timed_pass.cpp).
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>
@@ -87,7 +87,7 @@ void StudyRun::plan_cell(const Cell& cell) {
   ladders_[place->second].todo.push_back({&cell, std::move(run)});
 }
 
-// What is damaged is told and forgotten: it then runs again like any cell that is not there.
+// Reports damaged entries and deletes them, so that their cells run again.
 void StudyRun::forget_damaged() {
   std::size_t count = 0;
   for (const Cell& cell : cells_) {
@@ -128,8 +128,8 @@ RunRecord StudyRun::new_run(const Cell& cell) const {
   return run;
 }
 
-// Code that a worker has loaded since hello is in no hash: its cell is then kept like one that was killed from outside,
-// which the next run tries again.
+// Whether a worker has loaded code since `hello`, which no hash contains. Its cell is then stored like one that was
+// killed from outside, so that the next run repeats it.
 bool StudyRun::loads_more(int index, const WorkerClient& client) {
   const Worker& worker = workers_[static_cast<std::size_t>(index)];
   if (!worker.foreign || !worker.engine.fingerprint.empty() || !worker.unknown_code.empty()) return false;
@@ -189,12 +189,12 @@ void StudyRun::solve_truth(TruthWork& work, WorkerClient& client) {
                                                     scenario.t_end_s, scenario.samples, options_.truth_limit_s));
   truth->outcome.reason = shortened(truth->outcome.reason, kLongestReason);
   const Status status = truth->outcome.status;
-  if (status != Status::ok) truth->values.clear(), truth->bars.clear();  // a study judges whole runs
+  if (status != Status::ok) truth->values.clear(), truth->bars.clear();  // a study needs the truth of the whole run
   const bool failed = status == Status::crashed || status == Status::timeout || status == Status::not_built;
   if (!failed) store_.put_truth(work.hash, scenario.id, *truth);
   {
     const std::lock_guard<std::mutex> held(mutex_);
-    if (failed) {  // rows measured without it must not pass for rows measured with it
+    if (failed) {  // rows measured without a truth must not be taken for rows measured with it
       work.hash += " failed";
       ++failed_truths_;
     }
@@ -235,8 +235,7 @@ WorkerClient& StudyRun::client_of(const Cell& cell, std::map<int, WorkerClient>&
   return clients.try_emplace(cell.worker, worker.command, false, worker.foreign).first->second;
 }
 
-// Several runs, of which the rows alone are kept. The cell's time limit is each run's, and what all of them may take is
-// ten times that.
+// A probe's runs, of which only the rows are kept. Each run has the cell's time limit, all together ten times that.
 void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash,
                               std::map<int, WorkerClient>& clients) {
   WorkerClient& client = client_of(cell, clients);
@@ -333,7 +332,7 @@ void StudyRun::work() {
       else run_ladder(ladders_[task.index], clients);
     }
   } catch (const Interrupted&) {
-    // What was committed stays; the others see the signal themselves.
+    // Committed cells stay; the other threads check the signal themselves.
   } catch (...) {
     const std::lock_guard<std::mutex> held(mutex_);
     if (!failure_) failure_ = std::current_exception();

@@ -1,4 +1,4 @@
-// Text of others in messages, cut to a length that a reader and a terminal can take.
+// Shortens text of other programs for messages.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@ namespace atwood {
 
 inline constexpr std::size_t kLongestReason = 2000;
 
-// At most about `most` bytes: the beginning and the end, with the number of bytes left out between them. UTF-8 stays
-// whole.
+// At most about `most` bytes: the beginning and the end of the text, with the number of omitted bytes between them.
+// UTF-8 characters are not cut.
 inline std::string shortened(const std::string& text, std::size_t most) {
   if (text.size() <= most) return text;
   const auto continues = [&](std::size_t i) { return (static_cast<unsigned char>(text[i]) & 0xC0u) == 0x80u; };

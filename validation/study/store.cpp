@@ -31,7 +31,7 @@ Store::Store(const std::string& path, Mode mode) {
   };
   if (open(mode)) return;
   try {
-    open(Mode::write);  // brings it up to date
+    open(Mode::write);  // upgrades the schema
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(std::string(error.what()) + " (it has schema " + std::to_string(kStoreSchema - 1) +
                              " and could not be brought up to date)");

@@ -1,11 +1,12 @@
-// What was run, kept: one SQLite file (WAL, one writer), each cell committed in one transaction as it comes. A program
-// killed at any moment leaves whole cells.
+// The store of everything that was run: one SQLite file (WAL, one writer). Each cell is committed in one transaction
+// when it is done, so that a program killed at any moment leaves complete cells only.
 //
 // Every entry carries a checksum, which is verified when it is read, and the keys of each table are counted and summed:
-// an entry that has changed or gone is told, never silently left out. Keys are hashes of content, the same in every
-// store, so that stores can be joined.
+// an entry that has changed or is missing is reported, never silently left out. Keys are hashes of content, the same in
+// every store.
 //
-// Every failure is a std::runtime_error in clear words: disk full, read-only, damaged, in use, not a store.
+// Every failure is a std::runtime_error whose message names the cause: disk full, read-only, damaged, in use, not a
+// store.
 #pragma once
 
 #include <map>
@@ -22,15 +23,15 @@
 
 namespace atwood {
 
-// How a cell's accuracy run ended. A kill from outside is kept as a row but tried again next time, and so are a timeout
-// under a longer limit and a run of code that was loaded after hello.
+// How a cell's accuracy run ended. A kill from outside is stored as a row, and the next run repeats the cell; so it
+// does with a timeout when its limit is longer, and with a run of code that was loaded after `hello`.
 struct RunRecord {
   Outcome outcome;
   std::int64_t wall_ns = 0;  // of the whole request; decides how often the timed pass repeats it
   double limit_s = 0;
   bool killed_from_outside = false;
   Provenance provenance;
-  std::string scenario, method;  // what it is called where damage is told
+  std::string scenario, method;  // the cell's name in messages about damage
   std::int64_t steps = 0;
 };
 
@@ -45,8 +46,8 @@ struct MeasuredRecord {
   Series series;
 };
 
-// Runs of one foreign worker whose code is not all known. Cells of a campaign are only taken by the runs that it goes
-// through; the next one measures again.
+// Runs of one foreign worker whose code is not fully known. Only the runs of a campaign reuse its cells; later runs
+// measure them again.
 struct Campaign {
   std::string id;              // unique in all stores
   std::string series;          // of which worker, for what purpose: its campaigns follow each other
@@ -55,12 +56,12 @@ struct Campaign {
   bool complete = false;
 };
 
-// Where a cell's parts stand.
+// The keys of a cell's parts.
 struct CellKeys {
   std::string accuracy, timing, measured;
 };
 
-// An entry whose checksum is wrong, or that has gone.
+// An entry whose checksum is wrong, or that is missing.
 struct StoreDamage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -70,16 +71,16 @@ struct StoreDatabase;
 class Store {
  public:
   enum class Mode { write, read, check };
-  // write: made if it is not there, held against other writers; an older schema is brought up to date. read: one
-  // snapshot, may be used beside a writer. check: as read, and opened though entries have gone.
+  // write: creates the file if it does not exist, excludes other writers, upgrades an older schema. read: one snapshot,
+  // also while another program writes. check: as read, and allowed where entries are missing.
   Store(const std::string& path, Mode mode);
   ~Store();
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
 
-  bool empty() const;  // a run was killed before it had made the tables; nothing can be asked
+  bool empty() const;  // a run was killed before it had made the tables: nothing can be read
 
-  // All throw StoreDamage where what they read is not what was written.
+  // All throw StoreDamage where a checksum is wrong.
   std::optional<RunRecord> run(const std::string& cell_hash);
   Recording recording(const std::string& cell_hash, const Outcome& outcome);
   std::string measured_basis(const std::string& key);  // empty: not measured
@@ -88,19 +89,19 @@ class Store {
   std::optional<Truth> truth(const std::string& truth_hash);
   bool has_truth(const std::string& truth_hash);
 
-  // What of a cell is damaged, all of it read against its checksums; empty: nothing.
+  // Reads all entries of a cell and returns which of them are damaged; empty: none.
   std::string damage(const CellKeys& cell);
   std::string truth_damage(const std::string& truth_hash);
-  // All tables made anew from what can be read of them, so that what is damaged can be taken out. Once; later calls do
-  // nothing.
+  // Makes all tables again from the entries that can be read, so that damaged ones can be deleted. Only once; later
+  // calls do nothing.
   void rebuild();
   void forget(const std::vector<CellKeys>& cells);  // in one transaction
-  // Damaged entries that belong to no one cell (provenances, campaigns, runs) are taken out: the cells that need one
-  // are then damaged, a campaign that has gone is begun anew. A line for each.
+  // Deletes damaged entries that several cells share (provenances, campaigns, runs): the cells that need one are then
+  // damaged, and a deleted campaign is started again. Returns a line for each.
   std::vector<std::string> forget_shared_damage();
   void forget_truth(const std::string& truth_hash);
 
-  // A run with its samples and what was measured of it; one transaction.
+  // Stores a run with its samples and the rows measured from it, in one transaction.
   void put_run(const std::string& cell_hash, const RunRecord& run, const Recording& recording, const std::string& key,
                const MeasuredRecord& measured);
   void put_measured(const std::string& key, const std::string& cell_hash, const MeasuredRecord& measured);
@@ -110,10 +111,10 @@ class Store {
   // The latest campaign of a series.
   std::optional<Campaign> latest_campaign(const std::string& series, bool complete_only);
   void put_campaign(const Campaign& campaign);
-  // Every run that wrote here. ended_ns 0: it is running, or was killed.
+  // Records a run of the program that wrote to the store. ended_ns 0: it is running, or was killed.
   void put_program_run(const std::string& run_id, std::int64_t begun_ns, std::int64_t ended_ns);
 
-  // Everything against its checksums and the database's own check; a line for each thing that is damaged.
+  // Verifies every checksum and runs the database's own check; returns a line for each damaged entry.
   std::vector<std::string> check();
 
  private:

@@ -1,4 +1,4 @@
-// Every entry of a store against its checksum, and what of it is damaged, by name as far as it is known.
+// Verifies the checksum of every entry of a store, and names the damaged entries as far as their names can be read.
 #include "validation/study/process.hpp"
 #include "validation/study/store_database.hpp"
 #include "validation/study/study.hpp"
@@ -6,7 +6,7 @@
 namespace atwood {
 namespace {
 
-// What an entry is called: "cell kepler-e0.6, atwood/rk4, 960 steps".
+// The name of an entry in messages: "cell kepler-e0.6, atwood/rk4, 960 steps".
 std::string name_of(StoreDatabase& database, const StoreTable& table, const SQLite::Statement& entry) {
   const auto text = [&](int i) { return entry.getColumn(i).getString(); };
   std::string cell;
@@ -69,7 +69,7 @@ std::vector<std::string> Store::check() {
     SQLite::Statement check(*database_->sql, "PRAGMA integrity_check(20)");
     while (check.executeStep()) {
       const std::string line = check.getColumn(0).getString();
-      if (line != "ok") found.push_back("the database's own check: " + line);
+      if (line != "ok") found.push_back("SQLite's check: " + line);
     }
   });
   for (const StoreTable* table : kStoreTables) {

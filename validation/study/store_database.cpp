@@ -1,4 +1,4 @@
-// The store's file: opened, held, read and written with checksums; its failures in words.
+// The store's file: opening, locking, reading and writing with checksums, and the messages of its failures.
 #include "validation/study/store_database.hpp"
 
 #include <fcntl.h>
@@ -41,7 +41,7 @@ void ValueChecksum::add(char kind, std::string_view bytes) {
 
 void ValueChecksum::add_real(double value) {
   if (value != value) return add('0', {});
-  if (value == 0) value = 0;  // SQLite keeps no sign of zero
+  if (value == 0) value = 0;  // SQLite does not store the sign of zero
   add('r', {reinterpret_cast<const char*>(&value), sizeof value});
 }
 
@@ -65,7 +65,7 @@ void ValueChecksum::add(const SQLite::Column& column) {
     case SQLITE_FLOAT: return add_real(column.getDouble());
     case SQLITE_TEXT:
     case SQLITE_BLOB: {
-      const void* bytes = column.getBlob();  // first: it may turn the value into bytes
+      const void* bytes = column.getBlob();  // called first: it may convert the value to bytes
       return add(column.getType() == SQLITE_TEXT ? 't' : 'b',
                  {static_cast<const char*>(bytes), bytes ? static_cast<std::size_t>(column.getBytes()) : 0});
     }
@@ -75,7 +75,7 @@ void ValueChecksum::add(const SQLite::Column& column) {
 
 std::int64_t ValueChecksum::value() const { return static_cast<std::int64_t>(XXH3_64bits_digest(&state_->hash)); }
 
-// SQLite keeps NaN as NULL.
+// SQLite stores NaN as NULL.
 double real_or_nan(const SQLite::Column& column) {
   return column.isNull() ? std::numeric_limits<double>::quiet_NaN() : column.getDouble();
 }
@@ -99,7 +99,7 @@ void StoreDatabase::damaged(const std::string& what) const {
   fail("is damaged (" + what + "); move it away, and the next run starts afresh");
 }
 
-// The rollback after a failed write may have overwritten the system's word for it: then look for the cause.
+// The cause of a failed write. The rollback may have overwritten the system's error code; then the disk is examined.
 std::string StoreDatabase::why_not_written(int system, const std::string& otherwise) const {
   struct statvfs disk {};
   struct rlimit limit {};
@@ -121,12 +121,12 @@ void StoreDatabase::fail(const SQLite::Exception& error) const {
     case SQLITE_PERM: fail("cannot be written: it or its folder is read-only");
     case SQLITE_CANTOPEN: fail("cannot be opened: " + (system != 0 ? std::string(std::strerror(system)) : what));
     case SQLITE_CORRUPT: damaged("the database's own structure cannot be read");
-    case SQLITE_NOTADB: fail("is not a store: it is no SQLite database; move it away or choose another output folder");
+    case SQLITE_NOTADB: fail("is not a store (no SQLite database); move it away or choose another output folder");
     case SQLITE_BUSY:
     case SQLITE_LOCKED: fail("is in use by another program");
     case SQLITE_NOMEM: fail("out of memory");
     case SQLITE_TOOBIG: fail("a recording is larger than the store can keep (1 GB)" + kept);
-    case SQLITE_ERROR:  // every statement is right where the tables are what they were made to be
+    case SQLITE_ERROR:  // statements are correct, so the tables are not those of the schema
     case SQLITE_SCHEMA:
     case SQLITE_CONSTRAINT:
     case SQLITE_MISMATCH: damaged("its tables are not what they were made to be");
@@ -141,7 +141,7 @@ void StoreDatabase::take_lock() {
     fail(std::string("is ") + (S_ISDIR(info.st_mode) ? "a folder" : "no regular file") + "; expected a file");
   made = access(path.c_str(), F_OK) != 0;
   lock = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (lock >= 0 && lock <= STDERR_FILENO) {  // what is written to standard error would go into the database
+  if (lock >= 0 && lock <= STDERR_FILENO) {  // else text for standard error would be written into the database
     const int higher = fcntl(lock, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
     close(lock);
     lock = higher;
@@ -166,7 +166,7 @@ void StoreDatabase::open_for_writing() {
     else migrate_store(*this);
     sql->exec("PRAGMA application_id=" + std::to_string(kStoreApplication));
     sql->exec("PRAGMA user_version=" + std::to_string(kStoreSchema));
-    statements.clear();  // some may stand on tables of before
+    statements.clear();  // some may refer to the old tables
     transaction.commit();
     changes.clear();
   }
@@ -176,8 +176,8 @@ void StoreDatabase::open_for_writing() {
   }
 }
 
-// SQLite makes files beside a log-keeping database even to read it. Where it may not, and no log is left, the
-// database cannot change either: it is read as it lies.
+// Even to read a database in WAL mode, SQLite makes files beside it. Where it may not make them and there is no log,
+// the database cannot change either and is opened as immutable.
 void StoreDatabase::open_for_reading(bool count_keys) {
   struct stat info {};
   if (stat(path.c_str(), &info) == 0 && !S_ISREG(info.st_mode))
@@ -190,7 +190,7 @@ void StoreDatabase::open_for_reading(bool count_keys) {
     sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READONLY, 10000);
   } else {
     std::string address = "file:";
-    for (const char c : path) {  // RFC 3986: what would end the path
+    for (const char c : path) {  // RFC 3986: characters that would end the path
       if (c == '%' || c == '?' || c == '#') {
         char escaped[4];
         std::snprintf(escaped, sizeof escaped, "%%%02X", static_cast<unsigned>(static_cast<unsigned char>(c)));
@@ -204,7 +204,7 @@ void StoreDatabase::open_for_reading(bool count_keys) {
   check_identity();
   empty = version() == 0;
   if (empty || version() != kStoreSchema) return;
-  // One snapshot until it is closed: a writer beside it changes nothing of what is read here.
+  // One snapshot until the store is closed: writes by other programs are not seen.
   sql->exec("BEGIN");
   check_tables();
   for (const StoreTable* table : kStoreTables) {

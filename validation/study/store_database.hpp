@@ -1,4 +1,4 @@
-// Inside of the store: the SQLite file, its lock, its statements, its checksums. Included by store*.cpp alone.
+// Internals of the store: the SQLite file, its lock, statements and checksums. Included by store*.cpp only.
 #pragma once
 
 #include <SQLiteCpp/SQLiteCpp.h>
@@ -22,7 +22,7 @@ namespace atwood {
 struct Blob {
   std::string_view bytes;
 };
-// As SQLite keeps it; NaN is kept as NULL.
+// A value as SQLite stores it; NaN as NULL.
 using StoreValue = std::variant<std::nullptr_t, std::int64_t, double, std::string, Blob>;
 
 // A checksum of values in order, the same whether they are written or read.
@@ -63,7 +63,7 @@ struct StoreDatabase {
     std::string key;
     bool added;
   };
-  std::vector<Change> changes;  // of keys, by the transaction that is going on
+  std::vector<Change> changes;  // changes of keys by the present transaction
   std::map<std::string, Provenance> provenances;
 
   ~StoreDatabase();
@@ -80,28 +80,28 @@ struct StoreDatabase {
   [[noreturn]] void damaged(const std::string& what) const;  // the whole store
   std::string why_not_written(int system, const std::string& otherwise) const;
 
-  // ---- entries: called under the lock ----
+  // ---- entries; the caller holds the lock ----
   SQLite::Statement& prepared(const std::string& text);  // ready to bind
   // The entry with this key, its checksum verified, its columns in the table's order; null: there is none.
   SQLite::Statement* find(const StoreTable& table, const std::string& key);
   void insert(const StoreTable& table, const std::vector<StoreValue>& values);
   void erase(const StoreTable& table, const std::string& key);
   std::vector<std::string> damaged_keys(const StoreTable& table);  // of entries whose checksum is wrong
-  std::string provenance_hash(const Provenance& provenance);       // kept if it is not yet
+  std::string provenance_hash(const Provenance& provenance);       // stores it if it is new
   Provenance provenance(const std::string& hash);
   void insert_measured(const std::string& key, const std::string& cell_hash, const MeasuredRecord& record);
   std::vector<Row> select_rows(const std::string& key, std::int64_t count, std::int64_t checksum);
-  // Whether number and sum of the keys are those of `totals`; empty, or what is wrong.
+  // Compares number and sum of the keys with those in `totals`. Empty, or what is wrong.
   std::string read_keys(const StoreTable& table);
-  // All tables made anew from what a scan finds: where the order of a table or an index is damaged, an entry that is
-  // there can be neither found nor taken out. Inside a transaction; once for each opening.
+  // Makes all tables again from a scan: where the order of a table or an index is damaged, entries cannot be found or
+  // deleted by key. Inside a transaction; once per opening.
   void rebuild();
   bool rebuilt = false;
 
-  // `work` under the lock, its failures in words.
+  // Runs `work` under the lock; its failures become messages.
   template <class Work> auto guarded(Work work) {
     const std::lock_guard<std::mutex> held(mutex);
-    // A statement stepped halfway holds its snapshot, and the log could not shrink.
+    // Resets statements: one that is stepped halfway keeps its snapshot, and the log could not shrink.
     struct Resetter {
       StoreDatabase& database;
       ~Resetter() {

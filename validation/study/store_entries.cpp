@@ -34,7 +34,7 @@ std::string placeholders(int count) {
 
 SQLite::Statement& StoreDatabase::prepared(const std::string& text) {
   auto found = statements.find(text);
-  if (found == statements.end())  // first made, then kept: the making may throw
+  if (found == statements.end())  // stored only after it was made: that may throw
     found = statements.emplace(text, std::make_unique<SQLite::Statement>(*sql, text)).first;
   found->second->reset();
   found->second->clearBindings();
@@ -134,7 +134,8 @@ std::string StoreDatabase::read_keys(const StoreTable& table) {
   return same_sum ? "" : std::string("the key of an entry of `") + table.name + "` has changed";
 }
 
-// A scan meets every entry whatever the order. Without LIMIT, SQLite would copy a table as it lies, order and all.
+// A scan finds every entry also where the order is damaged. Without LIMIT, SQLite would copy a table page by page, with
+// its damaged order.
 void StoreDatabase::rebuild() {
   if (rebuilt) return;
   rebuilt = true;
@@ -148,7 +149,7 @@ void StoreDatabase::rebuild() {
     sql->exec("DROP TABLE old_" + name);
   }
   for (const StoreTable* table : kStoreTables) {
-    if (!table->counted || read_keys(*table).empty()) continue;  // else what was ignored is counted no more
+    if (!table->counted || read_keys(*table).empty()) continue;  // else ignored entries are no longer counted
     SQLite::Statement& total = prepared("INSERT OR REPLACE INTO totals(name, entries, key_sum) VALUES(?,?,?)");
     total.bind(1, table->name);
     total.bind(2, static_cast<std::int64_t>(keys[table].keys.size()));

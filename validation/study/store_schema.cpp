@@ -33,7 +33,7 @@ CREATE TABLE totals(name TEXT PRIMARY KEY, entries INTEGER NOT NULL, key_sum INT
 
 namespace {
 
-// A column as it lies there, to be inserted elsewhere; blobs live as long as the statement stands.
+// The value of a column for another statement; blobs are valid until the statement is stepped or reset.
 StoreValue copied(const SQLite::Column& column) {
   switch (column.getType()) {
     case SQLITE_INTEGER: return column.getInt64();
@@ -79,7 +79,7 @@ void migrate_measured(StoreDatabase& database) {
 
 }  // namespace
 
-// Everything is kept: under its old hash, with the checksum of what is there now.
+// Keeps all entries under their old hashes, with checksums of their present content.
 void migrate_store(StoreDatabase& database) {
   SQLite::Database& sql = *database.sql;
   for (const char* name : {"provenances", "cells", "series", "measured", "rows", "timings", "truths"})

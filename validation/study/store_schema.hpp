@@ -1,4 +1,4 @@
-// The tables of the store, and how an older store is brought up to date.
+// The tables of the store, and the upgrade of an older schema.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ inline constexpr int kStoreApplication = 0x41747764;  // "Atwd", in the file's h
 inline constexpr int kStoreSchema = 3;
 
 // A table whose entries are found by their first column and end with the checksum of all the others. `counted`: the
-// number and the sum of its keys stand in `totals`, so that an entry that has gone is noticed.
+// number and the sum of its keys are stored in `totals`, so that a missing entry is noticed.
 struct StoreTable {
   const char* name;
   const char* columns;  // without the checksum
@@ -38,7 +38,7 @@ inline constexpr StoreTable kTruths{
     "truths", "hash, scenario, status, reason, source, note, condition, samples, bars, events, event_bars", 11, false};
 inline constexpr std::array kStoreTables{&kProvenances, &kRuns,     &kCampaigns, &kCells,
                                          &kSeries,      &kMeasured, &kTimings,   &kTruths};
-// Rows have no checksum each: `measured` has that of all rows of its key.
+// Rows have no checksums of their own: `measured` has one for all rows of its key.
 inline constexpr const char* kRowColumns =
     "ordinal, body, t_s, metric, unit, value, truth_bar, status, reason, spacing_m, sound_speed_m_per_s";
 inline constexpr int kRowColumnCount = 11;

@@ -1,4 +1,5 @@
-// plan -> cells -> workers -> rows -> store. Knows no physics and no engine: it speaks the worker protocol.
+// Plans a study's cells, runs them by workers, and stores samples and rows. It contains no physics and links no engine:
+// engines are reached by the worker protocol.
 #pragma once
 
 #include <functional>
@@ -27,8 +28,8 @@ struct StudyCells {
   double least_order = 0, most_order = 1e9;  // ... and that order within these
   std::vector<std::string> except = {};      // globs over base ids: left out of what `methods` takes in
   Probe probe = Probe::none;                 // several runs of a cell made for one figure
-  double limit_s = 0;                        // seconds that a cell may take; 0: StudyOptions says
-  std::vector<Status> allow = {};            // `diverged`, `not finite`: endings that do not fail the run
+  double limit_s = 0;                        // seconds that a cell may take; 0: that of StudyOptions
+  std::vector<Status> allow = {};            // `diverged`, `not finite`: statuses that do not fail the run
   std::string allow_reason = {};             // why; required with `allow`
 };
 struct Study {
@@ -40,7 +41,7 @@ struct Study {
 };
 Study read_study(const std::string& path);  // InputError
 
-// ---- the engines at the table ---------------------------------------------------------------------------------
+// ---- the available engines ------------------------------------------------------------------------------------
 struct Worker {                        // an executable that answered hello, or why it did not
   std::string path;                    // command[0]
   std::vector<std::string> command;    // argv
@@ -52,7 +53,7 @@ struct Worker {                        // an executable that answered hello, or 
   Status status = Status::ok;          // not_built, crashed, timeout: with the reason
   std::string reason;
 };
-// Starts each worker, says hello, reads the answer (limit 10 s each).
+// Starts each worker, sends `hello` and reads the answer (limit 10 s each).
 std::vector<Worker> find_workers(const std::vector<std::string>& paths);
 std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::string>>& commands);
 
@@ -61,19 +62,19 @@ struct Cell {
   Scenario scenario;
   std::string method;  // full id
   Plan plan;
-  int worker = -1;  // index; -1: no engine offers the method (not built)
+  int worker = -1;  // index; -1: no available engine provides the method
   int repeats = 5;
-  std::string claim;  // class of motion whose claimed order this cell's ladder is to show
+  std::string claim;  // class of motion whose claimed order this ladder measures
   double claimed_order = 0;
   std::string accuracy_hash, timing_hash, settings_hash;
   Status absent = Status::not_built;  // worker -1: why there is none
   std::string absent_reason;
   Probe probe = Probe::none;       // several runs made for one figure, instead of one run, measured
-  double limit_s = 0;              // seconds it may take; 0: StudyOptions says
-  std::string pattern = {};        // what the study calls its method: an id, or a glob that it came of
-  std::vector<Status> allow = {};  // endings that do not fail the run (StudyCells::allow)
-  // Of a foreign worker whose code is not all known: cells of equal text are measured together, in a campaign. A run
-  // that completes its campaign leaves the next run to start a new one. Empty: the hashes cover everything.
+  double limit_s = 0;              // seconds it may take; 0: that of StudyOptions
+  std::string pattern = {};        // the entry of the study's `methods` that gave this cell: an id or a glob
+  std::vector<Status> allow = {};  // statuses that do not fail the run (StudyCells::allow)
+  // For a foreign worker whose code is not fully known: cells with the same text belong to one campaign
+  // (campaigns.hpp). Empty: the hashes cover everything.
   std::string campaign = {};
 };
 inline constexpr std::int64_t kMostCells = 100'000;
@@ -84,16 +85,16 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                              std::int64_t most_cells = kMostCells,
                              const std::string& arithmetic = machine_arithmetic());
 
-// A slip of the pen in a method's settings is an InputError, told from what an engine cannot do: a setting must be one of
-// the method or of its response, and its value one that the engine takes in a scene that it can do. Of cells that came
-// of a glob, only where all of them refuse. `who` heads the words: "--method ".
+// InputError for a wrong setting in a method id: each setting must be one of the method or of its response, with a
+// value that the engine accepts in a scene that it supports. For cells that a glob gave: only where all of them are
+// wrong. `who` begins the message: "--method ".
 void check_settings(const std::string& who, const std::vector<Cell>& cells, const std::vector<Worker>& workers);
 void check_settings(const std::string& who, const std::string& method, const std::vector<Worker>& workers);
 
 // Runs one request in a worker process of its own, for `trace` and tests. time limit in seconds.
 Recording run_once(const Worker& worker, const std::string& method, const Scene& scene, const Plan& plan,
                    double limit_s);
-// `test`: one beside the engine's own, as sweeps of poses name it ("unit-size"); empty: its own.
+// `test`: a variant of the engine's contact test, as in ids of sweeps ("unit-size"); empty: the engine's own test.
 ContactAnswer contacts_once(const Worker& worker, const Scene& scene, const ContactQuery& query, double limit_s,
                             const std::string& test = "");
 Truth truth_once(const std::string& truth_worker, const Scenario& scenario, std::int64_t samples, double limit_s);
@@ -104,49 +105,49 @@ struct StudyOptions {
   std::string truth_worker;
   int jobs = 2;
   double cell_limit_s = 20;
-  double truth_limit_s = 120;  // truths are solved in quad, several times over
+  double truth_limit_s = 120;  // truths are solved several times in quad
   bool timing = true;
-  bool fresh = false;                                   // nothing is taken from the store: everything runs again
-  bool reuse = false;                                   // campaigns: cells of the last completed one are taken
+  bool fresh = false;                                   // run every cell again, also those in the store
+  bool reuse = false;                                   // campaigns: reuse cells of the last completed one
   bool narrowed = false;                                // campaigns: a part of the study, which joins the latest one
   std::string purpose = "run";                          // campaigns of another purpose (compare, advise) stay apart
   Provenance provenance;                                // engine_version is filled per cell
   std::function<void(const std::string&)> progress;     // a line with an estimate, for stderr
-  std::function<void(const std::string&)> notice = {};  // a sentence on what was not as expected, for stderr
+  std::function<void(const std::string&)> notice = {};  // a warning, for stderr
 };
-// What a run took from the store, engine by engine in the order of the workers, then the truths.
+// Cells that a run reused from the store, by engine in the order of the workers, then the truths.
 struct Reused {
   std::string engine;  // "truth" for truths
   int cells = 0, reused = 0;
-  std::string campaign = {};  // why its cells are measured in campaigns, and what this run did
+  std::string campaign = {};  // why its cells belong to campaigns, and which one this run chose
 };
 std::string reused_text(const std::vector<Reused>& reused);  // "reused from the store: atwood 120 of 120 cells, ..."
 struct StudyResult {
   std::vector<Row> rows;       // of this study's cells, cell by cell, then ladders
   int cells = 0, skipped = 0;  // skipped: found in the store
-  // Indices of the cells that an available engine runs and that the store does not hold; a cell without its times
-  // is there.
+  // Indices of the cells that an available engine can run and that the store does not have (a cell without times counts
+  // as stored).
   std::vector<std::size_t> missing = {};
   bool interrupted = false;  // SIGINT or SIGTERM: what was done is kept
   int signal = 0;
-  int failed_cells = 0;             // crashed, hung, garbage
+  int failed_cells = 0;             // crashed, timed out or sent an invalid answer
   std::vector<Reused> reused = {};  // of run_study
 };
 StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options);
 
-// What the store holds for these cells (for `report`, `gate`, `bless`): rows, and series for plots.
+// What the store has for these cells (for `report`, `gate`, `bless`): rows, and series for plots.
 struct StoredSeries {
   std::string scenario, method;
   std::int64_t steps;
   Series series;
 };
-// Of cells in campaigns: those of the latest one of that purpose, complete or not. A damaged store, or a damaged entry
-// of one of these cells, is a std::runtime_error that names it.
+// For cells in campaigns: those of the latest campaign of that purpose, complete or not. A damaged store, or a damaged
+// entry of one of these cells, is a std::runtime_error that names it.
 StudyResult load_rows(const std::string& store_path, const std::vector<Cell>& cells,
                       const std::string& purpose = "run");
 std::vector<StoredSeries> load_series(const std::string& store_path, const std::vector<Cell>& cells,
                                       const std::string& purpose = "run");
-// Everything in the store against its checksums, and the database's own check: what is damaged, a line each.
+// Verifies every checksum of the store and runs the database's own check; a line for each damaged entry.
 std::vector<std::string> check_store(const std::string& store_path);
 
 }  // namespace atwood

@@ -1,4 +1,4 @@
-// Study files: which scenarios meet which methods.
+// Study files: which methods run which scenarios.
 #include <toml++/toml.h>
 
 #include <unistd.h>
@@ -14,6 +14,7 @@
 #include "scene/files.hpp"
 #include "scene/input_file.hpp"
 #include "validation/gates/gates.hpp"
+#include "validation/gates/toml_text.hpp"
 #include "validation/metrics/probes.hpp"
 #include "validation/study/study.hpp"
 
@@ -21,8 +22,8 @@ namespace atwood {
 namespace fs = std::filesystem;
 namespace {
 
-// "; nearest: scenes/satellite.toml": of the scenes in that folder the one whose name has most letters in common at its
-// two ends; empty where none has half of them.
+// "; nearest: scenes/satellite.toml": the file of that folder whose name has the longest common prefix and suffix with
+// the missing one, together at least half of its letters; empty where there is none.
 std::string nearest_file(const fs::path& missing, const std::string& written) {
   const std::string word = missing.stem().string();
   std::string best;
@@ -66,14 +67,17 @@ struct StudyFile {
 
   std::vector<std::string> strings(const toml::table& table, const char* key) const {
     const toml::node* node = table.get(key);
-    if (!node) refuse(table.source(), "no `" + std::string(key) + "`; expected a list of strings");
+    if (!node) refuse(table.source(), "missing key `" + std::string(key) + "`; expected a list of strings");
     const toml::array* list = node->as_array();
     if (!list || list->empty())
-      refuse(node->source(), "`" + std::string(key) + "`: expected a list of strings, at least one");
+      refuse(node->source(),
+             "`" + std::string(key) + "` is " + found_text(*node) + "; expected a list of strings, at least one");
     std::vector<std::string> values;
     for (const toml::node& each : *list) {
       const auto text = each.value_exact<std::string>();
-      if (!text || text->empty()) refuse(each.source(), "`" + std::string(key) + "`: expected a string");
+      if (!text || text->empty())
+        refuse(each.source(),
+               "`" + std::string(key) + "` has " + found_text(each) + "; expected strings that are not empty");
       values.push_back(*text);
     }
     return values;
@@ -82,35 +86,40 @@ struct StudyFile {
   std::int64_t positive(const toml::node& node, const std::string& key, std::int64_t most) const {
     const auto value = node.value_exact<std::int64_t>();
     if (!value || *value <= 0 || *value > most) {
-      refuse(node.source(), "`" + key + "`: expected a whole number from 1 to " + std::to_string(most));
+      refuse(node.source(),
+             "`" + key + "` is " + found_text(node) + "; expected a whole number from 1 to " + std::to_string(most));
     }
     return *value;
   }
 
   std::vector<std::int64_t> step_counts(const toml::node& node) const {
     const toml::array* list = node.as_array();
-    if (!list || list->empty()) refuse(node.source(), "`steps`: expected a list of step counts, at least one");
+    if (!list || list->empty())
+      refuse(node.source(), "`steps` is " + found_text(node) + "; expected a list of step counts, at least one");
     std::vector<std::int64_t> steps;
-    for (const toml::node& each : *list) steps.push_back(positive(each, "steps", std::int64_t{1} << 40));
+    for (const toml::node& each : *list) steps.push_back(positive(each, "steps", 1'000'000'000'000));
     return steps;
   }
 
   std::map<std::string, std::vector<SettingValue>> sweep(const toml::node& node) const {
     const toml::table* table = node.as_table();
-    if (!table) refuse(node.source(), "`sweep`: expected a table of lists, as in { erp = [0.0, 0.2] }");
+    if (!table)
+      refuse(node.source(),
+             "`sweep` is " + found_text(node) + "; expected a table of lists, as in { erp = [0.0, 0.2] }");
     std::map<std::string, std::vector<SettingValue>> sweep;
     for (const auto& [key, list] : *table) {
       const std::string name(key.str());
       if (!list.is_array() || list.as_array()->empty())
-        refuse(list.source(), "`" + name + "`: expected a list of values");
+        refuse(list.source(), "`" + name + "` is " + found_text(list) + "; expected a list of values, at least one");
       for (const toml::node& each : *list.as_array()) {
         if (const auto flag = each.value_exact<bool>()) sweep[name].push_back(*flag);
         else if (const auto integer = each.value_exact<std::int64_t>()) sweep[name].push_back(*integer);
         else if (const auto real = each.value_exact<double>(); real && std::isfinite(*real))
           sweep[name].push_back(*real);
-        else if (real) refuse(each.source(), "`" + name + "`: expected finite numbers");
+        else if (real) refuse(each.source(), "`" + name + "` has " + found_text(each) + "; expected finite numbers");
         else if (const auto text = each.value_exact<std::string>()) sweep[name].push_back(*text);
-        else refuse(each.source(), "`" + name + "`: expected a boolean, a number or a string");
+        else
+          refuse(each.source(), "`" + name + "` has " + found_text(each) + "; expected booleans, numbers or strings");
       }
     }
     return sweep;
@@ -121,13 +130,13 @@ struct StudyFile {
     static const std::array known{"point-mass", "velocity-dependent", "rotation", "contact"};
     const auto name = claim.value_exact<std::string>();
     if (!name || std::find(known.begin(), known.end(), *name) == known.end())
-      refuse(claim.source(),
-             "`claim`: expected a class of motion: point-mass, velocity-dependent, rotation or contact");
+      refuse(claim.source(), "`claim` is " + found_text(claim) +
+                                 "; expected a class of motion: point-mass, velocity-dependent, rotation or contact");
     cells.claim = *name;
     if (!orders) return;
     const toml::array* pair = orders->as_array();
     if (!pair || pair->size() != 2 || !pair->get(0)->is_number() || !pair->get(1)->is_number())
-      refuse(orders->source(), "`orders`: expected two numbers, [least, most]");
+      refuse(orders->source(), "`orders` is " + found_text(*orders) + "; expected two numbers, [least, most]");
     cells.least_order = *pair->get(0)->value<double>();
     cells.most_order = *pair->get(1)->value<double>();
   }
@@ -137,17 +146,16 @@ struct StudyFile {
     if (const std::optional<Probe> found = find_probe(name.value_or("")); found) return *found;
     std::string known;
     for (const ProbeInfo& each : all_probes()) known += (known.empty() ? "" : ", ") + each.name;
-    refuse(node.source(),
-           "`probe`: " + (name ? "unknown probe `" + *name + "`; " : std::string()) + "expected one of " + known);
+    refuse(node.source(), "`probe` is " + found_text(node) + "; expected one of " + known);
   }
 
-  // A path that is written in the file starts at its folder.
+  // A path in the file is relative to the file's folder.
   std::string beside(const std::string& name) const {
     return (fs::path(path).parent_path() / name).lexically_normal().string();
   }
 
-  // Scenarios by id, glob or tag stay as they are. A file is told from those by a slash or by ".toml"; a glob over file
-  // names (scenes/*.toml) stands for the files that are there.
+  // Ids, globs over ids and tags are kept as they are. A name with a slash or with the ending ".toml" is a file; a glob
+  // over file names (scenes/*.toml) is replaced by the files that match it.
   std::vector<std::string> scenarios(const toml::table& table) const {
     std::vector<std::string> found;
     for (const std::string& name : strings(table, "scenarios")) {
@@ -161,7 +169,7 @@ struct StudyFile {
       std::error_code error;
       if (full.filename().string().find_first_of("*?") == std::string::npos) {
         if (!fs::exists(full, error))
-          refuse(at, "study `" + id + "`: scenarios: found no file `" + name + "` in the study's folder " +
+          refuse(at, "study `" + id + "`: scenarios: found no file `" + name + "`, relative to the study's folder " +
                          fs::path(path).parent_path().string() + nearest_file(full, name));
         found.push_back(full.string());
         continue;
@@ -177,7 +185,7 @@ struct StudyFile {
     return found;
   }
 
-  // The program of an engine: a path that starts at the study's folder, or a word that stands beside the study or in PATH.
+  // The program of an engine: a path relative to the study's folder, or the name of a program there or in PATH.
   std::string program(const toml::node& at, const std::string& word) const {
     const bool is_path = word.find('/') != std::string::npos;
     std::error_code error;
@@ -194,10 +202,11 @@ struct StudyFile {
       refuse(at.source(), "`engines`: " + places.front().string() + " is not executable (chmod +x?)");
     refuse(at.source(),
            "`engines`: found no program " + (is_path ? places.front().string() : "`" + word + "`") +
-               (is_path ? "; expected a path that starts at the study's folder" : " beside the study or in PATH"));
+               (is_path ? "; expected a path relative to the study's folder" : " in the study's folder or in PATH"));
   }
 
-  // An argument that names a file beside the study is that file, wherever the program is called from.
+  // An argument that names a file in the study's folder becomes that file's path: the working directory of the program
+  // does not matter.
   std::string argument(const std::string& word) const {
     if (word.empty() || word.front() == '-' || word.front() == '/' || word.find("://") != std::string::npos)
       return word;
@@ -236,14 +245,15 @@ struct StudyFile {
     if (!node) return "";
     const auto name = node->value_exact<std::string>();
     if (!name || name->empty())
-      refuse(node->source(), "`" + std::string(key) + "`: expected the name of a file, from the study's folder");
+      refuse(node->source(), "`" + std::string(key) + "` is " + found_text(*node) +
+                                 "; expected a file's path relative to the study's folder");
     return beside(*name);
   }
 
-  // allow = ["diverged"], allow_reason = "...": endings of cells that do not fail the run.
+  // allow = ["diverged"], allow_reason = "...": statuses of cells that are not failures of the run.
   void read_allowed(const toml::table& table, StudyCells& cells) const {
     const toml::node *allow = table.get("allow"), *reason = table.get("allow_reason");
-    if (!allow && reason) refuse(reason->source(), "`allow_reason` needs `allow`");
+    if (!allow && reason) refuse(reason->source(), "found `allow_reason` without `allow`; expected both");
     if (!allow) return;
     for (const std::string& word : strings(table, "allow")) {
       if (word == "diverged") cells.allow.push_back(Status::diverged);
@@ -252,7 +262,8 @@ struct StudyFile {
     }
     const auto text = reason ? reason->value_exact<std::string>() : std::nullopt;
     if (!text || text->empty())
-      refuse((reason ? reason : allow)->source(), "`allow` needs `allow_reason`, a sentence on why that is no failure");
+      refuse((reason ? reason : allow)->source(),
+             "found `allow` without a reason; expected `allow_reason`, a sentence on why these are no failures");
     cells.allow_reason = *text;
   }
 
@@ -267,7 +278,7 @@ struct StudyFile {
                  "[[cells]]");
     StudyCells cells;
     cells.scenarios = scenarios(table->get("scenarios") || !root.get("scenarios") ? *table : root);
-    // Without `methods`: all of the study's engines.
+    // A block without `methods` takes all methods of the study's own engines.
     if (table->get("methods") || !root.get("engines")) cells.methods = strings(*table, "methods");
     read_allowed(*table, cells);
     if (table->get("except")) cells.except = strings(*table, "except");
@@ -285,18 +296,20 @@ struct StudyFile {
     }
     if (const toml::node* timing = table->get("timing")) {
       const auto flag = timing->value_exact<bool>();
-      if (!flag) refuse(timing->source(), "`timing`: expected true or false");
+      if (!flag) refuse(timing->source(), "`timing` is " + found_text(*timing) + "; expected true or false");
       if (!*flag) cells.repeats = 0;
     }
     if (const toml::node* limit = table->get("limit")) {
       const auto seconds = limit->value<double>();
       if (!limit->is_number() || !(*seconds >= 0.01 && *seconds <= 1e6))
-        refuse(limit->source(), "`limit`: expected the seconds that a cell may take, 0.01 to 1e6");
+        refuse(limit->source(),
+               "`limit` is " + found_text(*limit) + "; expected the seconds that a cell may take, from 0.01 to 1e6");
       cells.limit_s = *seconds;
     }
     if (const toml::node* name = table->get("probe")) cells.probe = probe(*name);
     if (const toml::node* claim = table->get("claim")) read_claim(*claim, table->get("orders"), cells);
-    else if (const toml::node* orders = table->get("orders")) refuse(orders->source(), "`orders` needs `claim`");
+    else if (const toml::node* orders = table->get("orders"))
+      refuse(orders->source(), "found `orders` without `claim`; expected both");
     if (const toml::node* values = table->get("sweep")) cells.sweep = sweep(*values);
     return cells;
   }
@@ -312,7 +325,7 @@ Study read_study(const std::string& path) {
   try {
     root = toml::parse(text, path);
   } catch (const toml::parse_error& error) {
-    file.refuse(error.source(), std::string(error.description()));
+    file.refuse(error.source(), "not valid TOML: " + std::string(error.description()));
   }
   const toml::node* blocks = root.get("cells");
   if (blocks) {
@@ -327,7 +340,7 @@ Study read_study(const std::string& path) {
   Study study;
   study.path = path;
   const auto id = root["id"].value_exact<std::string>();
-  if (!id || id->empty()) throw InputError(path + ": no `id`; expected a name for the study");
+  if (!id || id->empty()) throw InputError(path + ": missing key `id`; expected the name of the study");
   study.id = file.id = *id;
   if (const toml::node* engines = root.get("engines")) study.engines = file.engines(*engines);
   study.tolerances = file.file_beside(root, "tolerances");
@@ -337,7 +350,8 @@ Study read_study(const std::string& path) {
     return study;
   }
   const toml::array* list = root["cells"].as_array();
-  if (!list || list->empty()) throw InputError(path + ": no [[cells]]; expected at least one, or `scenarios`");
+  if (!list || list->empty())
+    throw InputError(path + ": found neither [[cells]] nor `scenarios`; expected one of the two");
   for (const toml::node& each : *list) study.cells.push_back(file.cells(each, root));
   return study;
 }

@@ -1,4 +1,5 @@
-// A study while it runs: its plan, and what its threads share. Private to run_study.cpp and timed_pass.cpp.
+// The state of a running study: its plan, and the data that its threads share. Private to run_study.cpp and
+// timed_pass.cpp.
 #pragma once
 
 #include <condition_variable>
@@ -25,13 +26,13 @@ struct TruthWork {
   std::string hash;
   const Scenario* scenario = nullptr;
   State state = State::pending;
-  bool reused = false;                 // known at the plan already
-  std::shared_ptr<const Truth> truth;  // null while it lies in the store
+  bool reused = false;                 // already known when planned
+  std::shared_ptr<const Truth> truth;  // null while it is only in the store
 };
 
 struct Todo {
   const Cell* cell = nullptr;
-  std::optional<RunRecord> stored;  // then only the measuring is to be done
+  std::optional<RunRecord> stored;  // set: the cell only has to be measured
 };
 
 struct Ladder {
@@ -39,7 +40,7 @@ struct Ladder {
   std::size_t truth = 0;
 };
 
-// One run of a study. Threads take work under `mutex_`; everything below "the plan" is theirs.
+// One run of a study. Threads take work under `mutex_`, which protects everything below "the plan".
 class StudyRun {
  public:
   StudyRun(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options,
@@ -49,7 +50,7 @@ class StudyRun {
 
   void accuracy_pass();
   void timed_pass();
-  int touched() const { return static_cast<int>(touched_.size()); }  // cells that there was work on
+  int touched() const { return static_cast<int>(touched_.size()); }  // cells that were run or measured
   int failed_truths() const { return failed_truths_; }
   std::vector<Reused> reused() const;
 
@@ -100,7 +101,7 @@ class StudyRun {
   bool stop_ = false;
   int failed_truths_ = 0;
   std::set<int> told_to_load_more_;      // workers
-  std::set<const Cell*> touched_, ran_;  // ran_: those whose accuracy run is not the store's
+  std::set<const Cell*> touched_, ran_;  // ran_: those whose accuracy run is new
   PoseTruths pose_truths_{store_, options_.truth_worker};
 };
 

@@ -1,4 +1,4 @@
-// The timed pass of a study: one process at a time, alone, pinned to a processor.
+// The timed pass of a study: one process at a time, pinned to a processor.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -13,7 +13,7 @@ namespace {
 
 // The timed pass of one cell takes about this long: long runs are repeated less often.
 constexpr double kTimedBudgetNs = 50e6;
-// A run longer than this is not timed when a coarser rung of its ladder was: the time of a step is known from that one.
+// A run longer than this is not timed if a coarser rung of its ladder was: that one gives the time of a step.
 constexpr std::int64_t kLongRunNs = 250'000'000;
 
 }  // namespace

@@ -36,13 +36,13 @@ void append_events(const wire::Answer& answer, std::size_t bodies, std::vector<E
 
 std::string megabytes(std::size_t bytes) { return short_number(static_cast<double>(bytes) / (1 << 20)) + " MiB"; }
 
-// A few rows more than there are bodies, so that a sample of too many is told with their number; and contacts of a dense
-// heap, several points each.
+// A few bodies more than the scene has, so that the message about too many bodies can give their number; and contacts
+// of a dense heap, several points each.
 wire::Limits limits_of(const SampledBodies& bodies) {
   return {.bodies = bodies.count + 64, .contacts = 1024 + 32 * bodies.count, .poses = 0};
 }
 
-// The next sample of a run or a truth.
+// Checks and appends the next sample of a run or a truth.
 void add_sample(const wire::Answer& answer, double t_end_s, std::int64_t samples, std::size_t bodies,
                 std::vector<Sample>& values) {
   const std::size_t k = values.size();
@@ -52,7 +52,7 @@ void add_sample(const wire::Answer& answer, double t_end_s, std::int64_t samples
   values.push_back(answer.sample);
 }
 
-// Puts a part of a sample to the parts before it.
+// Appends a part of a sample to the earlier parts.
 void append_part(wire::Answer part, wire::Answer& whole, const wire::Limits& most) {
   if (part.from != whole.sample.bodies.size())
     throw wire::Garbage("a part of a sample is from body " + std::to_string(part.from) + " on; expected was body " +
@@ -95,7 +95,7 @@ Outcome WorkerClient::explain(Wait wait, double limit_s) {
   switch (wait) {
     case Wait::timeout: return give_up(Status::timeout, "no answer within " + short_number(limit_s) + " s");
     case Wait::too_long:
-      return give_up(Status::crashed, "garbage: a line of more than " +
+      return give_up(Status::crashed, "invalid answer: a line of more than " +
                                           megabytes(cell_ == 0 ? wire::kLongestHello : wire::kLongestLine));
     case Wait::interrupted: give_up(Status::crashed, "interrupted"); throw Interrupted{};
     default: break;
@@ -115,13 +115,13 @@ Outcome WorkerClient::start() {
   const Wait wait = process_->next_line(line, in_seconds(kHelloLimitS), wire::kLongestHello);
   if (wait != Wait::line) {
     Outcome outcome = explain(wait, kHelloLimitS);
-    outcome.reason = "at hello: " + outcome.reason;
+    outcome.reason = "answering `hello`: " + outcome.reason;
     return outcome;
   }
   try {
     engine_ = wire::read_hello(line);
   } catch (const std::exception& error) {
-    return give_up(Status::crashed, std::string("at hello: garbage: ") + printable(error.what()));
+    return give_up(Status::crashed, std::string("answering `hello`: invalid answer: ") + printable(error.what()));
   }
   return {};
 }
@@ -131,7 +131,7 @@ Engine WorkerClient::hello(Outcome& outcome) {
   return engine_;
 }
 
-// Numbers that no worker can guess: an answer to a question that was not asked yet does not fit the one that comes.
+// A random number, so that an answer sent before its request does not match the request.
 std::int64_t WorkerClient::next_cell() {
   static thread_local std::mt19937 random{std::random_device{}()};
   return std::uniform_int_distribution<std::int64_t>(1, (std::int64_t{1} << 31) - 1)(random);
@@ -156,13 +156,13 @@ Outcome WorkerClient::ask(wire::Request request, double limit_s, const wire::Lim
   }
   const std::string early = process_->unasked();
   if (!early.empty())
-    return give_up(Status::crashed, "garbage: an answer before the question was sent: " + printable(early));
+    return give_up(Status::crashed, "invalid answer: it came before the request was sent: " + printable(early));
   process_->forget_errors();
   process_->send(std::move(text));
   const auto start_time = Clock::now();
   const auto deadline = in_seconds(limit_s);
   std::string line;
-  wire::Answer whole;  // of a sample in parts: those that came
+  wire::Answer whole;  // the parts of a sample received so far
   bool in_parts = false;
   for (;;) {
     const Wait wait = process_->next_line(line, deadline, wire::kLongestLine);
@@ -187,7 +187,7 @@ Outcome WorkerClient::ask(wire::Request request, double limit_s, const wire::Lim
       take(whole);
       whole = {};
     } catch (const std::exception& error) {
-      return give_up(Status::crashed, std::string("garbage: ") + printable(error.what()));
+      return give_up(Status::crashed, std::string("invalid answer: ") + printable(error.what()));
     }
   }
 }
@@ -235,7 +235,7 @@ Outcome WorkerClient::profile(const std::string& method, const std::string& scen
   request.json = scene_json;
   profile = {};
   Outcome outcome = ask(std::move(request), limit_s, {}, [&](const wire::Answer& answer) {
-    if (!answer.done) return;  // a worker that knows no such pass sends samples
+    if (!answer.done) return;  // a worker without this pass sends samples
     profile = answer.profile;
     const bool whole = profile.step_ns.empty() || profile.step_ns.size() == static_cast<std::size_t>(plan.steps);
     if (answer.outcome.status == Status::ok && !whole)

@@ -1,9 +1,9 @@
-// Asking a worker: requests out, recordings and truths in, whatever it does in between.
+// The client side of the worker protocol: sends requests, receives recordings and truths.
 //
-// Every way to fail becomes an Outcome: `timeout` (it hung), `crashed` (it died, or sent what is not the protocol, or
-// what cannot be true: check_answer.hpp; the reason says which and ends with its standard error), `not built` (it cannot
-// be started). After any of these the process is gone, and the next request starts a new one. A request that would not
-// fit into a line is `unsupported`.
+// Every failure becomes an Outcome: `timeout` (no answer within the limit), `crashed` (the process ended, violated the
+// protocol, or sent an answer that cannot be true, see check_answer.hpp; the reason says which and ends with its
+// standard error), `not built` (it cannot be started). Each of these ends the process, and the next request starts a
+// new one. A request that is longer than the longest line is `unsupported`.
 #pragma once
 
 #include <functional>
@@ -17,41 +17,43 @@
 
 namespace atwood {
 
-// The request was given up because of SIGINT or SIGTERM.
+// Thrown where SIGINT or SIGTERM ends a request.
 struct Interrupted {};
 
 class WorkerClient {
  public:
-  // `foreign`: the engine was not built with this program, so that more of what it sends is checked.
+  // `foreign`: the engine was not built with this program; more of its answers is checked.
   explicit WorkerClient(std::vector<std::string> command, bool pinned = false, bool foreign = false)
       : command_(std::move(command)), pinned_(pinned), foreign_(foreign) {}
 
-  // All throw Interrupted. `limit_s` counts from the request; starting has a limit of its own.
+  // All throw Interrupted. `limit_s` counts from the request; the start has its own limit.
   Engine hello(Outcome& outcome);
   Recording run(const std::string& method, const std::string& scene_json, const SampledBodies& bodies, const Plan& plan,
                 int repeats, double limit_s);
-  // The time of every step; a worker that does not tell leaves it empty.
+  // The time of every step; empty where the worker does not report it.
   Outcome profile(const std::string& method, const std::string& scene_json, const Plan& plan, double limit_s,
                   Profile& profile);
   ContactAnswer contacts(const std::string& scene_json, std::size_t bodies, const ContactQuery& query, double limit_s,
                          const std::string& test = "");
-  // Poses from..from + count of a pair; `outcome` says how it ended. `test`: one beside the engine's own, or empty.
+  // Poses from..from + count of a pair; `outcome` says how it ended. `test`: a variant of the engine's contact test, or
+  // empty.
   std::vector<PoseAnswer> sweep(const std::string& test, const std::string& pair, std::uint64_t seed,
                                 std::int64_t count, bool swept, double limit_s, Outcome& outcome);
-  // Unsupported from some instant on: the samples before it are there, and `outcome` says why they end.
+  // A truth that is `unsupported` from some time on has the samples before it; `outcome` has the reason.
   Truth truth(const std::string& scenario_json, const SampledBodies& bodies, double t_end_s, std::int64_t samples,
               double limit_s);
 
   // From sending the last request to the end of its answer, without the start of the process.
   std::int64_t wall_ns() const { return wall_ns_; }
-  // Of the running worker; 0: none runs.
+  // The process id of the running worker; 0: none runs.
   pid_t process_id() const { return process_ ? process_->id() : 0; }
-  // The last failure was a kill from outside: the machine's doing, not the engine's.
+  // Whether the last failure was a kill from outside (out of memory, an administrator), not a fault of the engine.
   bool killed_from_outside() const { return killed_from_outside_; }
 
  private:
-  // Feeds each answer to `take` until it says done, a sample in parts as a whole; `take` throws wire::Garbage. ok: what
-  // `take` read stands. wall_ns() is set when `take` gets the end.
+  // Passes each answer to `take` until the last one; a sample in parts is passed as a whole. `take` throws
+  // wire::Garbage for an invalid answer. If the outcome is ok, everything that `take` received is valid. wall_ns() is
+  // set before the last call of `take`.
   Outcome ask(wire::Request request, double limit_s, const wire::Limits& most,
               const std::function<void(const wire::Answer&)>& take);
   std::int64_t next_cell();
@@ -67,7 +69,7 @@ class WorkerClient {
   bool killed_from_outside_ = false;
 };
 
-// Bodies that a sample of this scene has, and where they start.
+// The bodies that a sample of this scene has, and their initial state.
 inline SampledBodies sampled_bodies(const Scene& scene) { return SampledBodies(scene); }
 
 }  // namespace atwood

@@ -31,7 +31,7 @@ constexpr std::array kEmbedded = {"libpython", "libjvm",  "libjulia",     "libru
 struct Mapped {
   std::set<std::string> files;  // code that is mapped from files
   std::string program;          // /proc/PID/exe
-  bool known = false;           // false: the process is gone, or its files are no longer there
+  bool known = false;           // false: the process has ended, or its files do not exist any more
 };
 
 Mapped mapped_files(pid_t process) {
@@ -89,7 +89,7 @@ bool is_interpreter(const std::string& program) {
   return std::find(kInterpreters.begin(), kInterpreters.end(), name) != kInterpreters.end();
 }
 
-// What a word of a command names: itself, or what follows "=" in it.
+// The path in a word of a command: the word, or its part after "=".
 std::string named_path(const std::string& word) {
   std::error_code error;
   if (word.empty() || fs::exists(word, error)) return word;
@@ -112,7 +112,7 @@ std::string program_of(const std::vector<std::string>& command) {
   return first.find('/') == std::string::npos ? "./" + first : first;
 }
 
-// Empty: all code that can decide the results is among what is hashed.
+// Why not all code that can decide the results is hashed; empty where all is.
 std::string why_unknown(const std::vector<std::string>& command, const Mapped& mapped, pid_t process) {
   const std::string program = program_of(command);
   if (!mapped.known) return "its process had ended after hello";
@@ -135,7 +135,7 @@ std::string why_unknown(const std::vector<std::string>& command, const Mapped& m
   return child_of(process).empty() ? "" : "it has started another process";
 }
 
-// The folder that hello's relative files start at.
+// The folder of relative paths in the answer to `hello`.
 fs::path folder_of_program(const std::vector<std::string>& command) {
   std::string program = program_of(command);
   if (is_interpreter(program)) {
@@ -171,7 +171,7 @@ WorkerIdentity identify_worker(const std::vector<std::string>& command, const En
   for (std::size_t i = 1; i < command.size(); ++i) {
     const std::string path = named_path(command[i]);
     const std::string hash = path.empty() ? "" : hashes.of(path);
-    // A file counts by its content and its name, wherever it lies.
+    // The hash contains a file's content and name, not its folder.
     const std::string option = command[i].substr(0, command[i].size() - path.size());
     add(hash.empty() ? command[i] : option + fs::path(path).filename().string(), hash);
   }

@@ -1,10 +1,10 @@
-// What decides a worker's results, as far as it can be seen from outside: its program, the files that its command
-// names, the shared libraries that it has loaded, and what it says of itself in hello.
+// Identifies the code that decides a worker's results, as far as it is visible from outside: its program, the files
+// that its command names, the shared libraries that it has loaded, and its answer to `hello`.
 //
 // The libraries are those that the running process has mapped as code after it answered hello (/proc/PID/maps): what
 // the dynamic linker resolved, what LD_PRELOAD and LD_LIBRARY_PATH put in their place, and what was loaded with dlopen
-// by then. What is loaded later is in no hash unless the worker names it in hello's `files` or answers for it with a
-// `fingerprint`: code_loaded_since() finds it, and the cells of such a process are measured again by every run.
+// by then. Code that is loaded later is in no hash unless the worker names it in `files` or covers it by a
+// `fingerprint` in its answer: code_loaded_since() finds it, and every run measures the cells of such a process again.
 #pragma once
 
 #include <sys/types.h>
@@ -18,7 +18,7 @@
 
 namespace atwood {
 
-// A larger file decides no engine's results: hashing it would take minutes, of a sparse one for ever.
+// Larger files are not hashed: that would take minutes, and with a sparse file much longer.
 inline constexpr off_t kLargestHashedFile = off_t{4} << 30;
 
 // Hashes of files, each read once as long as it does not change: engines share most libraries.
@@ -33,8 +33,8 @@ class FileHashes {
 
 struct WorkerIdentity {
   std::string hash;  // equal: the same program, libraries, files, fingerprint
-  // Not empty: code beyond all that may decide its results (a script's imports, a launcher's child), and why. A worker
-  // that gives a fingerprint answers for all of its code.
+  // Not empty: why code outside the hash may decide the results (a script's imports, the child of a launcher). A
+  // fingerprint covers all code of a worker.
   std::string unknown_code;
   std::string error;  // not empty: hello lists a file that does not exist or is no regular file, or one is too large
 };
@@ -44,10 +44,10 @@ struct WorkerIdentity {
 WorkerIdentity identify_worker(const std::vector<std::string>& command, const Engine& engine, pid_t process,
                                FileHashes& hashes);
 
-// Files that the process has mapped as code, sorted; empty: it is gone.
+// Files that the process has mapped as code, sorted; empty where the process has ended.
 std::vector<std::string> mapped_code(pid_t process);
-// A file that the process has mapped as code and that neither stands in `code`, those of its worker after hello, nor is
-// listed in hello's `files`; empty: none.
+// A file that the process has mapped as code since it answered `hello`: neither in `code` (Worker::code) nor among the
+// `files` of its answer; empty: none.
 std::string code_loaded_since(const std::vector<std::string>& command, const Engine& engine,
                               const std::vector<std::string>& code, pid_t process);
 

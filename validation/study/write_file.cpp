@@ -1,6 +1,6 @@
-// A file is there whole or not at all: write one without a name, fsync, give it a name beside the target, rename. What
-// ends the program while it writes leaves nothing behind; where a file system has no files without a name, a temporary
-// beside the target is removed on failure.
+// Writes a file completely or not at all: writes a file without a name, calls fsync, gives it a name beside the target
+// and renames it. A program that is killed while it writes leaves no file behind. Where the file system has no files
+// without a name, a temporary file beside the target is used and removed on failure.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -17,7 +17,7 @@
 namespace atwood {
 namespace {
 
-// A file size limit (ulimit -f) raises SIGXFSZ, which kills; ignored, write() answers EFBIG and we can say so.
+// A file size limit (ulimit -f) raises SIGXFSZ, which ends the program; where it is ignored, write() fails with EFBIG.
 class IgnoreSizeSignal {
  public:
   IgnoreSizeSignal() {
@@ -58,7 +58,7 @@ int close_after(int descriptor, int error) {
   return error;
 }
 
-// Between the first name and the rename no signal ends the program.
+// Blocks signals between the first name and the rename.
 class HoldSignals {
  public:
   HoldSignals() {
@@ -75,7 +75,7 @@ class HoldSignals {
   sigset_t before_{};
 };
 
-// A new file beside `target`: without a name while `temporary` is empty.
+// Opens a new file beside `target`; it has no name if `temporary` stays empty.
 int open_beside(const std::string& target, bool may_be_nameless, std::string& temporary) {
   const std::filesystem::path folder = std::filesystem::path(target).parent_path();
   if (may_be_nameless) {
@@ -86,7 +86,7 @@ int open_beside(const std::string& target, bool may_be_nameless, std::string& te
   return ::mkostemp(temporary.data(), O_CLOEXEC);
 }
 
-// Gives a file without a name one beside `target`: by its descriptor, before that is closed.
+// Gives a file without a name a name beside `target`, by its descriptor, before that is closed.
 int give_name(int descriptor, const std::string& target, std::string& temporary) {
   const std::string self = "/proc/self/fd/" + std::to_string(descriptor);
   for (int attempt = 0; attempt < 100; ++attempt) {
@@ -104,9 +104,9 @@ mode_t usual_mode() {
   return 0666 & ~mask;
 }
 
-constexpr int kNoName = -1;  // the file could be written, and given no name: no /proc, or a file system without links
+constexpr int kNoName = -1;  // the file was written but cannot get a name: no /proc, or a file system without links
 
-// 0, or the errno of the first failure; the old file is then still there and nothing beside it.
+// 0, or the errno of the first failure; the old file is then unchanged, and no other file is left.
 int replace(const std::string& target, const std::string& content, mode_t mode, bool may_be_nameless) {
   std::string temporary;
   const int descriptor = open_beside(target, may_be_nameless, temporary);
@@ -131,19 +131,19 @@ void write_file(const std::string& path, const std::string& content) {
   struct stat info {};
   const bool exists = ::stat(path.c_str(), &info) == 0;
   if (exists && S_ISDIR(info.st_mode)) fail(path, EISDIR);
-  if (exists && !S_ISREG(info.st_mode)) {  // a pipe or /dev/stdout: nothing to rename over
+  if (exists && !S_ISREG(info.st_mode)) {  // a pipe or /dev/stdout cannot be replaced by a rename
     const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
     if (descriptor < 0) fail(path, errno);
     if (const int error = close_after(descriptor, write_all(descriptor, content, false))) fail(path, error);
     return;
   }
-  // A link stays a link: its target is what is replaced.
+  // A symbolic link is kept; its target is replaced.
   const std::string target = exists ? std::filesystem::canonical(path).string() : path;
   const mode_t mode = exists ? info.st_mode & 07777 : usual_mode();
   int error = replace(target, content, mode, true);
   if (error == kNoName) error = replace(target, content, mode, false);
   if (error != 0) fail(path, error);
-  // The rename itself lasts once the folder is on disk; where that cannot be asked for, the file is still whole.
+  // The rename is durable once the folder is synchronised; where that is impossible, the file is still complete.
   const std::filesystem::path folder = std::filesystem::path(target).parent_path();
   const int folder_descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder_descriptor >= 0) {

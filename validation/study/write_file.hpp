@@ -1,4 +1,4 @@
-// Files that are there whole or not at all.
+// Writes files completely or not at all.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 namespace atwood {
 
 // Writes to a temporary beside the target, fsyncs, renames: a full disk leaves no partial file. Throws
-// std::runtime_error with the system's words.
+// std::runtime_error with the system's message.
 void write_file(const std::string& path, const std::string& content);
 
 }  // namespace atwood

@@ -1,4 +1,4 @@
-// The library audit: what a library claims of its methods beside what they do, problem by problem.
+// The library audit: claimed and executed order of each method of a library, problem by problem.
 import { AuditFinding, AuditProblem, Report, commandLine, figure, real, shellWord } from './data';
 import { Child, copyButton, h, section } from './dom';
 import { Column, smallTable } from './table';
@@ -36,7 +36,7 @@ export function audit(report: Report): HTMLElement | null {
   const found = sorted.filter((f) => f.verdict !== 'as claimed'), rest = sorted.filter((f) => f.verdict === 'as claimed');
   const count = (verdict: string) => all.filter((f) => f.verdict === verdict).length;
   return section('audit', `Library audit: ${count('lower')} of ${all.length} methods below their claim`,
-    h('p', { class: 'hint' }, 'Order in the step, claimed by the library beside executed on the reference\u2019s own equations, with its 95 % interval; the window and what was left out show on the figure. A whole order within 0.25 counts as that order; position\u2019s, or velocity\u2019s where position is inconclusive. Methods that end in :tol choose their steps: the exponent of the largest position error over the tolerance, below 0.5, or a thousandfold variation of error over tolerance, counts as lower where the error is over a hundred times the tolerance. Evidence: a program with nothing of Atwood in it.'),
-    found.length ? findingsTable(report, found, 'Methods that do not show what they claim') : null,
+    h('p', { class: 'hint' }, 'The order that the library claims, and the order executed on the reference\u2019s equations with its 95 % interval; a tooltip shows the window and the rungs left out. An order within 0.25 of a whole number counts as that number; it is the order of positions, or of velocities where positions are inconclusive. Methods that end in :tol choose their steps: an exponent of the largest position error over the tolerance, below 0.5, or a ratio of error to tolerance that varies a thousandfold, counts as lower where the error exceeds a hundred times the tolerance. Evidence: a command that prints a program without Atwood.'),
+    found.length ? findingsTable(report, found, 'Methods whose executed order is not the claimed one') : null,
     h('details', {}, h('summary', {}, `${rest.length} methods as claimed`), findingsTable(report, rest, 'Methods as claimed')));
 }

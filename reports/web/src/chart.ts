@@ -1,5 +1,5 @@
 // One plot: uPlot gives axes, canvas, cursor and drag; curves, floor and slope guides are drawn here, because
-// work-precision curves are parametric (their x is not sorted). Data are held as log10, so that any zoom is a linear one.
+// work-precision curves are parametric (their x is not sorted). Data are stored as log10, so that every zoom is linear.
 import uPlot from 'uplot';
 import { h } from './dom';
 import { figure } from './data';
@@ -10,7 +10,7 @@ export interface Curve { name: string; look: Look; points: Point[] }
 export interface ChartSpec {
   id: string; title: string; xLabel: string; yLabel: string; xLog: boolean;
   curves: Curve[]; floor: number | null; guides: number[];  // slopes on the logs; floor: in units of y
-  empty: string;                                            // what to say when there is nothing to draw
+  empty: string;                                            // the text shown where there is nothing to draw
 }
 
 interface Placed { curve: number; x: number; y: number; zero: boolean; point: Point }
@@ -86,7 +86,7 @@ export class Chart {
   highlight(name: string | null): void { this.lit = name; this.plot?.redraw(false); }
   restyle(): void { this.stale = true; if (this.visible) this.drawIfStale(); }
   drawNow(): void { this.stale = true; this.drawIfStale(); }
-  // Half of a sheet of A4 between its margins; a screen gives what it has.
+  // On paper half of the width of A4 between its margins; on a screen the width of the column.
   private width(): number { return onPaper() ? 336 : this.place.clientWidth; }
   private height(): number { return onPaper() ? 250 : Math.round(Math.min(380, Math.max(270, this.place.clientWidth * 0.62))); }
 
@@ -111,7 +111,7 @@ export class Chart {
     this.ring.hidden = this.tip.hidden = true;
   }
 
-  // Logs, with zeros moved to a line of their own below everything else.
+  // Logarithms; zeros are drawn on a separate line below all other values.
   private placePoints(): void {
     const curves = this.curves();
     const xOf = (x: number) => (this.spec.xLog ? Math.log10(x) : x);
@@ -279,7 +279,7 @@ export class Chart {
     if (this.zeroLine !== null) line(this.zeroLine, 'exactly 0', false);
   }
 
-  // Lines of order 1, 2, 4, 5 through the corner where the steps are largest; their labels stand where they leave.
+  // Lines of order 1, 2, 4, 5 through the corner where the steps are largest; with labels where they leave the plot.
   private paintGuides(u: uPlot): void {
     if (!this.spec.guides.length) return;
     const { ctx } = u;

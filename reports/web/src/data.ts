@@ -74,7 +74,7 @@ export function real(value: Loose | null | undefined): number {
 
 // 4 or 5 digits: plain near 1, powers of ten elsewhere.
 export function figure(value: number, digits = 5): string {
-  if (!Number.isFinite(value)) return Number.isNaN(value) ? '\u2013' : value > 0 ? 'inf' : '-inf';  // NaN: there is no such figure
+  if (!Number.isFinite(value)) return Number.isNaN(value) ? '\u2013' : value > 0 ? 'inf' : '-inf';  // NaN: no figure
   if (value === 0) return '0';
   const size = Math.abs(value);
   if (Number.isInteger(value) && size < 1e6) return String(value);
@@ -82,13 +82,13 @@ export function figure(value: number, digits = 5): string {
   return text.includes('e') ? text.replace(/\.?0+e/, 'e').replace('e+', 'e') : text.replace(/(\.\d*?)0+$/, '$1').replace(/\.$/, '');
 }
 
-// The bar's rule of METRICS: a figure below three bars is only an upper bound.
+// A figure below three bars is only an upper bound.
 export function withBar(value: number, bar: number): string {
   if (bar > 0 && value >= 0 && value < 3 * bar) return `\u2264 ${figure(value + bar, 3)}`;
   return figure(value);
 }
 
-// Why there is no figure, in a word or two; the row's reason says it whole.
+// Why there is no figure, in a word or two; the row's reason has the full text.
 export function absence(reason: string): string {
   const found = /^(\d+) of (\d+) impacts reported/.exec(reason);
   if (found) return `${Number(found[2]) - Number(found[1])} of ${found[2]} missed`;
@@ -100,8 +100,8 @@ export function isFit(metric: string): boolean { return /^(order|growth|richards
 export function fitted(metric: string, value: number, halfWidth: number): string {
   return noOrder(metric, value, halfWidth) || `${figure(value, 4)} \u00b1 ${figure(halfWidth, 2)}`;
 }
-// What a fit does not tell, in words: wider than +- 0.2 no order is told from its neighbours, and an error that stays
-// where it is has none. One that grows as h shrinks has a negative order, and shows it. Empty: the fit tells.
+// Why a fit gives no order: an interval wider than +- 0.2 does not distinguish neighbouring orders, and an error that does
+// not change has none. An error that grows as h decreases has a negative order, which is shown. Empty: the fit is valid.
 export function noOrder(metric: string, value: number, halfWidth: number): string {
   if (Number.isNaN(value)) return 'inconclusive';
   if (!/^(order|richardson-order)/.test(metric)) return '';
@@ -127,7 +127,7 @@ export function engineOf(method: string): string { return method.split('/')[0]; 
 export function shellWord(text: string): string {
   return /^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replace(/'/g, `'\\''`)}'`;
 }
-const ownFiles = new Map<string, string>();  // scenes of the user's own rerun by their file
+const ownFiles = new Map<string, string>();  // scenes that are not in the catalogue are rerun by their file
 let program = 'atwood';                      // as it was called, quoted
 export function commandLine(words: string): string { return `${program} ${words}`; }
 export function rerunCommand(scenario: string, method: string, steps: number): string {

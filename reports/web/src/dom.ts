@@ -1,4 +1,4 @@
-// Elements from plain calls. Children are nodes or strings, and strings become text: nothing is ever parsed as HTML.
+// Creates elements. Children are nodes or strings, and strings become text nodes: nothing is parsed as HTML.
 export type Child = Node | string | null | undefined | false;
 type Properties = Record<string, unknown>;
 
@@ -44,7 +44,7 @@ export function copyButton(command: string): HTMLElement {
   return button;
 }
 
-// A page opened from disk may have no clipboard API: the old way then.
+// A page opened from disk may have no clipboard API; then the text is copied from a text area.
 async function copyText(text: string): Promise<boolean> {
   try {
     await navigator.clipboard.writeText(text);

@@ -1,4 +1,4 @@
-// Who is cheapest for an error, what a budget buys, from which step a method is stable.
+// The cheapest method for an error, the most accurate one within a budget, and the step from which a method is stable.
 import { Contest, Dominance, Reached, Report, engineOf, figure, real, rungWords, seconds } from './data';
 import { Child, h, labelledSelect, option, section } from './dom';
 import { brokenId } from './table';
@@ -43,7 +43,7 @@ function byError(table: Dominance): HTMLElement | null {
 function byBudget(table: Dominance): HTMLElement | null {
   if (!table.by_budget.length) return null;
   const error = (reached: Reached | undefined) => (reached ? figure(real(reached.error), 2) + mark(reached) : '\u2013');
-  return scrolled('What a budget buys', ['budget', 'most accurate', 'at', `error [${table.unit}]`, 'runner-up', 'error', 'best other engine', 'error'],
+  return scrolled('Most accurate within a budget', ['budget', 'most accurate', 'at', `error [${table.unit}]`, 'runner-up', 'error', 'best other engine', 'error'],
     table.by_budget.map((contest) => {
       const best = contest.ranked[0], next = contest.ranked[1], other = otherEngine(contest);
       return [costWords(table, real(contest.asked)), name(best), rungWords(best.method, best.steps), error(best), next ? name(next) : 'alone', error(next), other ? name(other) : '\u2013', error(other)];
@@ -61,13 +61,13 @@ function stable(table: Dominance, t_end: number): HTMLElement | null {
   };
   if (!table.stable.length) return null;
   return h('details', {}, h('summary', {}, `Stable from: ${table.stable.length} methods`),
-    h('p', { class: 'hint' }, 'The coarsest rung from which on no finer one diverges; errors as large as the motion itself count as failed.'),
+    h('p', { class: 'hint' }, 'The coarsest rung such that neither it nor a finer one diverges. An error as large as the motion itself counts as a failure.'),
     scrolled('Stable steps', ['method', 'stable from', 'h [s]', 'error there', 'rungs without an error'], table.stable.map((range) => [
       range.family, range.stable ? rungWords(range.method!, range.steps!) : 'nowhere on this ladder', range.stable && real(range.h_s) > 0 ? figure(t_end / range.steps!, 3) : '\u2013',
       range.stable ? figure(real(range.error), 2) : '\u2013', h('span', { class: 'long' }, failed(range))]), [0, 1, 4]));
 }
 
-// Every scenario at once: the winner of each level; a click shows the scenario's tables.
+// All scenarios: the cheapest method for each error; a click shows the scenario's tables.
 function overview(tables: Dominance[], chosen: (table: Dominance) => void): HTMLElement {
   const levels = [...new Set(tables.flatMap((t) => t.by_error.map((c) => real(c.asked))))].sort((a, b) => b - a);
   const short = (family: string) => (family.startsWith('atwood/') ? family.slice(7) : family).replace(':tol', '');
@@ -76,7 +76,7 @@ function overview(tables: Dominance[], chosen: (table: Dominance) => void): HTML
     h('tbody', {}, ...tables.map((table) => h('tr', {}, h('th', { scope: 'row' }, h('button', { type: 'button', onclick: () => chosen(table) }, table.scenario)),
       ...levels.map((value) => {
         const contest = table.by_error.find((c) => real(c.asked) === value);
-        if (!contest) return h('td', { class: 'absent', title: 'nobody reaches it' }, '\u00b7');
+        if (!contest) return h('td', { class: 'absent', title: 'no method reaches this error' }, '\u00b7');
         const best = contest.ranked[0], other = otherEngine(contest);
         const apart = other ? real(other.cost) / real(best.cost) : NaN;
         return h('td', { class: isOurs(best) ? 'ours' : 'theirs', title: `${table.scenario}, ${level(value)} ${table.unit}: ${best.family}, ${costWords(table, real(best.cost))}${mark(best)}; ${other ? `best other engine ${other.family} \u00d7 ${figure(apart, 3)}` : 'no other engine reaches it'}` },
@@ -85,15 +85,15 @@ function overview(tables: Dominance[], chosen: (table: Dominance) => void): HTML
 }
 
 export function dominance(report: Report): HTMLElement | null {
-  if (!report.dominance.length) return report.notes.length ? section('dominance', 'Who is cheapest', ...report.notes.map((note) => h('p', { class: 'hint' }, note))) : null;
+  if (!report.dominance.length) return report.notes.length ? section('dominance', 'Cheapest method for an error', ...report.notes.map((note) => h('p', { class: 'hint' }, note))) : null;
   const kinds = [...new Set(report.dominance.map((t) => t.cost))];
   const t_end = new Map(report.scenarios.map((s) => [s.id, real(s.t_end_s)]));
   const place = h('div', { class: 'contest' }), table = h('div');
   const of = () => report.dominance.filter((t) => t.cost === cost.select.value);
   const draw = () => {
     const found = of().find((t) => t.scenario === scenario.select.value);
-    place.replaceChildren(...(found ? [h('h3', {}, `${found.scenario}: ${norm(found.metric)} [${found.unit}]`), byError(found), h('h3', {}, 'What a budget buys'), byBudget(found), stable(found, t_end.get(found.scenario) ?? 1)].filter(Boolean) as HTMLElement[]
-      : [h('p', { class: 'nothing' }, 'Nothing of this kind was measured on this scenario.')]));
+    place.replaceChildren(...(found ? [h('h3', {}, `${found.scenario}: ${norm(found.metric)} [${found.unit}]`), byError(found), h('h3', {}, 'Most accurate within a budget'), byBudget(found), stable(found, t_end.get(found.scenario) ?? 1)].filter(Boolean) as HTMLElement[]
+      : [h('p', { class: 'nothing' }, 'No such cost was measured on this scenario.')]));
   };
   const fill = () => {
     const tables = of(), before = scenario.select.value;
@@ -106,8 +106,8 @@ export function dominance(report: Report): HTMLElement | null {
   cost.select.append(...kinds.map((kind) => option(kind, kind === 'seconds' ? 'time of the run' : 'evaluations of the equations')));
   const scenario = labelledSelect('scenario', 'dominance-scenario', draw);
   fill();
-  return section('dominance', 'Who is cheapest',
-    h('p', { class: 'hint' }, 'For each error the method that reaches it at the least cost, and for each budget the most accurate one. \u00d7 is the cost of the best other engine over the winner\u2019s; alone: no other engine reaches that error. Solid: a method of this engine wins; outlined: another engine does. Each figure is of a measured rung; < nothing cheaper was measured; * at the truth\u2019s bar. Times come from the timed pass of this report.'),
+  return section('dominance', 'Cheapest method for an error',
+    h('p', { class: 'hint' }, 'For each error the cheapest method that reaches it, and for each budget the most accurate one. \u00d7: cost of the best other engine divided by that of the cheapest method; alone: no other engine reaches that error. Solid: a method of Atwood is cheapest; outlined: one of another engine. All figures are of measured rungs. <: no cheaper rung was measured. *: the error is below three bars of the truth. Times come from the timed pass of this report.'),
     report.notes.length ? h('details', {}, h('summary', {}, 'How these methods were run'), ...report.notes.map((note) => h('p', { class: 'hint' }, note))) : null,
     h('div', { class: 'bar' }, cost.box, scenario.box), table, place);
 }

@@ -1,4 +1,4 @@
-// The project's goals: what was asked, what is reached, who is next. Losses as plainly as wins.
+// The project's goals: the requirement, our best method, the best rival, and whether the goal is reached.
 import { Goal, GoalEntrant, Report, figure, real, rungWords, seconds, unitWord, withBar, family } from './data';
 import { Child, h, section } from './dom';
 
@@ -6,20 +6,20 @@ function asked(goal: Goal): string {
   const error = real(goal.wanted_error), budget = real(goal.budget);
   const words = Number.isFinite(error) ? `${goal.metric} ${figure(error, 2)} ${unitWord(goal.unit)}`.trim() : '';
   if (goal.wanted_ratio && !Number.isFinite(budget)) return `${words ? `${words} and ` : ''}${goal.wanted_ratio} times as fast as the best rival`;
-  const kind: Record<string, string> = { seconds: seconds(budget), evaluations: `${budget} evaluations`, ns_per_step: `${figure(budget, 4)} ns a step`, ns: `${figure(budget, 4)} ns` };
+  const kind: Record<string, string> = { seconds: seconds(budget), evaluations: `${budget} evaluations`, ns_per_step: `${figure(budget, 4)} ns per step`, ns: `${figure(budget, 4)} ns` };
   const limit = kind[goal.budget_kind] ?? '';
   return words && limit ? `${words} ${goal.budget_kind === 'ns_per_step' ? 'at' : 'in'} ${limit}` : words || limit;
 }
 
 function figures(entrant: GoalEntrant | null, unit: string): Child {
-  if (!entrant) return h('span', { class: 'soft' }, 'nobody');
+  if (!entrant) return h('span', { class: 'soft' }, 'no method');
   const parts: string[] = [];
   const error = real(entrant.error), evaluations = real(entrant.evaluations), time = real(entrant.seconds), step = real(entrant.ns_per_step);
   const bar = real(entrant.bar);
   if (Number.isFinite(error)) parts.push(`error ${bar > 0 && error < 3 * bar ? withBar(error, bar) : figure(error, 3)} ${unitWord(unit)}`.trim());
   if (Number.isFinite(evaluations)) parts.push(`${evaluations} evaluations`);
   if (Number.isFinite(time)) parts.push(seconds(time));
-  if (Number.isFinite(step)) parts.push(`${figure(step, 4)} ns${entrant.steps ? ' a step' : ''}`);
+  if (Number.isFinite(step)) parts.push(`${figure(step, 4)} ns${entrant.steps ? ' per step' : ''}`);
   const at = entrant.steps ? `, ${rungWords(entrant.method, entrant.steps)}` : '';
   return h('span', {}, h('b', {}, family(entrant.method)), at, h('br'), parts.join(', '), entrant.accurate ? null : h('em', { class: 'short' }, ' not accurate enough'));
 }
@@ -37,9 +37,9 @@ export function goals(report: Report): HTMLElement | null {
   };
   const uncounted = report.goals.filter((g) => g.uncounted);
   return section('goals', `Goals: ${reached} of ${report.goals.length} reached`,
-    h('p', { class: 'hint' }, 'Measured by atwood bench goals, all candidates in one run, timed in turns. Of those who reach the error the cheapest stands here, else the most accurate. The ratio is the best rival\u2019s cost over ours with its 95 % interval, where both reach the error.'),
+    h('p', { class: 'hint' }, 'Measured by atwood bench goals, all candidates in one run, timed alternately. Shown is the cheapest method that reaches the error, or else the most accurate one. The ratio is the best rival\u2019s cost divided by ours with its 95 % interval, where both reach the error.'),
     h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Goals' }, h('table', { class: 'goals' },
-      h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, ''), h('th', { scope: 'col' }, 'asked'), h('th', { scope: 'col' }, 'ours'), h('th', { scope: 'col' }, 'best rival'), h('th', { scope: 'col', class: 'number' }, 'rival / ours'))),
+      h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, ''), h('th', { scope: 'col' }, 'goal'), h('th', { scope: 'col' }, 'ours'), h('th', { scope: 'col' }, 'best rival'), h('th', { scope: 'col', class: 'number' }, 'rival / ours'))),
       h('tbody', {}, ...report.goals.map(line)))),
-    uncounted.length ? h('p', { class: 'hint' }, `Compared, but counted for no goal (exact flows of the free top): ${uncounted.map((g) => `${g.id}: ${g.uncounted!.method}, error ${figure(real(g.uncounted!.error), 2)}, ${seconds(real(g.uncounted!.seconds))}`).join('; ')}.`) : null);
+    uncounted.length ? h('p', { class: 'hint' }, `Compared, but not counted for a goal (exact flows of the free top): ${uncounted.map((g) => `${g.id}: ${g.uncounted!.method}, error ${figure(real(g.uncounted!.error), 2)}, ${seconds(real(g.uncounted!.seconds))}`).join('; ')}.`) : null);
 }

@@ -1,4 +1,4 @@
-// Scenario x method: one figure a cell at one rung, coloured by its power of ten, with the gates' verdict as a sign.
+// Scenario x method: one figure per cell at one rung, coloured by its power of ten, with the gates' verdict as a sign.
 import { Report, figure, fitted, isFit, noOrder, withBar } from './data';
 import { h, labelledSelect, option, section } from './dom';
 import { Cell, RowIndex } from './rows';
@@ -70,9 +70,9 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
   const tagSelect = labelledSelect('scenarios', 'matrix-tag', draw);
   tagSelect.select.append(option('', 'all', true), ...[...new Set(report.scenarios.flatMap((s) => s.tags))].sort().map((tag) => option(tag, tag)));
   const rungSelect = labelledSelect('rung of the ladder', 'matrix-rung', draw);
-  rungSelect.select.append(option('middle', 'middle, the same steps for all'), option('finest', 'finest each has'), option('coarsest', 'coarsest'));
+  rungSelect.select.append(option('middle', 'middle, the same steps for all'), option('finest', 'finest of each method'), option('coarsest', 'coarsest'));
   draw();
-  const legend = h('p', { class: 'hint' }, 'Blue is small, orange is large, by powers of ten. \u2713 all gates of the cell pass, \u2717 one does not. n/s unsupported, div diverged, n/f a state that is not finite, n/b not built, \u2013 no such figure, ? an order that the runs do not tell: the reason is in the tooltip and in the rows. A click opens plots and rows.');
+  const legend = h('p', { class: 'hint' }, 'Blue is small, orange is large, by powers of ten. \u2713 all gates of the cell pass, \u2717 one does not. n/s unsupported, div diverged, n/f a state that is not finite, n/b not built, \u2013 no figure, ? inconclusive order: the reason is in the tooltip and in the rows. A click opens plots and rows.');
   return section('matrix', 'Scenario by method', h('div', { class: 'bar' }, tagSelect.box, metricSelect.box, rungSelect.box), legend,
     h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Scenario by method' }, table));
 }

@@ -25,7 +25,7 @@ export class Plots {
   private methods: string[] = [];
 
   constructor(private readonly report: Report, private readonly index: RowIndex) {
-    // A family of tolerances shares one look; the order of first appearance decides it, the same in each scenario.
+    // A family of tolerances has one colour and marker, chosen by the order of first appearance, the same in each scenario.
     const families = [...new Set(index.names('method').map(family))];
     families.forEach((name, i) => this.looks.set(name, look(i)));
     this.scenario = labelledSelect('scenario', 'plot-scenario', () => this.showScenario());
@@ -54,7 +54,7 @@ export class Plots {
       this.about,
       h('div', { class: 'legend-row' }, h('span', { class: 'pair' }, quick('all', () => true), quick('none', () => false),
         quick('ours', (m) => engineOf(m) === 'atwood'), quick('others', (m) => engineOf(m) !== 'atwood')), this.legend),
-      h('p', { class: 'hint' }, 'Drag to zoom, double-click to reset; hover or use the arrow keys to read a point. Click a method to hide it, double-click to see it alone. Adaptive methods (:tol, a point a tolerance) have no one step and stand in the plots of work only.'),
+      h('p', { class: 'hint' }, 'Drag to zoom, double-click to reset; hover or use the arrow keys to read a point. Click a method to hide it, double-click to show only it. Adaptive methods (:tol, one point per tolerance) have no constant step and appear only in the plots of work.'),
       h('div', { class: 'grid' }, this.charts.step.element, this.charts.time.element, this.charts.evaluations.element, this.charts.error.element, this.charts.energy.element, this.orders), this.absent);
     if (ids.length) this.showScenario();
   }
@@ -123,7 +123,7 @@ export class Plots {
   }
   private light(name: string | null): void { Object.values(this.charts).forEach((chart) => chart.highlight(name)); }
 
-  // ---- what goes into each plot ----------------------------------------------------------------------------------
+  // ---- the data of each plot --------------------------------------------------------------------------------------
   private draw(): void {
     const id = this.scenario.select.value, metric = this.metric.select.value;
     if (!metric) return;
@@ -136,7 +136,7 @@ export class Plots {
     const toSeconds = timeCell ? secondsPer(this.index.text(this.index.rows.unit[timeCell.row])) : 1e-9;
     const floor = Math.max(0, ...all.map((cell) => cell.bar).filter(Number.isFinite));
     const yLabel = `|${metric}|${unit ? ` [${unit}]` : ''}`;
-    const shared = { yLabel, floor: floor || null, xLog: true, empty: 'No figure of this metric here.' };
+    const shared = { yLabel, floor: floor || null, xLog: true, empty: 'No figures of this metric.' };
     this.charts.step.show({ ...shared, id: 'step', title: 'Error against step', xLabel: 'step h [s]', guides: [1, 2, 4, 5],
       curves: this.curves(ladders, unit, (method, cell) => (isAdaptive(method) ? null : cell.h), (x) => `h = ${figure(x, 4)} s`) }, this.hidden);
     const cost = (from: Map<string, Cell[]>) => (method: string, cell: Cell) => from.get(method)?.find((other) => other.steps === cell.steps)?.value ?? null;
@@ -144,7 +144,7 @@ export class Plots {
       const nanoseconds = cost(times)(method, cell);
       return nanoseconds === null ? null : nanoseconds * toSeconds * cell.steps;
     };
-    this.charts.time.show({ ...shared, id: 'cpu', title: 'Work against precision: CPU time', xLabel: 'CPU time [s] = time a step \u00d7 steps', guides: [-1, -2, -4, -5],
+    this.charts.time.show({ ...shared, id: 'cpu', title: 'Work against precision: CPU time', xLabel: 'CPU time [s] = time of a step \u00d7 steps', guides: [-1, -2, -4, -5],
       curves: this.curves(ladders, unit, seconds, (x) => `${figure(x, 3)} s`), empty: 'No timings of this scenario.' }, this.hidden);
     this.charts.evaluations.show({ ...shared, id: 'evaluations', title: 'Work against precision: evaluations', xLabel: 'rate evaluations', guides: [-1, -2, -4, -5],
       curves: this.curves(ladders, unit, cost(evaluations), (x) => `${figure(x, 6)} evaluations`), empty: 'No evaluation counts of this scenario (rivals do not report theirs).' }, this.hidden);
@@ -153,7 +153,7 @@ export class Plots {
     this.charts.error.show(this.overTime('error', `Error over time: ${kind}${steps ? `, ${steps} steps` : ''}`, `|${kind} error| [${seriesUnits[kind]}]`, kind, steps), this.hidden);
     this.charts.energy.show(this.overTime('energy', `Energy over time${steps ? `, ${steps} steps` : ''}`, '|E \u2212 E\u2080| / E scale', 'energy', steps), this.hidden);
     this.showOrders(id);
-    // What there is nothing to draw of is named in a line instead of an empty frame.
+    // Plots without data are named in a line instead of being drawn empty.
     const charts = Object.values(this.charts);
     charts.forEach((chart) => { chart.element.hidden = chart.isEmpty(); });
     const empty = charts.filter((chart) => chart.isEmpty());
@@ -192,7 +192,7 @@ export class Plots {
       });
       if (points.length) curves.push({ name: family(method), look: this.looks.get(family(method)) ?? look(0), points });
     }
-    return { id, title, xLabel: 't [s]', yLabel, xLog: false, curves, floor: null, guides: [], empty: 'No curve of this kind was kept for this scenario.' };
+    return { id, title, xLabel: 't [s]', yLabel, xLog: false, curves, floor: null, guides: [], empty: 'No such curve was stored for this scenario.' };
   }
 
   private showOrders(id: string): void {

@@ -1,4 +1,4 @@
-// Questions to the rows: which metrics a scenario has, the ladder of a method, the figure of a cell.
+// Queries of the rows: the metrics of a scenario, the ladder of a method, the figure of a cell.
 import { Report, Rows, real } from './data';
 
 export interface Cell { row: number; steps: number; h: number; value: number; bar: number }
@@ -31,7 +31,7 @@ export class RowIndex {
   }
 
   // Whole-run figures of one metric, method by method, by step count. `body` "" is the whole run; where a metric has
-  // only figures of single bodies, the largest of them stands for the run unless one body is asked for.
+  // only figures of single bodies, the largest of them is that of the run unless a body is chosen.
   ladders(scenario: string, metric: string, body: string): Map<string, Cell[]> {
     const { rows } = this;
     const metricId = this.ids.get(metric) ?? -1;
@@ -55,7 +55,7 @@ export class RowIndex {
     return out;
   }
 
-  // A scene with contacts is told by its metrics: how deep bodies sink, when they meet.
+  // A scene with contacts is recognised by its metrics: penetration, impact times.
   hasContacts(scenario: string): boolean { return this.names('metric', this.of(scenario)).some((name) => /^(penetration-|impact-)/.test(name)); }
 
   // Why a cell has no figure: the first status that is not ok.
@@ -70,7 +70,7 @@ export class RowIndex {
   }
 }
 
-// Of these the scenario that most methods ran: the one to show first.
+// The scenario that most methods ran, which is shown first.
 export function richest(index: RowIndex, ids: string[]): string {
   const methods = new Map(ids.map((id) => [id, index.names('method', index.of(id)).length]));
   return ids.reduce((best, id) => (methods.get(id)! > methods.get(best)! ? id : best), ids[0]);

@@ -1,4 +1,4 @@
-// The parts of the report that are words and small tables.
+// The sections of the report with texts and small tables.
 import { Engine, Law, Method, RanMethod, Report, Setting, Verdict, family, figure, isAdaptive, real, rerunCommand, unitWord } from './data';
 import { Child, copyButton, h, section } from './dom';
 import { RowIndex } from './rows';
@@ -15,7 +15,7 @@ function measured(verdict: Verdict): string {
   return `${figure(value)}${Math.abs(value) < 1000 * bar ? ` \u00b1 ${figure(bar, 2)}` : ''} ${unitWord(verdict.unit)}`;
 }
 
-// Gates that fail alike on the rungs of one ladder share a card: same scenario, method, metric, bound and verdict.
+// Gates with the same verdict on the rungs of one ladder share a card: same scenario, method, metric, bound and verdict.
 function alike(verdicts: Verdict[]): Verdict[][] {
   const groups = new Map<string, Verdict[]>();
   for (const v of verdicts) {
@@ -49,7 +49,7 @@ export function failing(report: Report): HTMLElement | null {
     rest.length ? h('details', {}, h('summary', {}, `${rest.length} more`), h('ul', { class: 'cards' }, ...rest.map(card))) : null);
 }
 
-// Cells that ended without figures, one line a scenario x method x reason.
+// Cells without figures, one line per scenario, method and reason.
 export function troubles(report: Report, index: RowIndex): HTMLElement | null {
   interface Trouble { scenario: string; method: string; status: string; reason: string; steps: number[] }
   const found = new Map<string, Trouble>();
@@ -87,7 +87,7 @@ export function gates(report: Report): HTMLElement | null {
   ], report.verdicts, 'All gates')));
 }
 
-// Each law once a scenario and method, at the rung nearest to 60 steps a second; the other rungs follow folded.
+// Each law once per scenario and method, at the rung nearest to 60 steps per second; the other rungs are in a folded table.
 export function laws(report: Report): HTMLElement | null {
   if (!report.laws.length) return null;
   const seconds = new Map(report.scenarios.map((s) => [s.id, real(s.t_end_s)]));
@@ -109,14 +109,14 @@ export function laws(report: Report): HTMLElement | null {
     { name: 'apart', number: true, value: off, cell: apart },
   ], list, label);
   const shown = [...nearest.values()];
-  return section('laws', 'Laws: predicted beside measured',
-    h('p', { class: 'hint' }, 'Errors whose cause can be worked out with pencil and paper, at the step nearest to a sixtieth of a second.'), table(shown, 'Laws'),
+  return section('laws', 'Laws: predicted and measured',
+    h('p', { class: 'hint' }, 'Errors that a formula predicts, at the step nearest to a sixtieth of a second.'), table(shown, 'Laws'),
     shown.length < report.laws.length ? h('details', {}, h('summary', {}, `All steps: ${report.laws.length} lines`), table(report.laws, 'Laws at all steps')) : null);
 }
 
 function word(value: Setting): string { return typeof value === 'number' ? figure(value, 6) : String(value); }
 
-// Of the methods that ran, those that are set alike stand together (a ladder of tolerances is one).
+// Groups the methods that ran by equal settings (a ladder of tolerances is one group).
 interface Alike { ids: string[]; parts: [string, Record<string, Setting>][] }
 function alikeSet(ran: RanMethod[]): Alike[] {
   const groups = new Map<string, Alike>();
@@ -132,7 +132,7 @@ function alikeSet(ran: RanMethod[]): Alike[] {
   return [...groups.values()];
 }
 
-// A line `key = value` a setting: as many as fit beside each other, on paper and on a narrow screen too.
+// A line `key = value` for each setting, in as many columns as fit.
 function settingsList(groups: Alike[]): Child {
   const values = new Map<string, Set<string>>();
   for (const { parts } of groups) for (const [of, settings] of parts) for (const [name, value] of Object.entries(settings)) values.set(of + name, (values.get(of + name) ?? new Set()).add(word(value)));
@@ -159,7 +159,7 @@ export function engines(report: Report): HTMLElement | null {
   };
   const missing = report.missing_engines.length
     ? h('ul', { class: 'missing' }, ...report.missing_engines.map((m) => h('li', {}, h('b', {}, m.name), ` is missing: ${m.reason}`))) : null;
-  return section('engines', 'Engines and their settings', h('p', { class: 'hint' }, 'Of the methods that ran. Shaded settings differ between an engine\u2019s methods; what follows a scheme (+impulse, +event, +penalty) has settings of its own.'), missing, ...report.engines.map(one));
+  return section('engines', 'Engines and their settings', h('p', { class: 'hint' }, 'Settings of the methods that ran. Shaded settings differ between methods of an engine; contact responses (+impulse, +event, +penalty) have their own settings.'), missing, ...report.engines.map(one));
 }
 
 export function bench(report: Report): HTMLElement | null {
@@ -169,13 +169,13 @@ export function bench(report: Report): HTMLElement | null {
     { name: 'p95 [ns]', number: true, value: (b) => real(b.ns_per_step_p95), cell: (b) => figure(real(b.ns_per_step_p95), 4) }], list, label);
   const steps = report.bench.filter((b) => b.scenario), others = report.bench.filter((b) => !b.scenario);
   return section('bench', 'Benchmarks',
-    h('p', { class: 'hint' }, 'Made by atwood bench. Side by side shows them beside the errors at the same steps.'),
+    h('p', { class: 'hint' }, 'Measured by atwood bench. The section Side by side shows them with the errors at the same steps.'),
     others.length ? table(others, 'Benchmarks of kernels', [{ name: 'one call of', value: (b) => b.name }]) : null,
-    steps.length ? h('details', {}, h('summary', {}, `Time a step: ${steps.length} figures`), table(steps, 'Time a step', [
+    steps.length ? h('details', {}, h('summary', {}, `Time of a step: ${steps.length} figures`), table(steps, 'Time of a step', [
       { name: 'scenario', value: (b) => b.scenario }, { name: 'method', value: (b) => b.method }, { name: 'steps', number: true, value: (b) => b.steps }])) : null);
 }
 
-// Of the metrics that stand in this report.
+// Definitions of the metrics in this report.
 export function definitions(report: Report, index: RowIndex): HTMLElement | null {
   const measured = new Set([...index.names('metric'), ...report.verdicts.map((v) => v.metric)]);
   const shown = report.metrics.filter((m) => measured.has(m.name));

@@ -1,4 +1,4 @@
-// One scenario at one step count: every method that ran it, a column a figure. What an engine costs beside what it errs.
+// One scenario at one step count: every method that ran it, one column per figure, errors and costs.
 import { Report, absence, figure, real, unitWord, withBar } from './data';
 import { Child, h, labelledSelect, option, section } from './dom';
 import { Cell, RowIndex, richest } from './rows';
@@ -8,7 +8,8 @@ const ends = ['error-position-end', 'error-velocity-end', 'error-attitude-end', 
 const contacts = ['impact-time-error', 'impact-place-error', 'impact-normal-impulse-error', 'impact-tangential-impulse-error', 'impact-count-error',
   'transition-time-error', 'restitution-error', 'apex-error', 'penetration-max', 'penetration-relative', 'cone-violation', 'signorini-gap', 'signorini-pull',
   'dissipation-defect', 'contact-energy-gain'];
-// Where bodies have come to rest by the end, the end tells nobody apart: contacts, and the largest error on the way, go first.
+// Where bodies are at rest at the end, errors at the end do not distinguish methods: contacts and the largest error over the
+// run come first.
 const foremost = ['error-position-max', 'impact-time-error', 'apex-error', 'restitution-error', 'penetration-max'];
 const costs = ['rate-evaluations', 'step-time'];
 function order(hasContacts: boolean): string[] {
@@ -24,9 +25,9 @@ export function sideBySide(report: Report, index: RowIndex): HTMLElement | null 
   const first = richest(index, ids);
   const place = h('div');
 
-  // A run too long to be repeated is timed on the coarsest rung alone: that has told the time of a step.
+  // A run that takes too long is timed on the coarsest rung only, which gives the time of a step.
   const missing = (name: string, found: Map<string, Cell[]>, method: string, wanted: number): Child =>
-    (name === 'step-time' && found.get(method)?.some((c) => c.steps < wanted) ? h('span', { class: 'soft', title: `timed at ${found.get(method)![0].steps} steps; a run at ${wanted} takes too long to be repeated` }, 'not timed: slow') : '\u2013');
+    (name === 'step-time' && found.get(method)?.some((c) => c.steps < wanted) ? h('span', { class: 'soft', title: `timed at ${found.get(method)![0].steps} steps; a run at ${wanted} takes too long to repeat` }, 'not timed: slow') : '\u2013');
   const shown = (cell: Cell): Child => {
     if (!Number.isNaN(cell.value)) return withBarShort(cell);
     const reason = index.text(index.rows.reason[cell.row]);
@@ -69,7 +70,7 @@ export function sideBySide(report: Report, index: RowIndex): HTMLElement | null 
   scenario.select.append(...ids.map((id) => option(id, id, id === first)));
   choose();
   redrawOnPaper(draw);
-  return section('compare', 'Side by side', h('p', { class: 'hint' }, 'Every method on one scenario at the same steps; a heading sorts. Adaptive methods (a tolerance after the colon) choose their own steps: the count is their first guess. With contacts the finest steps that most methods have are shown first. \u2013 no such figure; where the engine ran but reported too little for one, it says what is missing.'),
+  return section('compare', 'Side by side', h('p', { class: 'hint' }, 'All methods on one scenario at the same steps; click a heading to sort. Adaptive methods (a tolerance after the colon) choose their steps: the count only sets their first step. For scenes with contacts the finest steps that most methods have are shown first. \u2013 no figure; where the engine reported too little for one, what is missing.'),
     h('div', { class: 'bar' }, scenario.box, steps.box), place);
 }
 

@@ -1,5 +1,5 @@
-// What takes several runs to tell: round-off by ensembles, reversal, symplecticity, chaos, tolerances, runs without a truth.
-// Each figure stands beside its definition.
+// Figures from several runs: round-off by ensembles, reversal, symplecticity, chaos, tolerances, runs without a truth. Each
+// table has the definitions of its figures.
 import { Report, fitted, isFit, real, unitWord, withBar } from './data';
 import { h, section } from './dom';
 import { RowIndex } from './rows';
@@ -7,12 +7,12 @@ import { smallTable } from './table';
 
 const groups: [string, string[]][] = [
   ['Growth of round-off, by ensembles', ['growth-exponent-round-off-energy', 'growth-exponent-round-off-position', 'growth-exponent-round-off-attitude', 'round-off-rms-position']],
-  ['There and back', ['reversal-over-round-off', 'reversal-error-position', 'reversal-error-velocity', 'reversal-error-attitude', 'reversal-error-body-rate']],
+  ['Reversal', ['reversal-over-round-off', 'reversal-error-position', 'reversal-error-velocity', 'reversal-error-attitude', 'reversal-error-body-rate']],
   ['Symplecticity', ['symplecticity-defect', 'poisson-defect']],
   ['Chaos', ['lyapunov-exponent', 'horizon']],
   ['The step of least error', ['round-off-best-error', 'round-off-best-step']],
   ['Error and tolerance', ['tolerance-exponent', 'tolerance-ratio']],
-  ['Without the truth: three steps', ['richardson-order-position', 'gci-position', 'gci-effectivity']],
+  ['Without a truth: grid convergence', ['richardson-order-position', 'gci-position', 'gci-effectivity']],
 ];
 
 interface Figure { scenario: string; method: string; steps: number; metric: string; unit: string; value: number; bar: number; status: string; reason: string }
@@ -30,7 +30,7 @@ function table(title: string, list: Figure[]): HTMLElement {
     { name: 'scenario', value: (f) => f.scenario }, { name: 'method', value: (f) => f.method },
     { name: 'steps', value: (f) => f.steps, number: true, cell: (f) => (f.steps ? String(f.steps) : '\u2013') },
     { name: 'metric', value: (f) => f.metric }, { name: 'figure', value: (f) => f.value, cell: words, number: true },
-    { name: 'what was found', value: (f) => f.reason, wide: true },
+    { name: 'details', value: (f) => f.reason, wide: true },
   ], list, title);
 }
 

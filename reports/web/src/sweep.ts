@@ -1,4 +1,4 @@
-// Contacts against exact geometry: seeded poses of every pair of shapes, a line a pair, a column an engine.
+// Contacts compared with exact geometry: seeded poses of every pair of shapes, one line per pair, one column per engine.
 import { figure, real, unitWord } from './data';
 import { Child, h, labelledSelect, option, section } from './dom';
 import { RowIndex } from './rows';
@@ -29,7 +29,7 @@ export function sweep(index: RowIndex): HTMLElement | null {
     const unit = unitWord([...found.values()].flatMap((line) => [...line.values()])[0]?.unit ?? '');
     const asked = (pair: string, method: string) => found.get(pair)?.get(method);
     const words = (value: number) => (counts.test(metric) ? String(value) : figure(value, 2));
-    // A sum over fewer pairs is another sum: each says over how many.
+    // Sums over different numbers of pairs are not comparable: each shows its number.
     const answered = (method: string) => pairs.filter((pair) => asked(pair, method)).length;
     const cell = (pair: string, method: string): Child => {
       const one = asked(pair, method);
@@ -37,10 +37,10 @@ export function sweep(index: RowIndex): HTMLElement | null {
       return h('span', { class: counts.test(metric) && one.value > 0 ? 'short' : undefined, title: one.reason }, words(one.value), pair ? null : h('span', { class: 'soft' }, ` of ${answered(method)} ${answered(method) === 1 ? 'pair' : 'pairs'}`));
     };
     const engines: Column<string>[] = methods.map((method) => ({ name: method, number: true, value: (pair) => asked(pair, method)?.value ?? NaN, cell: (pair) => cell(pair, method) }));
-    // "of 15 poses": a table's pairs have as many as somebody worked out by hand, a sweep's all the same number.
+    // "of 15 poses": in tables of cases the number differs by pair, in sweeps it is the same.
     const posesOf = (pair: string) => [...(found.get(pair)?.values() ?? [])].map((one) => /^of (\d+) poses/.exec(one.reason)?.[1]).find(Boolean);
     const sizes: Column<string>[] = pairs.some((pair) => posesOf(pair)) ? [{ name: 'poses', number: true, value: (pair) => Number(posesOf(pair) ?? NaN), cell: (pair) => (pair ? posesOf(pair) ?? '\u2013' : '') }] : [];
-    place.replaceChildren(wideTable<string>([{ name: unit ? `${metric} [${unit}]` : metric, value: (pair) => pair || '\u0000', cell: (pair) => pair || h('b', {}, 'all it answers') }, ...sizes], engines,
+    place.replaceChildren(wideTable<string>([{ name: unit ? `${metric} [${unit}]` : metric, value: (pair) => pair || '\u0000', cell: (pair) => pair || h('b', {}, 'all pairs answered') }, ...sizes], engines,
       whole ? ['', ...pairs] : pairs, `${metric} by pair of shapes and engine`, onPaper));
   };
   const choose = () => {
@@ -61,6 +61,6 @@ export function sweep(index: RowIndex): HTMLElement | null {
   redrawOnPaper(draw);
   const seeded = ids.some((id) => index.of(id).some((i) => rows.steps[i] > 1));
   return section('sweep', 'Contacts against exact geometry', h('p', { class: 'hint' },
-    'Misses: bodies overlap and the engine finds no contact; false hits: the other way round. \u2013 the engine does not answer for that pair, and what it sums up leaves that pair out. Each figure is defined under Metrics.', seeded ? ' A sweep of seeded poses keeps the worst of each pair as scenes beside its report.' : ''),
+    'Misses: bodies overlap and the engine finds no contact; false hits: bodies are apart and it finds one. \u2013 the engine does not answer for that pair, which its sums leave out. Each figure is defined under Metrics.', seeded ? ' The worst poses of each pair are kept as scene files beside the report.' : ''),
     h('div', { class: 'bar' }, scenario.box, chosen.box, poses.box), place);
 }

@@ -1,4 +1,4 @@
-// Tables: a small sortable one, and the big one, which holds only the rows that are in view.
+// Tables: a small sortable one, and the table of all rows, which contains only the rows in view.
 import { Child, copyButton, h, labelledSelect, option } from './dom';
 import { figure, fitted, isFit, real, rerunCommand, withBar } from './data';
 import { RowIndex } from './rows';
@@ -12,7 +12,7 @@ export function brokenId(method: string): (string | HTMLElement)[] {
 
 function compare(a: string | number, b: string | number): number {
   if (typeof a === 'string' || typeof b === 'string') return String(a).localeCompare(String(b), 'en', { numeric: true });
-  if (Number.isNaN(a) || Number.isNaN(b)) return Number(Number.isNaN(a)) - Number(Number.isNaN(b));  // last either way
+  if (Number.isNaN(a) || Number.isNaN(b)) return Number(Number.isNaN(a)) - Number(Number.isNaN(b));  // last in both directions
   return a - b;
 }
 
@@ -45,8 +45,8 @@ export function smallTable<T>(columns: Column<T>[], rows: T[], label: string): H
     h('table', {}, h('thead', {}, heads), body));
 }
 
-// A wide table: on a screen one whose first column stays in view; on paper in blocks of columns that fit, each with the
-// first beside it.
+// A wide table: on a screen its first column stays in view; on paper it is split into blocks of columns, each with the
+// first column.
 const columnsOnPaper = 6;
 export function wideTable<T>(lead: Column<T>[], columns: Column<T>[], rows: T[], label: string, paper: boolean): HTMLElement {
   const block = paper ? columnsOnPaper : Math.max(1, columns.length);
@@ -140,7 +140,7 @@ export class RowTable {
   private update(): void {
     const { rows, report } = this.index;
     const words = this.filters.text.toLowerCase().split(/\s+/).filter(Boolean);
-    // A word is looked up once a distinct string, not once a row.
+    // A word is searched once in each distinct string, not in each row.
     const hits = words.map((word) => report.strings.map((text) => text.toLowerCase().includes(word)));
     const wanted = (['scenario', 'method', 'metric', 'status'] as const).filter((key) => this.filters[key])
       .map((key) => [rows[key], report.strings.indexOf(this.filters[key])] as const);

@@ -1,4 +1,4 @@
-// Tables of measured figures that stand for themselves: the frame budget, broad phases side by side.
+// Tables of measured figures: the frame budget, the comparison of broad phases.
 import { FigureTable, Report, figure } from './data';
 import { h, section } from './dom';
 

@@ -113,7 +113,7 @@ TEST_CASE("Requests that ARKODE does not cover are refused with a reason") {
   CHECK(why("arkode/erkstep/VERNER_8_5_6", late).find("switch") != std::string::npos);
 }
 
-TEST_CASE("The timed pass answers one duration a repeat and observes nothing") {
+TEST_CASE("The timed pass gives one duration per repeat and observes no samples") {
   int seen = 0;
   const Outcome outcome = arkode().run(parse_method_id("arkode/erkstep/CASH_KARP_6_4_5"), orbit().scene, {2, 100, 10},
                                        {[&](const Sample&) { ++seen; }, {}}, 3);

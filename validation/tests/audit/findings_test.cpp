@@ -61,7 +61,7 @@ TEST_CASE("An executed order within a quarter of a whole one is evidence of that
   CHECK(verdict_of({-0.02}) == AuditVerdict::lower);
 }
 
-TEST_CASE("Velocity speaks where position is inconclusive; a refusal keeps its reason") {
+TEST_CASE("The order of velocities is used where that of positions is inconclusive; a refusal keeps its reason") {
   std::vector<Row> rows = {
       order_row("lib/four@float", "a", std::nan("")), order_row("lib/four@float", "a", 4.1, "order-velocity"),
       order_row("lib/four@float", "c", std::nan("")), order_row("lib/four@float", "c", 3.0, "order-velocity")};
@@ -82,7 +82,7 @@ TEST_CASE("Velocity speaks where position is inconclusive; a refusal keeps its r
   CHECK(findings[0].problems.at(1).reason == "no such force");
 }
 
-TEST_CASE("An error that does not follow its tolerance is a finding; one far below it is none") {
+TEST_CASE("An error that does not depend on its tolerance is a finding; an error far below its tolerance is not") {
   const auto verdict = [&](const std::vector<double>& errors) {
     std::vector<Row> rows;
     double tolerance = 1e-4;

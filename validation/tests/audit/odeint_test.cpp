@@ -114,7 +114,7 @@ TEST_CASE("Requests that odeint does not cover are refused with a reason") {
   CHECK(why("odeint/velocity_verlet", top).find("positions and velocities only") != std::string::npos);
 }
 
-TEST_CASE("A Newton iteration that never ends is ended, and says so") {
+TEST_CASE("A Newton iteration that does not end is stopped and reported") {
   Scenario given = orbit();
   given.t_end_s = 20;
   const Run made = run(odeint(), "odeint/implicit_euler", given, 40);

@@ -30,7 +30,7 @@ double apart(const Run& a, const Run& b) {
 
 }  // namespace
 
-TEST_CASE("the same method of both evaluates as often and ends in the same state") {
+TEST_CASE("a method of the engine and its same-rate form make equally many evaluations and end in the same state") {
   const Engine ours = same_rate_engine(), odeint = odeint_engine();
   for (const Scenario& given : {orbit(), driven(), top()})
     for (const auto& [own, other] :
@@ -64,7 +64,7 @@ TEST_CASE("every method that is offered solves the reference's equations, with e
   }
 }
 
-TEST_CASE("a rate made several times over changes no bit of the result and no count") {
+TEST_CASE("evaluating each rate several times changes neither the result nor the counts") {
   for (const auto& [engine, method] : {std::pair{same_rate_engine(), std::string("atwood-same-rate/rk4")},
                                        {odeint_engine(), std::string("odeint/runge_kutta4")}}) {
     const Run once = run(engine, method, top(), 60), often = run(engine, method + "{rate_repeats=8}", top(), 60);
@@ -87,7 +87,7 @@ TEST_CASE("scenes that need more than a rate function are refused by name") {
   }
 }
 
-TEST_CASE("the timed pass answers one time a repeat") {
+TEST_CASE("the timed pass gives one duration per repeat") {
   const Engine ours = same_rate_engine();
   const Scenario given = orbit();
   const Outcome timed = ours.run(parse_method_id("atwood-same-rate/rk4"), given.scene, {given.t_end_s, 480, 1}, {}, 5);

@@ -32,7 +32,8 @@ double number(Wide x) { return static_cast<double>(x); }
 
 }  // namespace
 
-TEST_CASE("A rod struck a hair off its plane of symmetry is refused: about the middle axis the hair grows") {
+TEST_CASE(
+    "A rod struck slightly off its plane of symmetry is refused: rotation about the middle axis amplifies the offset") {
   Scenario given = catalogued("struck-rod-box");
   given.scene.bodies[0].inertia_kg_m2 = {0.1, 0, 0, 0, 0.15, 0, 0, 0, 0.2};
   REQUIRE(closed_form_truth(given, 8).outcome.reason == "");
@@ -54,7 +55,7 @@ TEST_CASE("A rod and a ball that overlap at the start are refused") {
   }
 }
 
-TEST_CASE("A ball that rolls but for 2^-49 of slip: the bar holds rolling and slipping") {
+TEST_CASE("A ball that rolls except for 2^-49 of slip: the bar contains rolling and slipping") {
   for (const double friction : {0.0, 0.25}) {
     Body made = ball("ball", 1, 0.5, {0, 0, 0.5}, {1, 0, 0});
     made.angular_velocity_body_rad_per_s = {0, 2 * (1 - 0x1p-49), 0};
@@ -72,7 +73,7 @@ TEST_CASE("A ball that rolls but for 2^-49 of slip: the bar holds rolling and sl
   }
 }
 
-TEST_CASE("A slope below the round-off of its normal: the bar holds level and slope") {
+TEST_CASE("A slope below the round-off of its normal: the bar contains the level plane and the slope") {
   Body made = ball("ball", 1, 0.5, {0, 0, 0.5}, {0, 0, 0});
   Scenario given = on_ground("slide-or-roll", 0, 100, made);
   given.scene.gravity_m_per_s2 = {1e-14, 0, -9.81};
@@ -83,7 +84,7 @@ TEST_CASE("A slope below the round-off of its normal: the bar holds level and sl
   CHECK(number(fabsq(end.v_m_per_s[0] - Wide(1e-14) * 100)) < number(bar.v_m_per_s[0]));
 }
 
-TEST_CASE("Overlaps are measured by the bodies, whatever their size and place") {
+TEST_CASE("Overlaps are compared with the size of the bodies, for every size and position") {
   for (const double size : {1e-12, 1e-6, 1.0, 1e9})
     for (const double share : {0.9, 0.1, 1e-6}) {
       Scenario given = scenario("sphere-impact", 1);
@@ -112,7 +113,7 @@ TEST_CASE("A ball that lies on the ground lies there whatever its restitution") 
   }
 }
 
-TEST_CASE("A thrust a hair off the axis, or a spin a hair across it, is refused; so is turning without end") {
+TEST_CASE("A thrust or a spin slightly off the axis is refused, and so is a rotation without end") {
   Scenario given = scenario("axis-torque", 200);
   given.scene.bodies = {solid("ship", 5, {2, 3, 4}, {0, 1, 0})};
   given.scene.forces = {Thruster{0, {1, 0, 0}, {0, 0, -1}, 0.001, {}}};

@@ -104,7 +104,8 @@ TEST_CASE("Like charges from rest: t = sqrt(r0^3 / 2 mu) (sqrt(x (x - 1)) + log(
     }
 }
 
-TEST_CASE("Charges that do not act fly straight, through each other too; unlike ones from rest are refused") {
+TEST_CASE(
+    "Charges without interaction move on straight lines, also through each other; unlike charges from rest are refused") {
   Scenario given = charges(1, 0, 8);
   given.scene.bodies[1].velocity_m_per_s = {-0.5, 0, 0};
   const Truth truth = closed_form_truth(given, 8);

@@ -196,7 +196,7 @@ TEST_CASE("A ball that bounces on a plane: the walk agrees with the geometric se
   CHECK_THAT(closed_form_truth(given, 60).outcome.reason, Catch::Contains("rest"));
 }
 
-TEST_CASE("Cradles: as many fly off as came; each ball half as heavy leaves at 4/3") {
+TEST_CASE("Cradles: as many balls leave as arrive; a ball of half the mass leaves at 4/3 of the speed") {
   for (const std::string kind : {"touching", "apart"})
     for (int k = 1; k <= 3; ++k) {
       const Truth truth = closed_form_truth(catalogued("cradle-" + kind + "-" + std::to_string(k)), 60);
@@ -243,7 +243,7 @@ TEST_CASE("The spin of the fifth ball of the slopes follows from its impulse; fr
   }
 }
 
-TEST_CASE("Edges, held balls and things that are no balls are refused by name") {
+TEST_CASE("Edges, held balls and shapes other than balls are refused by name") {
   const auto why = [](const Scenario& given) {
     const Truth truth = closed_form_truth(given, 60);
     CHECK(truth.outcome.status == Status::unsupported);
@@ -291,7 +291,7 @@ TEST_CASE("A sample at the very instant of a rough impact has bars as wide as th
 
 // A ball between a wall and another that is 100^k times as heavy: the digits of pi (G. Galperin, Playing pool with pi,
 // Regular and Chaotic Dynamics 8, 2003).
-TEST_CASE("Galperin's billiard: no count ends it, and the impacts count pi") {
+TEST_CASE("Galperin's billiard: the number of impacts has the digits of pi, without a limit on their count") {
   for (const auto& [power, kDigits] : {std::pair{3, 3141u}, std::pair{4, 31415u}}) {
     Scenario given = scenario("ball-flights", 6);
     given.scene.pairs[0].restitution = 1;

@@ -85,7 +85,7 @@ void require_march(const Scenario& given) {
 
 }  // namespace
 
-TEST_CASE("On a floor: every scene of the catalogue ends where small steps with Coulomb's cone end") {
+TEST_CASE("Scenes on a floor end where an integration in small steps with Coulomb's cone ends") {
   for (const char* id : {"slide-3", "slide-10", "slide-20", "slide-30", "slide-40", "stop-distance", "stop-distance-0",
                          "stop-distance-30", "stop-distance-45", "stop-distance-60", "roll", "roll-hollow",
                          "roll-cylinder", "roll-slip", "slip-to-roll", "slip-to-roll-backspin"})

@@ -73,7 +73,7 @@ void require_march(Scenario given) {
 
 }  // namespace
 
-TEST_CASE("Penalty contacts end, and stand half way in, where small steps on their law do") {
+TEST_CASE("Penalty contacts agree with an integration of their law in small steps, during and after the contact") {
   for (const char* id : {"penalty-linear", "penalty-linear-pull", "penalty-linear-pair", "penalty-hertz"}) {
     Scenario given = catalogued(id);
     require_march(given);

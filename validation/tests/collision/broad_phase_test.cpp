@@ -74,7 +74,7 @@ template <class S> struct Named {
 template <class S> std::vector<Named<S>> clouds() {
   std::vector<Named<S>> all;
   Random random{{5}};
-  all.push_back({"nobody", {}});
+  all.push_back({"no bodies", {}});
   all.push_back({"one", {ball<S>(1, 2, 3, 1)}});
   all.push_back({"a dense cloud", uniform<S>(600, 10, 0.6, 1)});
   all.push_back({"a thin cloud", uniform<S>(600, 100, 0.6, 2)});
@@ -182,7 +182,7 @@ TEST_CASE("every broad phase finds the same pairs") {
   every_kind_agrees<double>(&two);
 }
 
-TEST_CASE("what is kept between calls does not change the pairs") {
+TEST_CASE("data kept between calls do not change the pairs") {
   every_kind_follows<double>(nullptr);
   every_kind_follows<float>(nullptr);
   Team three(3);
@@ -232,7 +232,7 @@ TEST_CASE("the sum of coordinates' differences against r1 + r2 drops true pairs;
   CHECK(touching < 1000);
 }
 
-TEST_CASE("what each broad phase looks at") {
+TEST_CASE("each broad phase keeps far fewer candidate pairs than there are pairs") {
   const auto cloud = uniform<double>(1000, 20, 0.4, 12);
   std::map<std::string, std::int64_t> kept;
   std::vector<BodyPair> pairs;
@@ -249,7 +249,7 @@ TEST_CASE("what each broad phase looks at") {
   for (const char* quick : {"grid", "tree", "bsp"}) CHECK(kept[quick] < kept["all-pairs"] / 20);
 }
 
-TEST_CASE("once warm no broad phase allocates") {
+TEST_CASE("after its first calls no broad phase allocates memory") {
   Team two(2);
   for (const auto& name : broad_phase_names()) {
     for (Team* team : {static_cast<Team*>(nullptr), &two}) {
@@ -275,7 +275,7 @@ TEST_CASE("once warm no broad phase allocates") {
   }
 }
 
-TEST_CASE("broad phases have names") {
+TEST_CASE("the names of broad phases are known and read back") {
   CHECK(broad_phase_kind("tree") == BroadPhaseKind::tree);
   for (int kind = 0; kind < int(broad_phase_names().size()); ++kind)
     CHECK(broad_phase_kind(broad_phase_names()[kind]) == BroadPhaseKind(kind));

@@ -66,7 +66,7 @@ Body body(const std::string& name, const Shape& shape, const Real3& position, bo
 
 }  // namespace
 
-TEST_CASE("a compound meets what its boxes meet, one manifold for each") {
+TEST_CASE("a compound touches what its boxes touch, with one manifold for each box") {
   CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
     const Compound compound = random_compound(random, 6);

@@ -184,7 +184,7 @@ bool by_support(ShapeKind a, ShapeKind b) {
 
 }  // namespace
 
-TEST_CASE("hulls, cylinders and meshes in no pose give what is not finite") {
+TEST_CASE("queries of hulls, cylinders and meshes are finite in every pose") {
   each_pair(
       [](ShapeKind a, ShapeKind b, std::uint64_t seed) {
         check_pair<double>(hostile_pose(a, b, seed, 1e-5));
@@ -194,7 +194,7 @@ TEST_CASE("hulls, cylinders and meshes in no pose give what is not finite") {
       by_support);
 }
 
-TEST_CASE("no motion of any pair of shapes gives what is not finite, or takes long") {
+TEST_CASE("swept queries of every pair of shapes are finite and end soon") {
   each_pair(
       [](ShapeKind a, ShapeKind b, std::uint64_t seed) {
         Random random(seed);

@@ -93,7 +93,7 @@ template <class S> void check_poses(ShapeKind kind_a, ShapeKind kind_b, std::uin
 
 }  // namespace
 
-TEST_CASE("no pair of shapes in no pose gives what is not finite") {
+TEST_CASE("queries of every pair of shapes are finite in every pose") {
   for (const ShapeKind a : kAll) {
     for (const ShapeKind b : kAll) {
       const bool drum = a == ShapeKind::cylinder || b == ShapeKind::cylinder;

@@ -286,7 +286,7 @@ TEST_CASE("a box mesh sliding on a mesh floor has upright normals where it lies"
   }
 }
 
-TEST_CASE("what lies wholly inside a closed mesh is shown the way out; behind a sheet there is nothing") {
+TEST_CASE("a body inside a closed mesh gets a contact that leads out; behind an open sheet there is none") {
   const Geometry<double> mesh = geometry_of(box_surface({1, 2, 3}));
   const auto ball = on_mesh(mesh, placed_at<double>({}), shape(Sphere{0.1}), placed_at<double>({0.5, 0.2, 0.3}));
   REQUIRE(ball.size() == 1);

@@ -305,7 +305,7 @@ TEST_CASE("the sphere is the limit of the other shapes") {
   }));
 }
 
-TEST_CASE("what there is no test for is said") {
+TEST_CASE("a pair of shapes without a test is refused by name") {
   CHECK(std::string(no_contact_test(ShapeKind::plane, ShapeKind::plane)) == "plane against plane");
   CHECK(std::string(no_contact_test(ShapeKind::none, ShapeKind::box)) == "point against box");
   CHECK(no_contact_test(ShapeKind::compound, ShapeKind::plane) == nullptr);

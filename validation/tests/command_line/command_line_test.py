@@ -85,7 +85,7 @@ class Inspecting(Case):
         for words in ([], ["frobnicate"], ["run", "--frobnicate"], ["trace"], ["list", "everything"], ["describe", "no-such-scene"],
                       ["run", "--scenario", "no-such-*"], ["run", "--method", "atwood/rk5"], ["run", "--method", "bulet64/default"], ["run", "--method", "atwood"],
                       ["run", *SMALL[:-3], "--steps", "7"], ["run", *SMALL, "-o", "pdf:x"], ["run", "no-such-study.toml"], ["run", "no-such-study"],
-                      ["run", "--engine", "/no/such/engine"], ["trace", "kepler-e0.6", "--method", "nobody/rk4"]):
+                      ["run", "--engine", "/no/such/engine"], ["trace", "kepler-e0.6", "--method", "unknown/rk4"]):
             self.expect(self.run_in(*words), 2)
 
 
@@ -158,7 +158,7 @@ class Comparing(Case):
         self.assertTrue(os.path.exists(self.path("mine.html")))
         self.assertFalse(os.path.exists(self.path("atwood-out/compare.html")))
         with open(self.path("mine.md")) as file:
-            self.assertIn("Who is cheapest", file.read())
+            self.assertIn("Cheapest method for an error", file.read())
 
     def test_a_last_word_names_a_method(self):
         result = self.run_in("compare", "odeint/dopri5", "atwood/rk4", "--scenario", "kepler-e0", "--no-timing")
@@ -259,7 +259,7 @@ class Settings(Case):
 
     def test_what_a_study_names_is_there(self):
         study = "id = 'mine'\n[[cells]]\nscenarios = ['kepler-e0.6']\nsteps = [960]\nmethods = ['%s']\n"
-        for method, told in (("atwood/rk5", "atwood has no `rk5`"), ("bulet64/default", "no engine `bulet64`"), ("atwood/rx*", "no method of atwood")):
+        for method, told in (("atwood/rk5", "atwood has no method `rk5`"), ("bulet64/default", "no engine `bulet64`"), ("atwood/rx*", "no method of atwood")):
             self.expect(self.run_in("run", self.path("study.toml", study % method)), 2, "study `mine`", told)
         self.expect(self.run_in("run", self.path("study.toml", study % "atwood/rk4'\n, 'atwood/leapfrog"), "--no-timing", "--tolerances", self.path("none.toml", GATE)), 0)
         for other in ("mine.toml", "kepler-f*", "tag:smoth"):
@@ -286,7 +286,7 @@ class Settings(Case):
 
     def test_words(self):
         for steps in ("0", "-60", "7"):
-            words = "a positive multiple of 60" if steps == "7" else f"--steps: found `{steps}`; expected a whole number of steps from 1"
+            words = "a multiple of the 60 samples" if steps == "7" else f"--steps: found `{steps}`; expected a whole number of steps from 1"
             self.expect(self.run_in("run", *SMALL[:-2], steps, "--no-timing"), 2, words)
             self.expect(self.run_in("trace", "kepler-e0.6", "--method", "atwood/rk4", "--steps", steps), 2, words)
         self.expect(self.run_in("contacts", "bounce-e0.8", "--engine", "mujoco"), 2, "mujoco answers no questions about contacts", "bullet64")
@@ -412,7 +412,7 @@ class Advising(Case):
         self.assertGreater(advice["advice"]["bar"], 0)
         self.assertIn("+event", advice["advice"]["method"])
 
-    def test_what_nobody_reaches_is_said(self):
+    def test_an_error_that_no_method_reaches_is_reported(self):
         self.expect(self.run_in("advise", "kepler-e0", "--error", "1e-25"), 1, "nothing that was tried", "did not reach the error")
 
     def test_slips_of_the_pen(self):
@@ -656,7 +656,7 @@ class OddEngines(Case):
 
     def test_will_not_start(self):
         path = self.path("dead.py", "#!/usr/bin/env python3\nraise SystemExit(1)\n", 0o755)
-        self.expect(self.run_in("run", "--engine", path, "--scenario", "ballistic"), 3, "dead.py", "at hello")
+        self.expect(self.run_in("run", "--engine", path, "--scenario", "ballistic"), 3, "dead.py", "answering `hello`")
         path = self.path("plain.txt", "no program\n")
         self.expect(self.run_in("run", "--engine", path, "--scenario", "ballistic"), 2, "not executable")
 

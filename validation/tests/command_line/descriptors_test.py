@@ -56,7 +56,7 @@ class Descriptors(Case):
                     self.assertIn("atwood: ", result.stderr)
         self.check_store()
 
-    def test_an_error_is_an_error_when_nobody_can_read_it(self):
+    def test_exit_code_without_a_readable_standard_error(self):
         for redirections in ("2>&-", "2>/dev/full", ">&- 2>&-", "<&- >/dev/full 2>/dev/full"):
             with self.subTest(redirections):
                 self.assertEqual(self.shell(["trace", "no-such-scene", "--method", "atwood/rk4"], redirections).returncode, 2)

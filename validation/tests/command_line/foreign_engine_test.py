@@ -77,7 +77,7 @@ class Foreign(Case):
         for norm in ("2", "0.001"):
             rows, _ = self.run_engine(self.engine(norm=norm), 3)
             self.assertEqual(rows["status"]["status"], "crashed")
-            self.assertIn("garbage: sample 1: the quaternion of body 0", rows["status"]["reason"])
+            self.assertIn("invalid answer: sample 1: the quaternion of body 0", rows["status"]["reason"])
 
     def test_absurd_sizes(self):
         rows, _ = self.run_engine(self.engine(leap="1e300"), 1)
@@ -87,7 +87,7 @@ class Foreign(Case):
     def test_hello(self):
         for name, text in (("garbage", "#!/bin/sh\necho hello to you too\n"), ("dies", "#!/bin/sh\nexit 1\n")):
             _, words = self.run_engine(self.path(name, text, 0o755), 3)
-            self.assertIn("at hello: ", words)
+            self.assertIn("answering `hello`: ", words)
         self.run_engine(self.path("plain", "#!/bin/sh\n", 0o644), 2)
         self.run_engine(os.path.join(self.folder.name, "missing"), 2)
 

@@ -172,13 +172,13 @@ baseline = "base/own.tsv"
                 (block.replace('"ballistic"', '"scenes/none.toml"'), ("study.toml:3:13", "found no file `scenes/none.toml`")),
                 (block.replace('"ballistic"', '"scenes/no*.toml"'), ("no file matches `scenes/no*.toml`",)),
                 (block + 'allow = ["crashed"]\nallow_reason = "x"\n', ('found `crashed`', '"diverged" or "not finite"')),
-                (block + 'allow = ["diverged"]\n', ("`allow` needs `allow_reason`",)),
-                (block + 'allow_reason = "x"\n', ("`allow_reason` needs `allow`",)),
-                (block + 'sweep = { dt = [nan] }\n', ("`dt`: expected finite numbers",)),
-                (block + 'sweep = { dt = [1.0, inf] }\n', ("`dt`: expected finite numbers",)),
-                ('scenarios = ["ballistic"]\n', ("no `methods`",)),
+                (block + 'allow = ["diverged"]\n', ("found `allow` without a reason; expected `allow_reason`",)),
+                (block + 'allow_reason = "x"\n', ("found `allow_reason` without `allow`",)),
+                (block + 'sweep = { dt = [nan] }\n', ("`dt` has", "expected finite numbers")),
+                (block + 'sweep = { dt = [1.0, inf] }\n', ("`dt` has", "expected finite numbers")),
+                ('scenarios = ["ballistic"]\n', ("missing key `methods`",)),
                 ('scenario = ["ballistic"]\n', ("unknown key `scenario`",)),
-                ('tolerances = 3\n' + block, ("`tolerances`: expected the name of a file",))):
+                ('tolerances = 3\n' + block, ("`tolerances` is 3; expected a file's path",))):
             study = self.path("study/study.toml", 'id = "own"\n' + text)
             self.expect(self.run_in("run", study), 2, "study.toml", *words)
 

@@ -59,8 +59,8 @@ class Template(Case):
         os.chmod(self.path("worker.py"), 0o755)
 
         def gain(value):
-            with open(self.path("gain.py"), "w") as file:
-                file.write(f"GAIN = {value}\n")
+            with open(self.path("gain.py"), "w") as module:
+                module.write(f"GAIN = {value}\n")
 
         run = ["run", *SCENARIO, "--engine", "./worker.py", "--no-timing"]
         gain("1.0")

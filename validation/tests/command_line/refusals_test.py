@@ -55,8 +55,8 @@ class Values(Refusals):
 
     def test_repetition_and_lack(self):
         told = self.ask("advise", "kepler-e0.6", "--error", "1", "--time", "1", "--time", "2", code=2).stderr
-        self.assertIn("--time: found it 2 times; expected it once", told)
-        self.assertIn("found no value after it", self.ask("run", "--limit", code=2).stderr)
+        self.assertIn("--time: found 2 times; expected once", told)
+        self.assertIn("found no value; expected one", self.ask("run", "--limit", code=2).stderr)
         self.assertIn("it is a switch", self.ask("run", "--fresh=maybe", code=2).stderr)
 
 

@@ -89,9 +89,9 @@ class Unmatched(Verdicts):
                              (gate(method="atwood/rk44"), "method `atwood/rk44`", "atwood/rk4"),
                              (gate(method="atwood/rk4+evnt"), "method `atwood/rk4+evnt`"),
                              (gate(scenario="ballistic", method="atwood/rk4+event"), "does not run on `ballistic`"),
-                             (gate(metric="error-positon-end"), "metric `error-positon-end`", "error-position-end"),
+                             (gate(metric="error-positon-end"), "`error-positon-end`", "nearest: error-position-end"),
                              (gate(more="steps = 961"), "steps = 961", "nearest: 960"),
-                             (gate(limit='within_claim = "rotation"', metric="order-position"), "no ladder", "`rotation`"),
+                             (gate(limit='within_claim = "rotation"', metric="order-position"), "no ladder", 'claim = "rotation"'),
                              (gate(limit='max_ratio = { to = "ode/defualt", value = 1 }'), "ode/defualt"),
                              ('study = "defualt"\n' + gate(), "about the study `defualt`", "nearest: default"),
                              ('study = "contact"\n' + gate(), "about the study `contact`, and this is `default`")):
@@ -111,7 +111,7 @@ class Unmatched(Verdicts):
         path = self.path("g.toml", gate())
         self.expect(self.run_in("run", study, "--tolerances", path), 0, "1 pass")
         self.path("g.toml", gate() + gate(method="atwood/heun"))
-        self.expect(self.run_in("gate", study, "--tolerances", path), 1, "nothing of the study `mine`", "nearest: atwood/rk4")
+        self.expect(self.run_in("gate", study, "--tolerances", path), 1, "matches no method of the study `mine`", "the study has atwood/rk4")
 
     def test_gates_are_read_before_the_work(self):
         self.expect(self.run_in("run", *SMALL, "--tolerances", self.path("g.toml", "[[gate]]\n")), 2, "g.toml")
@@ -199,7 +199,7 @@ class Truths(Verdicts):
         words = ["run", "--scenario", path, "--method", "atwood/symplectic-euler+impulse", "--no-timing"]
         result = self.expect(self.run_in(*words, "-o", "md:r.md", "-o", "json:r.json"), 0, "no truth", "not covered by the extended truth")
         self.assertEqual(result.stdout.count("not covered by the extended truth"), 1)
-        self.assertIn("truth refuses", open(self.path("r.md")).read())
+        self.assertIn("Scenes without a truth", open(self.path("r.md")).read())
         refused = json.load(open(self.path("r.json")))["refused_truths"]
         self.assertEqual([r["scenario"] for r in refused], ["mine"])
         self.assertIn("none", refused[0]["remedy"])

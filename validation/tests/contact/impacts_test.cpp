@@ -192,7 +192,7 @@ TEST_CASE("together: a run says how the impulses of an instant were solved") {
   CHECK(tally.residual_max <= 4 * 2.3e-16);
 }
 
-TEST_CASE("together: what comes from both sides alike leaves alike") {
+TEST_CASE("together: symmetric approaches give symmetric velocities") {
   for (const double e : {0., 0.5, 1.}) {
     Scene scene = world({}, e, 0);
     scene.bodies = {ball("left", 1, r, {-0.7, 0, 0}, {1, 0, 0}), ball("middle", 3, r, {0, 0, 0}),
@@ -325,7 +325,8 @@ TEST_CASE("lasting contact keeps the method's order under forces that vary") {
   }
 }
 
-TEST_CASE("a single collision knows neither the bodies' order nor where or how the world stands") {
+TEST_CASE(
+    "a single collision does not depend on the order of the bodies, nor on position and orientation of the world") {
   std::mt19937 random(29);
   const auto any = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
   const auto turned = [](const Real3& v) {

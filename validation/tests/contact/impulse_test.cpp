@@ -59,7 +59,7 @@ TEST_CASE("inertia far below 1 kg m^2 is used as it is") {
   CHECK(std::abs(small.w_W.y) > 100);
 }
 
-TEST_CASE("random impacts keep momentum and angular momentum, e = 1 keeps energy, e is what was asked") {
+TEST_CASE("random impacts conserve momentum and angular momentum, with e = 1 energy, and have the given restitution") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-1, 1);
   auto vector = [&] { return V{any(random), any(random), any(random)}; };

@@ -114,7 +114,7 @@ TEST_CASE("a rod that friction could press on although it would lift off is inde
 }
 
 // Far from the threshold, next to it on both sides, in other units and directions.
-TEST_CASE("a rod that slides on its end neither goes through the floor nor gains energy") {
+TEST_CASE("a rod that slides on its end neither penetrates the floor nor gains energy") {
   int answered = 0;
   for (const char* method : {"atwood/rk4+event", "atwood/dop853:1e-10+event"})
     for (const char* law : {"newton", "poisson", "stronge"})

@@ -160,7 +160,7 @@ TEST_CASE("any integrator steps it: partitioned, implicit, adaptive, multistep; 
   }
 }
 
-TEST_CASE("a step beyond the stability limit is refused with the limit; so is what has no spring") {
+TEST_CASE("a step beyond the stability limit is refused with the limit; so is a contact without a spring") {
   PairLaw law;
   law.restitution = 0.9;
   const Scene scene = into_plane(law);

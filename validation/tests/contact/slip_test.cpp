@@ -35,7 +35,7 @@ Scene on_slope(double angle, double friction, Body body, double height) {
 
 }  // namespace
 
-TEST_CASE("next to the angle of friction a box holds below it and slides above it") {
+TEST_CASE("a box stays at rest just below the angle of friction and slides just above it") {
   const double mu = 0.5, t_end = 2;
   for (const double off : {1e-3, 1e-5, 1e-7, 1e-9})
     for (const double sign : {-1., 1.})
@@ -116,7 +116,7 @@ TEST_CASE("a ball that friction hardly lets roll comes to roll") {
   CHECK(std::abs(time_of(it.events[0]) - 0.08948696) < 1e-5);  // by DOP853 at 1e-13
 }
 
-TEST_CASE("a box that slides into a wall and does not bounce stands there") {
+TEST_CASE("a box that slides into a wall without restitution stays there at rest") {
   const double mu = 0.2, v0 = 2.5;
   Scene scene = world({0, 0, -g}, 0, mu);
   scene.materials.push_back({"wall", 0, 0, 0});

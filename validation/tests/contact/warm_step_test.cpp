@@ -41,10 +41,11 @@ using namespace atwood::recorded;
 namespace {
 
 long allocations_of(const char* method, const Scene& scene, double t_end_s) {
-  const Observer nobody;
+  const Observer no_observer;
   const long before = allocations;
-  const Outcome outcome = run_with_contacts(
-      parse_method_id(method), scene, {t_end_s, static_cast<std::int64_t>(std::lround(t_end_s * 120)), 1}, nobody, 0);
+  const Outcome outcome =
+      run_with_contacts(parse_method_id(method), scene,
+                        {t_end_s, static_cast<std::int64_t>(std::lround(t_end_s * 120)), 1}, no_observer, 0);
   REQUIRE(outcome.status == Status::ok);
   return allocations - before;
 }
@@ -57,7 +58,7 @@ Scene ground(double restitution, double friction) {
 
 }  // namespace
 
-TEST_CASE("the counter counts") {
+TEST_CASE("the counter of allocations counts an allocation") {
   const long before = allocations;
   const std::vector<double> some(100);
   CHECK(some.size() == 100);

@@ -39,7 +39,7 @@ TEST_CASE("A tighter tolerance is nearer the truth, for both families") {
   CHECK(end_error("cvode/adams") == end_error("cvode/adams:1e-10"));  // the default tolerance is what it says
 }
 
-TEST_CASE("The timed pass answers one duration a repeat and observes nothing") {
+TEST_CASE("The timed pass gives one duration per repeat and observes no samples") {
   const Scenario given = orbit();
   int seen = 0;
   const Outcome outcome = cvode_engine().run(parse_method_id("cvode/adams:1e-8"), given.scene, {10, 100, 10},

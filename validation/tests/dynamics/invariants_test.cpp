@@ -29,7 +29,7 @@ Scene two_points() {
 
 }  // namespace
 
-TEST_CASE("energies by hand") {
+TEST_CASE("energies agree with values derived by hand") {
   Scene scene = two_points();
   CHECK(narrow(energy(scene, initial(scene)).kinetic_J) == 7);  // 1/2 2 1 + 1/2 3 4
   CHECK(narrow(energy(scene, initial(scene)).potential_J) == 0);
@@ -78,7 +78,7 @@ TEST_CASE("energies by hand") {
   }
 }
 
-TEST_CASE("momenta and centre of mass by hand") {
+TEST_CASE("momenta and centre of mass agree with values derived by hand") {
   const Scene scene = two_points();
   const Sample at = initial(scene);
   CHECK(narrow(momentum(scene, at)[0]) == 2);
@@ -141,7 +141,7 @@ TEST_CASE("conserved quantities of each force") {
   CHECK_FALSE(conserves(scene, "entropy"));
 }
 
-TEST_CASE("smooth impact of unequal spheres by hand") {
+TEST_CASE("a smooth impact of unequal spheres agrees with values derived by hand") {
   Scene scene = two_points();  // masses 2 and 3, along (3, 4) / 5
   scene.bodies[0].shape = Sphere{2};
   scene.bodies[1].shape = Sphere{3};

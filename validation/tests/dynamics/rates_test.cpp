@@ -89,7 +89,7 @@ TEST_CASE("internal forces keep both momenta") {
   CHECK(tried == 6);  // free rotation, two gravities, two springs of two bodies, Coulomb
 }
 
-TEST_CASE("forces by hand") {
+TEST_CASE("forces agree with values derived by hand") {
   SECTION("linear drag: m a = -c (v - wind)") {
     Scene scene = one_body();  // m = 1.5, v = (0.5, 0, -0.3)
     scene.forces = {LinearDrag{{0}, 3, {1, 0, 0}, 0}};

@@ -79,7 +79,7 @@ TEST_CASE("compensation lowers the floor on a body that rotates") {
 
 // A ball keeps its rate: the attitude's error is what its own sums and normalisation round off. To overwrite the
 // quaternion by its normalised self would throw the rest away each time.
-TEST_CASE("compensated, an attitude ends within its last place") {
+TEST_CASE("with compensation an attitude ends within a unit in the last place") {
   Scene ball = empty_scene();
   ball.bodies.push_back(box({1, 1, 1}, {0.3, 1, 0.2}));
   const BodySample truth = end_of("verner9", "quad", false, ball, 10, 1000);

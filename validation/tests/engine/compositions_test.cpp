@@ -98,7 +98,7 @@ TEST_CASE("compositions of even order are symmetric: backwards, the parts change
   }
 }
 
-TEST_CASE("stages a step") {
+TEST_CASE("each composition has the published number of kicks per step") {
   const auto kicks = [](const char* id) {
     int count = 0;
     for (const Substep& substep : find_composition(id)->substeps()) count += substep.kick;

@@ -131,7 +131,7 @@ TEST_CASE("energy stays to round-off over 20 000 steps: Kepler e = 0.6 and Henon
   CHECK(drift<double>("rk4", kepler(0.6), 2 * M_PI / 200, 20000).energy > 1e-5);  // without the correction
 }
 
-TEST_CASE("energy stays under every law with an energy, in every arithmetic") {
+TEST_CASE("energy is conserved for every force with a potential, in every scalar") {
   for (const char* scheme : keepers) {
     INFO(scheme);
     CHECK(drift<float>(scheme, everything(), 0.01, 400).energy < 2e-5);
@@ -181,7 +181,7 @@ TEST_CASE("relaxation and projection keep order 4") {
   }
 }
 
-TEST_CASE("an edited state is a new energy to keep") {
+TEST_CASE("after a change of the state by the caller its new energy is conserved") {
   for (const char* scheme : keepers) {
     INFO(scheme);
     RigidModel<double> model(kepler(0.3));

@@ -130,7 +130,7 @@ template <class S> void compare_all(const Scene& scene) {
   }
 }
 
-TEST_CASE("every explicit method flies") {
+TEST_CASE("at least six explicit methods have loops of free flight, the same in float and double") {
   CHECK(fused_schemes<double>().size() >= 6);
   CHECK(fused_schemes<float>() == fused_schemes<double>());
 }
@@ -143,7 +143,7 @@ TEST_CASE("fused steps have the bits of general ones") {
   }
 }
 
-TEST_CASE("threads share the bodies out and change no bit") {
+TEST_CASE("the number of threads changes no bit") {
   const Scene scene = menagerie(1011, 7);  // enough that stretches of ten steps are shared
   const auto alone = fused<double>("rk4", scene);
   for (const int threads : {2, 3, 5}) {

@@ -83,7 +83,7 @@ TEST_CASE("executed order of compositions: points, position-only and time-depend
   check_orders(joined({composed, charges, turning}), driven_oscillator(), 1, 8);
 }
 
-TEST_CASE("executed order of compositions: velocities matter") {
+TEST_CASE("executed order of compositions: forces that depend on velocity") {
   check_orders(joined({composed, charges, turning}), charge_round_a_center(), 1, 8);
   check_orders(joined({composed, turning}), quadratic_drag(), 0.5, 8);
 }
@@ -165,7 +165,7 @@ TEST_CASE("a step of Boris's push turns the velocity by twice the arctangent of 
   CHECK(static_cast<double>(s.v_m_per_s[2]) == Approx(0.3).epsilon(1e-15));
 }
 
-TEST_CASE("what a method cannot keep its order on it refuses by name") {
+TEST_CASE("a method refuses by name a scene on which it loses its order") {
   for (const std::string& scheme : charges) {
     const Recorded r = try_run(scheme, quadratic_drag(), {1, 10, 1});
     CHECK(r.outcome.status == Status::unsupported);

@@ -76,7 +76,7 @@ TEST_CASE("lanes give the bits of the loop over pairs, at every remainder") {
   }
 }
 
-TEST_CASE("uniform gravity is where the sum starts, and fixed bodies pull without moving") {
+TEST_CASE("the sum starts from uniform gravity, and fixed bodies attract without moving") {
   Scene scene = random_cloud(37, 5);
   scene.gravity_m_per_s2 = {0.3, -0.1, -9.8};
   CHECK(same_bits(model_accelerations<double>(scene), over_pairs<double>(scene)));
@@ -130,13 +130,13 @@ TEST_CASE("direct sums against quad") {
     }
 }
 
-TEST_CASE("coincident bodies without softening are seen, not passed over") {
+TEST_CASE("coincident bodies without softening give a result that is not finite") {
   const auto a = model_accelerations<double>(coincident_cloud(64, 4, 0));
   CHECK(!real::is_finite(a[0].x));
 }
 
 // Each body's sum is rounded on its own, so momentum is kept to round-off, not to the bit.
-TEST_CASE("momentum") {
+TEST_CASE("mutual gravity conserves momentum") {
   const Scene scene = random_cloud(150, 8, 1e-2);
   const auto a = model_accelerations<double>(scene);
   const auto scale = magnitudes(scene);

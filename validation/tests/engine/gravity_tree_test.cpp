@@ -64,7 +64,7 @@ std::vector<Scene> clouds() {
           dumb_bells(500)};
 }
 
-TEST_CASE("the tree keeps its bound") {
+TEST_CASE("the errors of the tree stay below its bound") {
   for (const double opening : {0.1, 0.2, 0.35, 0.5, 0.8})
     for (const Scene& scene : clouds()) {
       const Errors errors = tree_errors<double>(scene, opening);
@@ -141,7 +141,7 @@ TEST_CASE("many bodies in one place, few bodies, all in one plane") {
   CHECK(tree_errors<double>(flat, 0.3).worst < 2e-3);
 }
 
-TEST_CASE("a run by the tree says so, and stays near the direct one") {
+TEST_CASE("a run by the tree reports it, and stays near the run by direct sums") {
   const Scene scene = random_cloud(600, 3, 0.05);
   const auto end_of = [&](const std::string& method) {
     Sample last;
@@ -161,7 +161,7 @@ TEST_CASE("a run by the tree says so, and stays near the direct one") {
   CHECK(wide.status == Status::unsupported);
 }
 
-TEST_CASE("beyond ten thousand bodies the tree is taken by itself") {
+TEST_CASE("above ten thousand bodies the tree is chosen automatically") {
   const Scene scene = random_cloud(kDirectBodies + 100, 3, 0.01);
   CHECK(same_bits(model_accelerations<double>(scene),
                   model_accelerations<double>(scene, by_tree(GravityOptions{}.opening))));

@@ -122,7 +122,7 @@ TEST_CASE("an edited state, another step size and another law start a multistep 
     }
 }
 
-TEST_CASE("a step retaken, whole or in part, leaves the history as it was") {
+TEST_CASE("a repeated step, with the same or a shorter h, does not change the history") {
   const double h = 1.0 / 64;
   for (const std::string& scheme : all_schemes()) {
     INFO(scheme);

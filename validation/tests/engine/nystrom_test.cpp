@@ -156,7 +156,7 @@ TEST_CASE("Blanes and Moan's methods are symmetric and meet the order conditions
 
 const std::vector<std::string> schemes{"dprkn6", "dprkn12", "blanes-moan-rkn4", "blanes-moan-rkn6"};
 
-TEST_CASE("Nystrom methods refuse by name what is no x'' = a(t, x)") {
+TEST_CASE("Nystrom methods refuse by name scenes that are not x'' = a(t, x)") {
   Scene lorenz = empty_scene();
   lorenz.problem = "lorenz";
   lorenz.bodies.push_back(point("lorenz", 1, {1, 0, 0}, {0, 0, 0}));
@@ -192,7 +192,7 @@ TEST_CASE("Nystrom methods' executed order under a force of time, in quad") {
   }
 }
 
-TEST_CASE("a body that waits for its release stays where it is, whatever velocity it waits with") {
+TEST_CASE("a held body stays in place until its release, also where it has a velocity") {
   Scene scene = driven_oscillator();
   scene.bodies[0].velocity_m_per_s = {1, 2, 3};
   scene.bodies[0].release_s = 0.5;

@@ -150,7 +150,7 @@ TEST_CASE("explicit Euler lands one step late: v_x h = 0.125 m at 60 Hz") {
 }
 
 // Energies must be the schemes' own: a run that rescales velocities would pass a drift gate and fail here.
-TEST_CASE("energy is what the recurrence makes it") {
+TEST_CASE("the energy of each scheme is that of its recurrence") {
   const double h = 8.0 / 256;
   const auto invariant = [&](const BodySample& s, double of_x) {
     const double x = static_cast<double>(s.p_m[0]), v = static_cast<double>(s.v_m_per_s[0]);

@@ -138,7 +138,7 @@ TEST_CASE("a step uses the force of its own interval") {
           Approx(p).epsilon(1e-13));
 }
 
-TEST_CASE("a held body waits for its release; a fixed one never moves") {
+TEST_CASE("a held body stays in place until its release; a fixed one never moves") {
   Scene scene = ballistic();
   scene.bodies[0].release_s = 1;
   scene.bodies.push_back(point("post", 0, {5, 5, 5}, {0, 0, 0}));
@@ -154,7 +154,7 @@ TEST_CASE("a held body waits for its release; a fixed one never moves") {
     }
 }
 
-TEST_CASE("a run that blows up says so, and when") {
+TEST_CASE("a run that diverges reports it with the time") {
   Scene stiff = oscillator();
   std::get<Spring>(stiff.forces[0]).stiffness_N_per_m = 1e6;
   const Recorded grown = try_run("explicit-euler", stiff, {10, 100, 100});
@@ -178,7 +178,7 @@ void check_refused(const Recorded& r, const std::string& words) {
   CHECK(r.samples.empty());
 }
 
-TEST_CASE("what the engine cannot do it refuses by name") {
+TEST_CASE("scenes that the engine does not support are refused by name") {
   Scene lorenz = empty_scene();
   lorenz.problem = "lorenz";
   lorenz.bodies.push_back(point("lorenz", 1, {1, 0, 0}, {0, 0, 0}));

@@ -27,7 +27,7 @@ template <class S> long allocations_of_steps(const std::string& scheme, const Sc
   return count;
 }
 
-TEST_CASE("the counter counts") {
+TEST_CASE("the counter of allocations counts an allocation") {
   const long before = allocations;
   const std::vector<double> some(100);
   CHECK(allocations == before + 1);

@@ -105,7 +105,7 @@ TEST_CASE("every tableau meets the order conditions of its order, and no more") 
   }
 }
 
-TEST_CASE("the weights that judge have the order they claim, and no more") {
+TEST_CASE("the embedded weights have the order they claim, and no more") {
   int pairs = 0;
   for (const auto& [name, tableau] : all) {
     INFO(name);
@@ -218,7 +218,7 @@ TEST_CASE("a state's components step to the same bits together and alone") {
   check_same_bits<double>();
 }
 
-TEST_CASE("a tableau's own faults are named") {
+TEST_CASE("faults of a tableau are refused by name") {
   CHECK_THROWS_WITH(read_row("1/2 0.3x", 3), Catch::Contains("0.3x"));
   CHECK_THROWS_WITH(read_row("1/ 2", 3), Catch::Contains("1/"));
   CHECK_THROWS_WITH(read_row("1 2 3", 2), Catch::Contains("too long"));

@@ -162,7 +162,7 @@ TEST_CASE("the executed order is the order asked for") {
     }
 }
 
-TEST_CASE("what has no power series is refused by name") {
+TEST_CASE("a scene without a power series is refused by name") {
   const auto reason = [](const Scene& scene) {
     const Outcome outcome = try_run("taylor", scene, {1, 10, 1}).outcome;
     CHECK(outcome.status == Status::unsupported);

@@ -141,7 +141,7 @@ TEST_CASE("thrusters: restarts at switches leave no trace in the bars") {
   CHECK(largest_bar(truth) < 1e-20);
 }
 
-TEST_CASE("a body waits for its release") {
+TEST_CASE("a body stays in place until its release") {
   Scenario scenario = scenes::bounce(1, 100, false, 2);
   scenario.scene.bodies[1].release_s = 1;
   const Truth truth = extended_truth(scenario, 4);

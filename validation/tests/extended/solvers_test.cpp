@@ -98,7 +98,7 @@ TEST_CASE("both methods end at the requested time, within their tolerance") {
   }
 }
 
-TEST_CASE("a collision of point masses is called singular") {
+TEST_CASE("a collision of point masses is refused as singular") {
   const Rate<Wide> fall = [](Wide, const Wide* y, Wide* dydt) {
     dydt[0] = y[1];
     dydt[1] = -1 / (y[0] * y[0]);

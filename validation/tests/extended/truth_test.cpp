@@ -47,7 +47,7 @@ double disagreement(const Truth& a, const Truth& b) {
 
 }  // namespace
 
-TEST_CASE("each kind of truth answers for itself") {
+TEST_CASE("each kind of truth is solved by its own solver, and none is unsupported") {
   Scenario scenario = scenes::kepler(0.6, 10);
   CHECK(solve_truth(scenario, 4).source == "extended: GBS 24 and Gauss 20 in quad");
   scenario.truth.kind = TruthKind::cvode;
@@ -83,7 +83,7 @@ TEST_CASE("published values are read with their bars and source") {
   CHECK(truth.bars[0].bodies[0].p_m[0] == 0);
 }
 
-TEST_CASE("published values that are not there are missed by name") {
+TEST_CASE("missing published values are refused by name") {
   const File file("t_s,body,px_m,px_m_bar\n10,planet,1,0\n");
   const Truth truth = solve_truth(with_values(file), 2);
   CHECK(truth.outcome.status == Status::unsupported);

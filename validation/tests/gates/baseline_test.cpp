@@ -151,7 +151,7 @@ TEST_CASE("baseline: no file, and a file that is not one") {
   CHECK_THROWS_AS(compare_baseline(read_baseline(folder.file()), rows()), InputError);
 }
 
-TEST_CASE("baseline: cut short anywhere, or with a number that is none, it is refused") {
+TEST_CASE("baseline: a truncated file or an invalid number is refused") {
   const Folder folder;
   write_baseline(folder.file(), rows(), "figures");
   const std::string whole = content(folder.file());
@@ -189,7 +189,7 @@ TEST_CASE("baseline: cut short anywhere, or with a number that is none, it is re
   }
 }
 
-TEST_CASE("baseline: version 1 is read, and said to show less") {
+TEST_CASE("baseline: version 1 is read with a warning") {
   const Folder folder;
   std::ofstream(folder.file())
       << "# atwood baseline 1\nkepler-e0.6\tatwood/rk4\t960\terror-position-end\t1.2345e-06\t1e-12\tm\n";
@@ -199,7 +199,7 @@ TEST_CASE("baseline: version 1 is read, and said to show less") {
   CHECK(old.notes[0].find("version 1") != std::string::npos);
 }
 
-TEST_CASE("baseline: a figure under an infinite bar agrees with everything, and so is none") {
+TEST_CASE("baseline: a figure with an infinite bar agrees with every value and is left out") {
   const Folder folder;
   write_baseline(folder.file(), rows(), "figures");
   std::vector<Row> now = rows();
@@ -212,7 +212,7 @@ TEST_CASE("baseline: a figure under an infinite bar agrees with everything, and 
   CHECK(change_of(now, folder.file(), "error-position-end", 960) == Kind::missing);
 }
 
-TEST_CASE("baseline: how many times as bad, and what was allowed") {
+TEST_CASE("baseline: a change has the factor by which it is worse and the allowed value") {
   const Folder folder;
   write_baseline(folder.file(), rows(), "figures");
   std::vector<Row> now = rows();
@@ -266,7 +266,7 @@ TEST_CASE("baseline: a bar that no measurement explains does not widen the toler
   CHECK(change_of(now, folder.file(), "error-position-end", 960) == Kind::unchanged);
 }
 
-TEST_CASE("baseline: what was not a number is new when it is one, not better") {
+TEST_CASE("baseline: a figure that was NaN and is a number now is new, not better") {
   const Folder folder;
   std::vector<Row> before = rows();
   before[1].value = std::nan("");
@@ -290,7 +290,7 @@ TEST_CASE("baseline: a copy with Windows line ends is the same baseline, and a r
   CHECK(environment_changes(read_baseline(folder.file()), rows()).empty());
 }
 
-TEST_CASE("baseline: each part of the environment that differs, or is not there, is told") {
+TEST_CASE("baseline: each part of the environment that differs or is missing is reported") {
   const Folder folder;
   std::vector<Row> now = rows();
   for (Row& r : now) r.provenance.cpu_features = "avx2", r.provenance.libm = "glibc 2.36";

@@ -102,7 +102,7 @@ TEST_CASE("judge: orders on both sides, with a half-width of at most half the ba
   CHECK(judged(gate, nothing) == Judgement::unverifiable);
 }
 
-TEST_CASE("judge: NaN fails, cells that blew up fail, no rows are not_run") {
+TEST_CASE("judge: NaN fails, failed cells fail, and a gate without rows is not_run") {
   const Gate gate = gate_of(Gate::Kind::max, 0, 2);
   CHECK(judged(gate, {row_of("error-position-end", std::nan(""))}) == Judgement::fail);
   CHECK(judged(gate, {row_of("error-position-end", std::numeric_limits<double>::infinity())}) == Judgement::fail);
@@ -126,7 +126,7 @@ TEST_CASE("judge: NaN fails, cells that blew up fail, no rows are not_run") {
   CHECK(judged(gate_of(Gate::Kind::within, 3.9, 4.2, "order-position"), {blown}) == Judgement::not_run);
 }
 
-TEST_CASE("judge: unsupported and not built change nothing, unless another cell was run") {
+TEST_CASE("judge: unsupported and not built cells give no verdict, unless another cell was run") {
   Row refused = row_of("status", 0);
   refused.status = Status::unsupported;
   const Gate gate = gate_of(Gate::Kind::max, 0, 2);
@@ -153,7 +153,7 @@ TEST_CASE("judge: one verdict a matching row; rows of single bodies and instants
   CHECK(verdicts[1].judgement == Judgement::fail);
 }
 
-TEST_CASE("judge: ratios against another method's row of the same cell; none of what lies under three bars") {
+TEST_CASE("judge: ratios to another method's row of the same cell; none for values below three bars") {
   Gate gate = gate_of(Gate::Kind::max_ratio, 0, 0.1);
   gate.ratio_to = "ode/default";
   const auto rows = [](double mine, double bar, double theirs, double their_bar) {
@@ -263,7 +263,7 @@ TEST_CASE("rerun: words of any bytes come out of a shell as they went in") {
   CHECK(found == expected);
 }
 
-TEST_CASE("globs") {
+TEST_CASE("a glob matches with * and ? and literal text") {
   CHECK(glob_match("kepler-*", "kepler-e0.6"));
   CHECK(glob_match("*", ""));
   CHECK(glob_match("a*b*c", "axxbyybzc"));

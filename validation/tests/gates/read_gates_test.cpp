@@ -56,7 +56,7 @@ TEST_CASE("gates: every kind is read, with its place") {
 TEST_CASE("gates: a file may be about the runs of one study") {
   const File file("study = \"nightly\"\n" + head + "max = 1\nreason = \"r\"\n");
   CHECK(read_gates(file.path.string()).at(0).study == "nightly");
-  CHECK(error_of("study = 3\n" + head + "max = 1\nreason = \"r\"\n").find("`study` must be a text") !=
+  CHECK(error_of("study = 3\n" + head + "max = 1\nreason = \"r\"\n").find("`study` is 3; expected a text") !=
         std::string::npos);
   CHECK(error_of("studie = \"x\"\n" + head + "max = 1\nreason = \"r\"\n").find("unknown key `studie`") !=
         std::string::npos);
@@ -70,19 +70,21 @@ TEST_CASE("gates: what is wrong is named with line, column, and what was expecte
   CHECK(error_of(head + "max = 1\nmin = 0\nreason = \"r\"\n").find("exactly one of within, max, min, max_ratio") !=
         std::string::npos);
   CHECK(error_of(head + "reason = \"r\"\n").find("exactly one of within, max, min, max_ratio") != std::string::npos);
-  CHECK(error_of(head + "max = 1\n").find("needs `reason`") != std::string::npos);
+  CHECK(error_of(head + "max = 1\n").find("missing key `reason`") != std::string::npos);
   CHECK(error_of(head + "max = 1\nreason = \"\"\n").find("not empty") != std::string::npos);
-  CHECK(error_of(head + "max = nan\nreason = \"r\"\n") == ":5:7: `max` must be a finite number");
-  CHECK(error_of(head + "max = \"1\"\nreason = \"r\"\n") == ":5:7: `max` must be a finite number");
-  CHECK(error_of(head + "within = [2, 1]\nreason = \"r\"\n").find("must rise") != std::string::npos);
+  CHECK(error_of(head + "max = nan\nreason = \"r\"\n") == ":5:7: `max` is nan; expected a finite number");
+  CHECK(error_of(head + "max = \"1\"\nreason = \"r\"\n") == ":5:7: `max` is \"1\"; expected a finite number");
+  CHECK(error_of(head + "within = [2, 1]\nreason = \"r\"\n").find("expected the lower bound first") !=
+        std::string::npos);
   CHECK(error_of(head + "within = [1]\nreason = \"r\"\n").find("two numbers") != std::string::npos);
-  CHECK(error_of(head + "max = 1\nsteps = -4\nreason = \"r\"\n").find("positive whole number") != std::string::npos);
+  CHECK(error_of(head + "max = 1\nsteps = -4\nreason = \"r\"\n").find("a whole number above 0") != std::string::npos);
   CHECK(error_of(head + "max_ratio = { too = \"x\", value = 1 }\nreason = \"r\"\n").find("did you mean to?") !=
         std::string::npos);
-  CHECK(error_of(head + "max_ratio = { to = \"x\" }\nreason = \"r\"\n").find("needs `value`") != std::string::npos);
+  CHECK(error_of(head + "max_ratio = { to = \"x\" }\nreason = \"r\"\n").find("missing key `value`") !=
+        std::string::npos);
   CHECK(error_of("[gate]\nscenario = \"a\"\n").find("expected [[gate]]") != std::string::npos);
   CHECK(error_of("[[gates]]\nscenario = \"a\"\n").find("unknown key `gates`") != std::string::npos);
-  CHECK(error_of("# nothing\n") == ":1:1: no [[gate]] in the file");
+  CHECK(error_of("# nothing\n") == ":1:1: found no [[gate]]; expected at least one");
   CHECK(error_of(head + "max = 1\nreason = \"r").find(":6:") == 0);
   CHECK_THROWS_AS(read_gates("/nonexistent/gates.toml"), InputError);
   CHECK_THROWS_AS(read_gates("/tmp"), InputError);

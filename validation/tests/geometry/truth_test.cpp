@@ -92,7 +92,7 @@ Real between(const Scene& scene, const Vector& n) {
 
 }  // namespace
 
-TEST_CASE("separations by hand") {
+TEST_CASE("separations agree with values derived by hand") {
   const Sphere ball{0.5};
   check(scene_of(ball, {0, 0, 0}, Sphere{0.25}, {0, 0.5, 0}), -0.25L, {0, 1, 0});
   check(scene_of(ball, {0, 0, 0}, Sphere{0.25}, {0, 0, -1}), 0.25L, {0, 0, -1});
@@ -167,7 +167,7 @@ TEST_CASE("no direction parts two shapes further than the gap; the normal of an 
   }
 }
 
-TEST_CASE("first touches by hand") {
+TEST_CASE("first touches agree with values derived by hand") {
   Scene scene = scene_of(Sphere{1}, {0, 0, 0}, Sphere{1}, {7, 0, 0});
   scene.bodies[1].velocity_m_per_s = {-10, 0, 0};
   auto touch = geometry::first_touch(scene, 0, 1, 1);
@@ -205,7 +205,7 @@ TEST_CASE("first touches of bodies that are not convex: the part in the way, not
     }
 }
 
-TEST_CASE("a graze is found, and a miss by a hair is a miss") {
+TEST_CASE("a graze is found, and a miss by a small gap is a miss") {
   // A rod of half-length 1 turns about its middle, 1 + d above the plane less its radius.
   Scene scene = scene_of(Capsule{0.25, 1}, {0, 0, 1.25}, Plane{{0, 0, 1}, 0}, {});
   scene.bodies[0].orientation_wxyz = {std::sqrt(0.5), 0, std::sqrt(0.5), 0};

@@ -86,7 +86,7 @@ Truth truth_of(const Recording& run) {
 
 }  // namespace
 
-TEST_CASE("bounce: the truth against itself has no error, and its figures are the hand's") {
+TEST_CASE("bounce: the truth compared with itself has no error, and its figures are those derived by hand") {
   const Scenario s = bounce();
   const Recording run = motion(s, kE);
   const std::vector<Row> rows = measure(s, truth_of(run), run);

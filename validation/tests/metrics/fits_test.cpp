@@ -109,7 +109,7 @@ TEST_CASE("growth: powers and exponentials are told apart under an oscillation")
   CHECK(fast.exponent > 2.2);
 }
 
-TEST_CASE("growth: what is no power of t has no law's name") {
+TEST_CASE("growth: an error that is not a power of t gets no law") {
   std::mt19937_64 random(21);
   std::normal_distribution<double> noise(0, 1);
   for (const double t_end : {60.0, 100.0, 400.0}) {

@@ -60,7 +60,7 @@ TEST_CASE("order: an error that grows as h shrinks, above the floor, has a negat
   CHECK(fit.used.size() == 6);
 }
 
-TEST_CASE("order: a V is not cut where it stopped falling") {
+TEST_CASE("order: rungs after the least error are not left out") {
   // Falls as h^4, then grows: far above the stated floor, so the growing part may not be left out.
   const std::vector<double> h = halvings(10);
   std::vector<double> e;

@@ -60,7 +60,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("times that lie on no line are told from those that do") {
+TEST_CASE("times that do not lie on a line are recognised") {
   SplitMix64 random{42};
   auto bent = timings(5, 42, 15, random);
   for (auto& round : bent) round[2] *= 0.9, round[3] *= 0.75;  // the later calls of a burst are cheaper
@@ -68,7 +68,7 @@ TEST_CASE("times that lie on no line are told from those that do") {
   CHECK(fit_overhead(kRepeats, timings(5, 42, 15, random)).straight);
 }
 
-TEST_CASE("rounds with a failed run do not count, and of none nothing is said") {
+TEST_CASE("rounds with a failed run are left out; without rounds there is no figure") {
   const double nan = std::nan("");
   CHECK(fit_overhead(kRepeats, {{1, 2, nan, 8}, {45, 87, 171, 339}}).rounds == 1);
   CHECK(fit_overhead(kRepeats, {{nan, nan, nan, nan}}).rounds == 0);

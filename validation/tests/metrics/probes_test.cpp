@@ -129,7 +129,7 @@ TEST_CASE("probe: an ensemble's round-off is beside wider arithmetic") {
   CHECK(position.reason.find("96 runs beside atwood/velocity-verlet@long-double") != std::string::npos);
 }
 
-TEST_CASE("probe: what cannot be asked is refused by name; a run that fails ends the probe with its reason") {
+TEST_CASE("probe: cells to which it does not apply are refused by name; a run that fails ends it with the reason") {
   Scenario scenario = oscillator();
   std::get<Spring>(scenario.scene.forces[0]).damping_N_s_per_m = 0.1;
   CHECK(find(ask(Probe::reversal, scenario, "atwood/rk4", 60), "reversal-over-round-off").status ==

@@ -21,7 +21,7 @@ template <class Law> std::vector<double> times(const Law& law) {
 
 }  // namespace
 
-TEST_CASE("laws without noise") {
+TEST_CASE("scaling: exact power laws give their exponents") {
   const ScalingFit square = fit_scaling(ladder, times([](double n) { return 3e-9 * n * n; }));
   CHECK(square.rungs == 7);
   CHECK(square.exponent == Approx(2));
@@ -34,7 +34,7 @@ TEST_CASE("laws without noise") {
 }
 
 // Times with 5 % of noise, of N^1.3: the interval holds the exponent in 95 of 100, within what 2000 draws can tell.
-TEST_CASE("the interval covers") {
+TEST_CASE("scaling: the 95 % interval covers the exponent") {
   std::mt19937_64 random(5);
   std::normal_distribution<double> noise(0, 0.05);
   int covered = 0;
@@ -47,7 +47,7 @@ TEST_CASE("the interval covers") {
   CHECK(covered < 0.97 * 2000);
 }
 
-TEST_CASE("too little to fit") {
+TEST_CASE("scaling: fewer than four rungs give NaN") {
   const std::vector<double> few{1e3, 2e3, 4e3}, no_time{1e-3, 0, std::nan(""), 2e-3};
   CHECK(std::isnan(fit_scaling(few, few).exponent));
   CHECK(fit_scaling(std::vector<double>{1e3, 2e3, 3e3, 4e3}, no_time).rungs == 2);

@@ -84,7 +84,7 @@ TEST_CASE("what an error costs: the cheapest measured rung that reaches it, and 
   CHECK_FALSE(cheapest(curve, 1e-7, Cost::seconds));  // below the finest: never extrapolated
 }
 
-TEST_CASE("what a budget buys") {
+TEST_CASE("the most accurate measured rung within a budget") {
   std::vector<Row> rows;
   for (const std::int64_t n : {10, 100, 1000})
     rung(rows, "a/m", n, 1e-2 * std::pow(static_cast<double>(n) / 10, -2), 1e-6 * static_cast<double>(n), nan_value);
@@ -113,7 +113,7 @@ TEST_CASE("an error that rises again at fine steps costs what the coarse rung co
   CHECK(most_accurate(curve, 1, Cost::seconds)->steps == 100);
 }
 
-TEST_CASE("a rung without a time is no rung of the time, whatever its error") {
+TEST_CASE("a rung without a time is left out of rankings by time") {
   std::vector<Row> rows;
   rung(rows, "a/m", 10, 1e-2, 1e-5, 10);
   rung(rows, "a/m", 100, 1e-4, nan_value, 100);
@@ -141,14 +141,14 @@ TEST_CASE(
   CHECK_FALSE(cheapest(only(tolerances), 1e-5, Cost::seconds));
 }
 
-TEST_CASE("under three bars the bar counts, and says so") {
+TEST_CASE("below three bars value + bar is used, with a mark") {
   std::vector<Row> rows;
   rung(rows, "a/m", 10, 1e-6, 1e-5, 10, 1e-9);
   rung(rows, "a/m", 100, 1e-9, 1e-4, 100, 1e-9);
   const WorkCurve curve = only(rows);
   CHECK(known_error(curve.points[0]) == 1e-6);
   CHECK(known_error(curve.points[1]) == 2e-9);
-  CHECK_FALSE(cheapest(curve, 1e-9, Cost::seconds));  // it may be there; nobody knows
+  CHECK_FALSE(cheapest(curve, 1e-9, Cost::seconds));  // not measured
   const auto at = cheapest(curve, 2e-9, Cost::seconds);
   REQUIRE(at);
   CHECK(at->at_bar);
@@ -186,7 +186,7 @@ TEST_CASE("crossing curves: a low order is cheaper above the crossing, a high on
     rung(rows, "rival/high", static_cast<std::int64_t>(c), 100 / (c * c) * 1.0001, c * 1e-6, nan_value);
   const auto curves = work_curves(rows, "s", "error-position-max");
   const Dominance table = dominance(curves, "s", "error-position-max", "m", Cost::seconds);
-  REQUIRE(table.by_error.size() == 5);  // 1e-3 .. 1e-7; finer levels nobody reaches
+  REQUIRE(table.by_error.size() == 5);  // 1e-3 .. 1e-7; no method reaches finer levels
   CHECK(table.by_error[2].ranked[0].family == "rival/high");
   const Contest& at_5 = table.by_error[2];
   REQUIRE(at_5.ranked.size() == 2);
@@ -255,7 +255,7 @@ TEST_CASE("stable steps: the coarsest rung from which on no finer one fails") {
   CHECK_FALSE(stable_range(only(refused)).stable);
 }
 
-TEST_CASE("the telling metric is the one in which somebody errs, as a share of the motion") {
+TEST_CASE("the telling metric is the one with the larger error relative to the motion") {
   std::vector<Row> rows;
   CHECK(telling_metric(rows, "s").empty());
   add(rows, "a/m", 10, "size-position", 100);

@@ -45,7 +45,7 @@ TEST_CASE("the canonical text of a method id reads back as the same id") {
   CHECK(std::holds_alternative<std::string>(parse_method_id("ode/default{x=\"1\"}").overrides.at("x")));
 }
 
-TEST_CASE("a method id that says nothing clear is refused with what was expected") {
+TEST_CASE("an ambiguous or malformed method id is refused with what was expected") {
   for (const char* text : {"", "rk4", "/rk4", "atwood/", "atwood/rk4:", "atwood/rk4:zero", "atwood/rk4:-1e-3",
                            "atwood/rk4:0", "atwood/rk4:nan", "atwood/rk4+bounce", "atwood/rk4@half",
                            "atwood/rk4@float+event", "ode/default{erp}", "ode/default{erp=0.1", "ode/default{erp=0.1}x",

@@ -60,7 +60,7 @@ TEST_CASE("a wide value whose text is short keeps its precision") {
   CHECK(parse_wide("0.1") == static_cast<Wide>(0.1));  // a decimal is rounded to double first
 }
 
-TEST_CASE("what is not finite has a name") {
+TEST_CASE("values that are not finite have names") {
   CHECK(format_double(std::nan("")) == "nan");
   CHECK(format_double(-std::numeric_limits<double>::infinity()) == "-inf");
   CHECK(format_number(std::numeric_limits<double>::infinity(), 36) == "inf");
@@ -70,7 +70,7 @@ TEST_CASE("what is not finite has a name") {
   CHECK(parse_wide(format_number(parse_wide("1e4000"), 36)) == parse_wide("1e4000"));
 }
 
-TEST_CASE("what is not a number is refused") {
+TEST_CASE("text that is not a number is refused") {
   for (const char* text : {"", " 1", "1 ", "one", "1,5", "0x10", "1e", "--1", "1.2.3", "nan(7)"}) {
     CAPTURE(text);
     CHECK_THROWS_AS(parse_wide(text), std::invalid_argument);

@@ -107,7 +107,7 @@ std::string run_request(std::int64_t cell, const std::string& method, int repeat
 
 }  // namespace
 
-TEST_CASE("hello, accuracy and timing are answered, the engine's chatter kept off the pipe") {
+TEST_CASE("hello, accuracy and timing are answered, and output of the engine does not reach the pipe") {
   const auto lines =
       answers(wire::to_line({}) + "\n" + run_request(3, "demo/still", 0) + run_request(4, "demo/still", 2),
               [] { return serve(demo_engine()); });
@@ -124,7 +124,7 @@ TEST_CASE("hello, accuracy and timing are answered, the engine's chatter kept of
   CHECK(wire::read_answer(lines[7]).outcome.busy_ns == std::vector<std::int64_t>{5, 5});
 }
 
-TEST_CASE("a sample of a crowd is sent in lines of moderate length") {
+TEST_CASE("a sample of many bodies is sent in several lines of limited length") {
   const auto lines = answers(run_request(3, "demo/crowd", 0), [] { return serve(demo_engine()); });
   std::size_t bodies = 0, samples = 0, events = 0, longest = 0;
   for (const std::string& line : lines) {

@@ -185,7 +185,7 @@ def side_by_side(browser):
 
 def contacts(browser):
     lines = browser.run("return [...document.querySelectorAll('#sweep tbody tr')].map(r => [...r.children].map(c => c.textContent))")
-    check(lines == [["all it answers", "0 of 2 pairs", "14 of 1 pair"], ["box-box", "0", "14"], ["sphere-plane", "0", "\u2013"]], f"the sweep shows {lines}")
+    check(lines == [["all pairs answered", "0 of 2 pairs", "14 of 1 pair"], ["box-box", "0", "14"], ["sphere-plane", "0", "\u2013"]], f"the sweep shows {lines}")
     marked = browser.run("return [...document.querySelectorAll('#sweep .short')].map(c => c.textContent)")
     check(marked == ["14 of 1 pair", "14"], f"misses that are marked: {marked}")
     for select in ("#compare-scenario", "#plot-scenario"):
@@ -296,7 +296,7 @@ def narrow(browser):
 
 
 def prints(browser):
-    browser.post("/refresh", {})  # plots that nobody scrolled to are not drawn yet
+    browser.post("/refresh", {})  # plots outside the window are not drawn yet
     until("the report is drawn again", lambda: browser.run("return document.documentElement.dataset.ready === 'true'"), 40)
     drawn = "return document.querySelectorAll('#plots canvas').length"
     check(browser.run(drawn) < 5, "the plots are not lazy")

@@ -1,5 +1,5 @@
-// A report that no physics made: curves with known orders, floors and growth, and every kind of trouble, so that
-// documents can be tested and looked at before, and apart from, any run.
+// Reports without physics: curves with known orders, floors and growth, and failures of every kind, so that documents can
+// be tested without a run.
 #pragma once
 
 #include "reports/report.hpp"
@@ -12,7 +12,12 @@ struct SyntheticSize {
 
 ReportData synthetic_report(const SyntheticSize& size);
 
-// Five rows, five verdicts, one of everything: for the golden files. Holds every character that a format must quote.
+// A verdict of a gate `within` [low, high] on a value with a bar of 0.02.
+Verdict verdict(const std::string& scenario, const std::string& method, const std::string& metric, Judgement judgement,
+                double value, double low, double high);
+
+// Five rows, five verdicts, one of everything else, for the golden files. It contains every character that a format must
+// quote.
 ReportData small_report();
 
 }  // namespace atwood

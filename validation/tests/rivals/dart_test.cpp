@@ -117,7 +117,7 @@ TEST_CASE("each pair has its own law, by a shape for each material") {
   CHECK(parted.v(3, 0) - parted.v(2, 0) == Approx(2 * 0.9).epsilon(1e-7));
 }
 
-TEST_CASE("two shapes that may meet say their pair's law together, whatever the law") {
+TEST_CASE("two shapes that may touch get the contact law of their pair, for every law") {
   const std::vector<PairLaw> laws{PairLaw{0, 1, 0.3, 0.2, 0}, PairLaw{0, 2, 0.7, 0.6, 0}, PairLaw{1, 2, 0, 0.4, 0},
                                   PairLaw{2, 2, 0.81, 0, 0}};
   for (const auto& law : laws) {
@@ -134,7 +134,7 @@ TEST_CASE("two shapes that may meet say their pair's law together, whatever the 
   }
 }
 
-TEST_CASE("what DART would take for none it refuses") {
+TEST_CASE("shapes that DART would ignore are refused") {
   CHECK_THAT(refusal_of(bounce(0.001, 1)), Catch::Contains("restitution of 0.001"));
   CHECK_THAT(refusal_of(bounce(0.5, 1, 0.0005)), Catch::Contains("friction coefficient of 0.001"));
 }
@@ -158,7 +158,7 @@ TEST_CASE("every detector stops a sliding box on a box; what it does not collide
   CHECK_THAT(refusal_of(scene, slip), Catch::Contains("slip requires"));
 }
 
-TEST_CASE("a body that spins itself to pieces ends the run, not the process") {
+TEST_CASE("a body whose spin diverges ends the run and not the process") {
   const Run lost = run_with("default", free_box_complex(), Plan{100, 300, 10});
   CHECK(to_string(lost.outcome.status) == "not finite");
 }

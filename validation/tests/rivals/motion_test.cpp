@@ -93,7 +93,7 @@ TEST_CASE("a symmetric top precesses at the closed form's rate") {
   CHECK(result.w(0, 2) == Approx(5).margin(5e-3));
 }
 
-TEST_CASE("an inertia given off its principal axes moves the same body") {
+TEST_CASE("an inertia given in other than principal axes describes the same motion") {
   const Engine engine = engine_under_test();
   const Real3 moments{0.5, 0.8, 1.0}, w{0.3, 1.0, -0.4};
   const Real4 turn{std::cos(0.4), 0.6 * std::sin(0.4), 0, 0.8 * std::sin(0.4)};  // body axes B from principal axes P

@@ -106,7 +106,7 @@ TEST_CASE("each pair has its own friction, by priorities or one by one") {
   }
 }
 
-TEST_CASE("what MuJoCo can't hold it refuses, in its own words where it has some") {
+TEST_CASE("scenes that MuJoCo does not support are refused, with its own message where there is one") {
   Scene light = free_box_complex();
   light.bodies[0].mass_kg = 1e-16;
   CHECK_THAT(run_with("default", light, Plan{1, 10, 10}).outcome.reason, Catch::Contains("MuJoCo's compiler says"));

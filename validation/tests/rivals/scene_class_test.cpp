@@ -19,7 +19,7 @@ Scene catalogue_scene(const std::string& id) {
 
 }  // namespace
 
-TEST_CASE("scenes of the catalogue are of the class that their title says") {
+TEST_CASE("scenes of the catalogue have the class that their title names") {
   const std::map<std::string, SceneClass> expected{{"kepler-e0.6", SceneClass::free_flight},
                                                    {"free-box-complex", SceneClass::free_flight},
                                                    {"bounce-e0.8", SceneClass::bounce},

@@ -74,7 +74,7 @@ TEST_CASE("an override reaches the engine") {
   CHECK(std::abs(damped.v(0, 0)) < 1.9);
 }
 
-TEST_CASE("what it doesn't know it refuses by name") {
+TEST_CASE("unknown settings and unsupported scenes are refused by name") {
   const Engine engine = engine_under_test();
   const MethodId plain = method(engine, "default");
   CHECK_THAT(refusal_of(method(engine, "default", {{"erpp", 0.1}}), free_box_complex()),
@@ -182,7 +182,7 @@ TEST_CASE("the timed pass observes nothing and times every repeat") {
   CHECK(seen == 0);
 }
 
-TEST_CASE("forces that the engine lacks are owned up to") {
+TEST_CASE("forces that the adapter evaluates for the engine are reported") {
   Scene scene = free_box_complex();
   scene.forces.push_back(LinearDrag{{0}, 0.1, {}, 0});
   const Engine engine = engine_under_test();

@@ -117,7 +117,7 @@ TEST_CASE("a point mass orbits and never turns; a held one waits") {
   CHECK(held.p(0, 2) == Approx(-1.25).epsilon(1e-9));
 }
 
-TEST_CASE("an inertia given off its principal axes moves the same body") {
+TEST_CASE("an inertia given in other than principal axes describes the same motion") {
   Scene scene = empty_scene();
   scene.bodies = {box_body("top", 1, {0.5, 0.8, 1.0})};
   scene.bodies[0].angular_velocity_body_rad_per_s = {0.3, 1.0, -0.4};

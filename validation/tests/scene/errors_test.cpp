@@ -1,5 +1,5 @@
-// Errors in scenario files: each message has file, line, column, what was found and what was expected. Columns are counted
-// by hand here, from 1.
+// Errors in scenario files: each message has file, line, column, what was found and what was expected. Columns are
+// counted by hand here, from 1.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -207,7 +207,7 @@ TEST_CASE("hostile files end in words, quickly") {
   const std::string grid = "mass_kg = 1\n[[grid]]\nbody = \"b\"\nspacing_m = [1, 1, 1]\ncounts = ";
   check(body(grid + "[100000, 100000, 100000]\n"), "13:10", "more than 200000 bodies", "fewer");
   check(body(grid + "[1000000000, 1, 1]\n"), "13:11", "is 1000000000", "a whole number from 1 to 200000");
-  check(body(grid + "[9223372036854775808, 1, 1]\n"), "13:30", "no TOML", "a scenario in TOML");
+  check(body(grid + "[9223372036854775808, 1, 1]\n"), "13:30", "not valid TOML", "a scenario in TOML");
   // [run] is level 1 and the first bracket, in column 5, level 2: level 33 is in column 36.
   check(kHead + "x = " + std::string(40, '[') + "0" + std::string(40, ']') + "\n", "7:36", "nesting deeper than 32",
         "a scenario");
@@ -216,12 +216,12 @@ TEST_CASE("hostile files end in words, quickly") {
   check("id = \"t\"\nx = 1e999\n", "2:10", "1e999", "a scenario in TOML");  // the parser points behind it
 }
 
-TEST_CASE("files that are no TOML, no text or do not exist") {
-  // Places in what is no TOML are the parser's own: behind what it could read.
-  check("id = \"t\"\nsteps = [1, 2", "2:14", "no TOML", "a scenario in TOML");
+TEST_CASE("files that are not TOML, not UTF-8 or do not exist are refused with the place") {
+  // In invalid TOML the place is the parser's own: behind the last thing it could read.
+  check("id = \"t\"\nsteps = [1, 2", "2:14", "not valid TOML", "a scenario in TOML");
   check("id = \"t\"\nid = \"u\"\n", "2:6", "cannot redefine", "a scenario in TOML");
-  check("id = \"\xff\xfe\"\n", "1:7", "no UTF-8", "a scenario in TOML");
-  check("# \xc3\xa9\nid = \"\xe9t\xe9\"\n", "2:7", "no UTF-8", "a scenario in TOML");
+  check("id = \"\xff\xfe\"\n", "1:7", "not UTF-8", "a scenario in TOML");
+  check("# \xc3\xa9\nid = \"\xe9t\xe9\"\n", "2:7", "not UTF-8", "a scenario in TOML");
   check("id = 1979-05-27\n", "1:6", "a date or time", "a number, text, list or table");
   CHECK_THAT(message(""), StartsWith("t.toml:1:1: missing key `id`"));
   const auto error_of = [](const std::string& path) -> std::string {

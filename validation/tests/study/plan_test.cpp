@@ -100,18 +100,18 @@ TEST_CASE("with a tolerance the ladder is the tolerance: one rung") {
         std::vector<std::string>{"one demo/b:1e-6 8", "one demo/b:1e-9 8"});
 }
 
-TEST_CASE("a method that nobody offers is a cell without a worker, with the reason of the engine that failed") {
+TEST_CASE("a method that no engine provides is a cell without a worker, with the reason of the engine that failed") {
   std::vector<Worker> workers = table();
   Worker broken = worker("absent", {});
   broken.engine = {};
   broken.status = Status::not_built;
   broken.reason = "cannot be started";
   workers.push_back(broken);
-  const auto cells = plan({{"one"}, {"absent/*", "nobody/x", "demo/missing"}, {8}, 5, {}}, workers);
+  const auto cells = plan({{"one"}, {"absent/*", "unknown/x", "demo/missing"}, {8}, 5, {}}, workers);
   REQUIRE(cells.size() == 3);
   for (const Cell& cell : cells) CHECK(cell.worker == -1);
   CHECK(cells[0].absent_reason == "cannot be started");
-  CHECK(cells[1].absent_reason == "no available engine provides nobody/x");
+  CHECK(cells[1].absent_reason == "no available engine provides unknown/x");
   CHECK(cells[2].absent == Status::not_built);
 }
 
@@ -120,7 +120,7 @@ TEST_CASE("a sweep makes a cell of each value, where the method has the setting"
   CHECK(ids(cells) == std::vector<std::string>{"one demo/a{erp=0.0} 8", "one demo/a{erp=0.1} 8", "one demo/b 8"});
 }
 
-TEST_CASE("a sweep goes over the settings of a response too; one that nobody has is a slip of the pen") {
+TEST_CASE("a sweep includes settings of a response; a setting that no method has is an error of input") {
   std::vector<Worker> workers = table();
   workers[0].engine.responses = {{"+event", "", "", {}, false, {{"restitution", std::string("newton")}}}};
   const std::map<std::string, std::vector<SettingValue>> laws{
@@ -131,7 +131,7 @@ TEST_CASE("a sweep goes over the settings of a response too; one that nobody has
                                  "one demo/b+event{restitution=poisson} 8"});
   CHECK_THROWS_WITH(plan({{"one"}, {"demo/a", "demo/b"}, {8}, 5, laws}, workers),
                     Catch::Contains("`restitution`") && Catch::Contains("demo/a, demo/b"));
-  CHECK(plan({{"one"}, {"demo/a", "nobody/x"}, {8}, 5, laws}, workers).size() == 3);  // who is not there may have it
+  CHECK(plan({{"one"}, {"demo/a", "unknown/x"}, {8}, 5, laws}, workers).size() == 3);  // an absent engine may have it
 }
 
 TEST_CASE("a block's limit goes with its cells") {
@@ -179,7 +179,7 @@ TEST_CASE("cells of a claim: only methods that claim an order in that class of m
   CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['b/c']\nclaim = 'flight'\n"),
                     Catch::Contains(":5:") && Catch::Contains("class of motion"));
   CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['b/c']\norders = [1, 2]\n"),
-                    Catch::Contains("needs `claim`"));
+                    Catch::Contains("found `orders` without `claim`"));
 }
 
 TEST_CASE("a hash changes with all that decides a run, and with nothing else") {
@@ -350,7 +350,7 @@ TEST_CASE("a study file is read, and its errors have a place") {
         Probe::reversal);
   CHECK_THROWS_WITH(
       read("id = 'x'\n[[cells]]\nprobe = 'astrology'\nscenarios = ['a']\nmethods = ['demo/a']\n"),
-      Catch::Contains("study.toml:3:9:") && Catch::Contains("unknown probe `astrology`; expected one of ensemble"));
+      Catch::Contains("study.toml:3:9:") && Catch::Contains("`probe` is \"astrology\"; expected one of ensemble"));
   CHECK_THROWS_WITH(read("id = 'x'\n[[cells]\n"), Catch::Contains("study.toml:2:"));
   for (const char* text :
        {"", "id = 'x'\n", "id = 7\n", "id = 'x'\ncells = 7\n", "id = 'x'\n[[cells]]\nscenarios = []\n"}) {

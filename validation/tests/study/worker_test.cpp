@@ -1,4 +1,5 @@
-// Whatever a worker does, its cell ends with a status and a reason, and the next cell is asked of a fresh process.
+// Answers of workers: for every fault the cell ends with a status and a reason, and a fresh process answers the next
+// request.
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -14,34 +15,12 @@
 #include <fstream>
 #include <thread>
 
+#include "asked.hpp"
 #include "scene/files.hpp"
-#include "validation/study/worker_client.hpp"
-#include "validation/tests/study/free_flight.hpp"
 
 using namespace atwood;
 
 namespace {
-
-const std::string workers = ATWOOD_FAKE_WORKERS;
-const Scenario scenario = free_flight("straight");
-
-struct Asked {
-  BrokenPipeGuard guard;
-  WorkerClient client{{workers + "/faulty.py"}};
-  Recording operator()(const std::string& fault, double limit_s = 20, int repeats = 0) {
-    return client.run("faulty/" + fault, scene_to_json(scenario.scene), sampled_bodies(scenario.scene),
-                      {scenario.t_end_s, 16, 8}, repeats, limit_s);
-  }
-};
-
-// A process that is neither gone nor waiting to be buried.
-bool runs(int pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  std::string text;
-  std::getline(file, text);
-  const auto end = text.rfind(')');
-  return end != std::string::npos && text.compare(end, 3, ") Z") != 0;
-}
 
 struct FaultyAnswer {
   const char* method;
@@ -55,38 +34,41 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
   const FaultyAnswer fault = GENERATE(
       FaultyAnswer{"dies", Status::crashed, "killed by signal 11 (Segmentation fault): before the end: red  words"},
       FaultyAnswer{"exits", Status::crashed, "exited with code 3"},
-      FaultyAnswer{"garbage", Status::crashed, "garbage: not a JSON object: Segmentation fault is what I would say"},
+      FaultyAnswer{"garbage", Status::crashed,
+                   "invalid answer: not a JSON object: Segmentation fault is what I would say"},
       FaultyAnswer{"half_a_line", Status::crashed, "exited with code 0 in the middle of a line"},
-      FaultyAnswer{"endless_line", Status::crashed, "garbage: a line of more than 64 MiB"},
-      FaultyAnswer{"wrong_cell", Status::crashed, "garbage: an answer to cell"},
-      FaultyAnswer{"wrong_time", Status::crashed, "garbage: sample 0 is at t_s = 0.5; asked for 0"},
-      FaultyAnswer{"too_many_samples", Status::crashed, "garbage: more samples than the 9 asked for"},
-      FaultyAnswer{"too_few_samples", Status::crashed, "garbage: ended as ok with 2 of 9 samples"},
-      FaultyAnswer{"body_missing", Status::crashed, "garbage: sample 0 has 0 bodies; the scene has 1"},
+      FaultyAnswer{"endless_line", Status::crashed, "invalid answer: a line of more than 64 MiB"},
+      FaultyAnswer{"wrong_cell", Status::crashed, "invalid answer: an answer to cell"},
+      FaultyAnswer{"wrong_time", Status::crashed, "invalid answer: sample 0 is at t_s = 0.5; asked for 0"},
+      FaultyAnswer{"too_many_samples", Status::crashed, "invalid answer: more samples than the 9 asked for"},
+      FaultyAnswer{"too_few_samples", Status::crashed, "invalid answer: ended as ok with 2 of 9 samples"},
+      FaultyAnswer{"body_missing", Status::crashed, "invalid answer: sample 0 has 0 bodies; the scene has 1"},
       FaultyAnswer{
           "bare_nan", Status::crashed,
-          "garbage: not a JSON object: it holds a bare NaN, which JSON has not; numbers that are not finite are the strings"},
-      FaultyAnswer{"steps_negative", Status::crashed, "garbage: \"steps_taken\" is negative: -3"},
+          "invalid answer: not a JSON object: it holds a bare NaN, which JSON has not; numbers that are not finite are "
+          "the strings"},
+      FaultyAnswer{"steps_negative", Status::crashed, "invalid answer: \"steps_taken\" is negative: -3"},
       FaultyAnswer{"norm_two", Status::crashed,
-                   "garbage: sample 0: the quaternion of body 0, [2, 0, 0, 0], has norm 2; a unit quaternion"},
+                   "invalid answer: sample 0: the quaternion of body 0, [2, 0, 0, 0], has norm 2; a unit quaternion"},
       FaultyAnswer{"norm_two_later", Status::crashed,
-                   "garbage: sample 3: the quaternion of body 0, [2, 0, 0, 0], has norm 2"},
+                   "invalid answer: sample 3: the quaternion of body 0, [2, 0, 0, 0], has norm 2"},
       FaultyAnswer{
           "other_scene", Status::crashed,
-          "garbage: sample 0 is not the scene's initial state: body 0 has position_m [1.1, 0.2, 0.3] where the scene has "
-          "[0.1, 0.2, 0.3]"},
-      FaultyAnswer{"other_velocity", Status::crashed,
-                   "garbage: sample 0 is not the scene's initial state: body 0 has velocity_m_per_s [3, 0, 0.5] where"},
+          "invalid answer: sample 0 is not the scene's initial state: body 0 has position_m [1.1, 0.2, 0.3] where the "
+          "scene has [0.1, 0.2, 0.3]"},
+      FaultyAnswer{
+          "other_velocity", Status::crashed,
+          "invalid answer: sample 0 is not the scene's initial state: body 0 has velocity_m_per_s [3, 0, 0.5] where"},
       FaultyAnswer{"milliseconds", Status::crashed,
-                   "garbage: sample 1 is at t_s = 250; asked for 0.25: is it in milliseconds?"},
+                   "invalid answer: sample 1 is at t_s = 250; asked for 0.25: is it in milliseconds?"},
       FaultyAnswer{"sample_indices", Status::crashed,
-                   "garbage: sample 1 is at t_s = 1; asked for 0.25: is it the index of the sample?"},
-      FaultyAnswer{"deep", Status::crashed, "garbage: nested deeper than 64 levels: {\"cell\":"},
-      FaultyAnswer{"many_bodies", Status::crashed, "garbage: more than 65 bodies in a line"},
-      FaultyAnswer{"many_unknown", Status::crashed, "garbage: sample 0 has 0 bodies; the scene has 1"},
+                   "invalid answer: sample 1 is at t_s = 1; asked for 0.25: is it the index of the sample?"},
+      FaultyAnswer{"deep", Status::crashed, "invalid answer: nested deeper than 64 levels: {\"cell\":"},
+      FaultyAnswer{"many_bodies", Status::crashed, "invalid answer: more than 65 bodies in a line"},
+      FaultyAnswer{"many_unknown", Status::crashed, "invalid answer: sample 0 has 0 bodies; the scene has 1"},
       FaultyAnswer{"part_missing", Status::crashed,
-                   "garbage: a part of a sample is from body 1 on; expected was body 0"},
-      FaultyAnswer{"part_unfinished", Status::crashed, "garbage: ended in the middle of a sample"},
+                   "invalid answer: a part of a sample is from body 1 on; expected was body 0"},
+      FaultyAnswer{"part_unfinished", Status::crashed, "invalid answer: ended in the middle of a sample"},
       FaultyAnswer{"not_utf8", Status::crashed, "exited with code 5: caf\xEF\xBF\xBD"},
       FaultyAnswer{"refuses", Status::unsupported, "faulty has no springs"});
   CAPTURE(fault.method);
@@ -101,14 +83,15 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
 
 TEST_CASE("times that cannot be are named") {
   const FaultyAnswer fault = GENERATE(
-      FaultyAnswer{"busy_negative", Status::crashed, "garbage: busy_ns has -5; the nanoseconds of a run are positive"},
+      FaultyAnswer{"busy_negative", Status::crashed,
+                   "invalid answer: busy_ns has -5; the nanoseconds of a run are positive"},
       FaultyAnswer{"busy_zero", Status::crashed,
-                   "garbage: busy_ns has 0; the nanoseconds of a run are positive: is it in seconds"},
-      FaultyAnswer{"busy_missing", Status::crashed, "garbage: busy_ns has 2 entries; asked for 3 repeats"},
+                   "invalid answer: busy_ns has 0; the nanoseconds of a run are positive: is it in seconds"},
+      FaultyAnswer{"busy_missing", Status::crashed, "invalid answer: busy_ns has 2 entries; asked for 3 repeats"},
       FaultyAnswer{"busy_too_long", Status::crashed,
-                   "garbage: busy_ns of all repeats is 3e+10 ns, longer than the whole answer"},
+                   "invalid answer: busy_ns of all repeats is 3e+10 ns, longer than the whole answer"},
       FaultyAnswer{"busy_seconds", Status::crashed,
-                   "garbage: \"busy_ns\" is not an integer: 0.25; whole nanoseconds were expected"});
+                   "invalid answer: \"busy_ns\" is not an integer: 0.25; whole nanoseconds were expected"});
   CAPTURE(fault.method);
   Asked ask;
   const Recording recording = ask(fault.method, 20, 3);
@@ -199,7 +182,7 @@ TEST_CASE("an answer before its question is refused by name") {
   unsetenv("EARLY_LOG");
   const Recording next = ask("well");
   CHECK(next.outcome.status == Status::crashed);
-  CHECK_THAT(next.outcome.reason, Catch::StartsWith("garbage: an answer before the question was sent: {\"cell\":"));
+  CHECK_THAT(next.outcome.reason, Catch::StartsWith("invalid answer: it came before the request was sent: {\"cell\":"));
   CHECK(ask("well").outcome.status == Status::ok);
 }
 
@@ -209,72 +192,6 @@ TEST_CASE("a sample may come in parts") {
   CHECK(recording.outcome.reason == "");
   CHECK(recording.outcome.status == Status::ok);
   CHECK(recording.values.size() == 9);
-}
-
-TEST_CASE("whatever a worker started ends with it and has none of our descriptors") {
-  const Folder folder;
-  setenv("CHILD_LOG", (folder / "children").c_str(), 1);
-  const int ours = open("/dev/null", O_RDONLY);  // inheritable
-  REQUIRE(fcntl(ours, F_DUPFD, 100) >= 100);
-  {
-    Asked ask;
-    const Outcome outcome = ask("leaves_children").outcome;
-    CAPTURE(outcome.reason);
-    REQUIRE(outcome.status == Status::ok);
-    std::ifstream log(folder / "children");
-    int pid = 0, seen = 0;
-    for (std::string descriptors; log >> pid >> descriptors; ++seen) {
-      CHECK(runs(pid));
-      CHECK(descriptors.find("10") == std::string::npos);  // neither 10x nor any beyond the log and the listing
-    }
-    CHECK(seen == 3);
-  }
-  unsetenv("CHILD_LOG");
-  close(ours);
-  close_range(100, 200, 0);
-  std::ifstream log(folder / "children");
-  int pid = 0;
-  for (std::string descriptors; log >> pid >> descriptors;) {
-    CAPTURE(pid);
-    CHECK_FALSE(runs(pid));
-  }
-}
-
-TEST_CASE("nothing is signalled by the number of a worker that was buried") {
-  // A worker that has ended keeps its number until all that it started is gone.
-  Process process({workers + "/exits_at_hello.py"}, false);
-  CHECK(process.ending() == "exited with code 1");
-  CHECK(process.ending() == "exited with code 1");
-  process.kill();  // it has ended: no signal, and no kill of ours
-  CHECK_FALSE(process.killed_from_outside());
-}
-
-TEST_CASE("processes that come and go while descendants are looked for disturb nobody") {
-  std::vector<std::thread> threads;
-  for (int t = 0; t < 4; ++t)
-    threads.emplace_back([] {
-      for (int i = 0; i < 100; ++i) {
-        Process process({"/bin/sh", "-c", "for i in 1 2 3 4 5 6 7 8; do /bin/true; done"}, false);
-        if (process.ending() != "exited with code 0") std::abort();
-      }
-    });
-  for (std::thread& thread : threads) thread.join();
-  CHECK(waitpid(-1, nullptr, WNOHANG) == -1);  // nobody was left unburied
-}
-
-TEST_CASE("a signal that nobody saw outlives its guard; one that was seen is forgotten") {
-  {
-    const InterruptGuard guard;
-    raise(SIGTERM);
-  }
-  CHECK(interrupt_signal() == SIGTERM);
-  {
-    const InterruptGuard guard;  // what was seen before belongs to the past
-    CHECK(interrupt_signal() == 0);
-    raise(SIGINT);
-    CHECK(interrupt_signal() == SIGINT);
-  }
-  CHECK(interrupt_signal() == 0);
 }
 
 TEST_CASE("two engines of one name, and names that are taken, are refused") {
@@ -290,8 +207,8 @@ TEST_CASE("two engines of one name, and names that are taken, are refused") {
     CAPTURE(name);
     const auto refused = find_workers({engine("named", R"({"engine":")" + name + R"(","methods":[]})")});
     CHECK(refused[0].status == Status::crashed);
-    CHECK_THAT(refused[0].reason,
-               Catch::StartsWith("at hello: garbage: the name of the engine is `") && Catch::Contains("lower-case"));
+    CHECK_THAT(refused[0].reason, Catch::StartsWith("answering `hello`: invalid answer: the name of the engine is `") &&
+                                      Catch::Contains("lower-case"));
   }
   for (const std::string order : {"\"nan\"", "\"inf\"", "0", "-2"}) {
     CAPTURE(order);
@@ -321,25 +238,6 @@ TEST_CASE("two engines of one name, and names that are taken, are refused") {
   refused(7, "method `mine/a` of engine `other`; expected an id that begins with `other/`");
 }
 
-TEST_CASE("a line of 60 MB costs the parent little more than itself") {
-  const auto peak_mib = [](const std::string& fault) {
-    const pid_t child = fork();
-    if (child == 0) {
-      Asked ask;
-      ask(fault, 120);
-      rusage used{};
-      getrusage(RUSAGE_SELF, &used);  // without the worker's own
-      _exit(static_cast<int>(std::min<long>(255, used.ru_maxrss >> 12)));
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    CHECK(WIFEXITED(status));
-    return 4 * WEXITSTATUS(status);
-  };
-  CHECK(peak_mib("many_bodies") < 300);
-  CHECK(peak_mib("many_unknown") < 300);
-}
-
 TEST_CASE("a scene that no line can hold is refused in words") {
   Asked ask;
   const std::string huge = "{\"x\":\"" + std::string(wire::kLongestLine, 'x') + "\"}";
@@ -347,31 +245,6 @@ TEST_CASE("a scene that no line can hold is refused in words") {
   CHECK(recording.outcome.status == Status::unsupported);
   CHECK(recording.outcome.reason ==
         "the scene takes 64.0001 MiB as a line of the worker protocol, which allows 64 MiB");
-  CHECK(ask("well").outcome.status == Status::ok);
-}
-
-TEST_CASE("a worker that hangs is stopped at the limit, its children with it") {
-  const Folder folder;
-  setenv("CHILD_LOG", (folder / "child").c_str(), 1);
-  Asked ask;
-  CHECK(ask("well").outcome.status == Status::ok);
-  const auto start = std::chrono::steady_clock::now();
-  const Recording recording = ask("hangs", 0.5);
-  unsetenv("CHILD_LOG");  // the folder goes with this test
-  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  CHECK(recording.outcome.status == Status::timeout);
-  CHECK(recording.outcome.reason == "no answer within 0.5 s");
-  CHECK(took_s >= 0.5);
-  CHECK(took_s < 60);  // it sleeps for 1000 s
-  int child = 0;
-  std::ifstream(folder / "child") >> child;
-  REQUIRE(child > 0);
-  bool gone = false;
-  for (int i = 0; i < 500 && !gone; ++i) {
-    gone = !runs(child);
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  CHECK(gone);
   CHECK(ask("well").outcome.status == Status::ok);
 }
 
@@ -385,16 +258,6 @@ TEST_CASE("a number that is not finite is an answer, not garbage") {
   CHECK(at_once.outcome.status == Status::ok);
   REQUIRE_FALSE(at_once.values.empty());
   CHECK(std::isnan(static_cast<double>(at_once.values.front().bodies[0].q_wxyz[0])));
-}
-
-TEST_CASE("a megabyte on standard error neither blocks a worker nor outgrows the reason") {
-  Asked ask;
-  CHECK(ask("chatter").outcome.status == Status::ok);
-  const Recording recording = ask("chatter_then_exit");
-  CHECK(recording.outcome.status == Status::crashed);
-  CHECK(recording.outcome.reason.size() < 200'000);
-  CHECK_THAT(recording.outcome.reason, Catch::StartsWith("exited with code 4: "));
-  CHECK_THAT(recording.outcome.reason, Catch::EndsWith("the last words"));
 }
 
 TEST_CASE("the timed pass gives one time a repeat and no samples") {
@@ -415,9 +278,10 @@ TEST_CASE("a worker that answers hello is available, one that does not gives a r
   CHECK(found[0].engine.methods.size() == 2);
   CHECK(found[0].build_id.size() == 32);
   CHECK(found[1].status == Status::crashed);
-  CHECK(found[1].reason == "at hello: exited with code 1: no licence file");
+  CHECK(found[1].reason == "answering `hello`: exited with code 1: no licence file");
   CHECK(found[2].status == Status::crashed);
-  CHECK_THAT(found[2].reason, Catch::StartsWith("at hello: garbage: not a JSON object: hello to you too"));
+  CHECK_THAT(found[2].reason,
+             Catch::StartsWith("answering `hello`: invalid answer: not a JSON object: hello to you too"));
   CHECK(found[3].status == Status::not_built);
   CHECK_THAT(found[3].reason, Catch::Contains("No such file"));
   CHECK(found[4].status == Status::not_built);

@@ -14,7 +14,7 @@ RECORDED = ("apt-get", "sudo", "cmake", "ninja")
 
 
 class Machine:
-    """A copy of the wrapper and the README, and a PATH on which nothing is installed and nobody is root."""
+    """A copy of the wrapper and the README, and a PATH without packages, where the user is not root."""
 
     def __init__(self, folder, root=False):
         self.folder = pathlib.Path(folder)

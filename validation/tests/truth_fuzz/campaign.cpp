@@ -1,12 +1,12 @@
-// atwood-truth-fuzz: random scenes solved by the truths and judged by checkers of 60 digits. An error above the truth's
-// bar is a breach; none is allowed.
+// atwood-truth-fuzz: solves random scenes by the truths and compares them with independent solutions in 60 digits. An
+// error above the truth's bar is a breach; none is allowed.
 //
 //   atwood-truth-fuzz --list
 //   atwood-truth-fuzz --pair 'closed-form/*' --answered 10000 --log fuzz.tsv
 //
-// The log holds one line a scene (pair, seed, index, outcome, largest error in bars, reason); a campaign with the same
-// seed goes on where its log ends. Exit code: 0, or 1 when a bar was breached or more scenes were refused than the pair
-// allows, 2 for usage.
+// The log holds one line per scene (pair, seed, index, outcome, largest error in bars, reason); a campaign with the
+// same seed continues where its log ends. Exit code: 0, or 1 when a bar was breached or more scenes were refused than
+// the pair allows, 2 for usage.
 #include <fmt/core.h>
 #include <fnmatch.h>
 
@@ -28,7 +28,7 @@ struct Settings {
   std::string pair = "*", log;
   std::uint64_t seed = 1784;
   int answered = 100;
-  double most_seconds = 1e9;  // a pair
+  double most_seconds = 1e9;  // per pair
   std::int64_t show = -1;
 };
 
@@ -41,8 +41,8 @@ struct Judged {
   std::string reason;
 };
 
-// The largest error in bars. A value whose checker is not ten times closer than the truth's bar decides nothing, unless
-// it breaches the bar by more than the checker may be off.
+// The largest error in bars. A value is left out if the checker's own error exceeds a tenth of the truth's bar, unless
+// the truth breaches its bar by more than the checker's error.
 Judged judge(const Truth& truth, const Checked& exact) {
   Judged made;
   if (truth.values.size() != exact.values.size()) return {Result::unchecked, 0, "another number of samples"};
@@ -57,7 +57,7 @@ Judged judge(const Truth& truth, const Checked& exact) {
                             static_cast<double>(allowed))};
       return;
     }
-    if (allowed == 0 && own < Long(1e-36) * (1 + abs(is))) return;  // exact, such as what never moves
+    if (allowed == 0 && own < Long(1e-36) * (1 + abs(is))) return;  // both are exact, as for a body that never moves
     if (own > allowed / 10) unsharp = std::max(unsharp, allowed > 0 ? static_cast<double>(own / allowed) : HUGE_VAL);
     if (made.result != Result::breach && allowed > 0)
       made.worst = std::max(made.worst, static_cast<double>(off / allowed));
@@ -121,7 +121,7 @@ Tally read_log(const Settings& settings, const std::string& pair) {
   return tally;
 }
 
-// Whether the pair held.
+// Whether no bar was breached and not too many scenes were refused.
 bool campaign(const Kind& kind, const Settings& settings) {
   const std::string pair = kind.truth + "/" + kind.name;
   Tally tally = settings.log.empty() ? Tally{} : read_log(settings, pair);
@@ -129,7 +129,7 @@ bool campaign(const Kind& kind, const Settings& settings) {
   if (!settings.log.empty()) log.open(settings.log, std::ios::app);
   const auto begin = std::chrono::steady_clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
-  // A kind of which nearly all scenes are refused would never end: four times the count decides.
+  // Ends at four times the count, because a kind whose scenes are nearly all refused would never end.
   while (tally.answered() < settings.answered && tally.all() < 4 * settings.answered &&
          seconds() < settings.most_seconds) {
     const std::uint64_t index = tally.next;

@@ -13,7 +13,7 @@ Long value(const Polynomial& p, const Long& t) {
   return sum;
 }
 
-// All roots with a change of sign in (from, to), ascending: between the roots of the derivative, by bisection.
+// All roots in (from, to) where the sign changes, ascending: by bisection between the roots of the derivative.
 std::vector<Long> roots(const Polynomial& p, const Long& from, const Long& to) {
   if (p.size() < 2) return {};
   Polynomial slope;
@@ -48,9 +48,9 @@ struct Wall {
 
 struct Flights {
   const Scenario& scenario;
-  Long moved = 0;  // each instant of impact by this part of its flight
+  Long moved = 0;  // relative shift of each impact time within its flight
   Long3 gravity{};
-  std::vector<Ball> balls{};  // in the order of the bodies; planes too, not free
+  std::vector<Ball> balls{};  // in the order of the bodies; planes too, as fixed ones
   std::vector<Wall> walls{};
   std::string refused{};
 
@@ -90,7 +90,8 @@ struct Flights {
 
   bool is_wall(int i) const { return std::holds_alternative<Plane>(scenario.scene.bodies[i].shape); }
 
-  // The gap's polynomial in the time from now; of two balls the square of the distance less that of the radii's sum.
+  // The gap as a polynomial of the time from now; for two balls the squared distance minus the squared sum of the
+  // radii.
   Polynomial gap(int a, int b) const {
     const Long3 g = pull(balls[b]) - pull(balls[a]);
     if (is_wall(a)) {
@@ -122,8 +123,8 @@ struct Flights {
     ball.now.q = {w, rest[0], rest[1], rest[2]};
   }
 
-  // The surfaces' relative velocity changes by J (1/m_a + 1/m_b) along n and by T (1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b)
-  // across it; T stops the slip or is mu J.
+  // The relative velocity of the surfaces changes by J (1/m_a + 1/m_b) along n and by T (1/m_a + 1/m_b + r_a^2/I_a +
+  // r_b^2/I_b) across it; T stops the slip, or has the size mu J.
   void collide(int a, int b) {
     Ball &one = balls[a], &other = balls[b];
     Long3 n;
@@ -170,12 +171,12 @@ struct Flights {
       for (int b = 0; b < static_cast<int>(balls.size()); ++b) {
         if (a == b || is_wall(b) || (!is_wall(a) && b < a) || (!balls[a].free && !balls[b].free)) continue;
         Polynomial p = gap(a, b);
-        // The pair that has just collided starts at gap 0: its root there is divided out.
+        // The gap of the pair that has just collided is 0 at the start; this root is divided out.
         const bool apart_now = a == last_a && b == last_b;
         if (apart_now) p.erase(p.begin());
         for (const Long& t : roots(p, 0, within)) {
           const Long later = t + within * 1e-40;
-          if (!(value(p, later) < 0)) continue;  // outwards
+          if (!(value(p, later) < 0)) continue;  // the gap opens
           if (t < next.t) {
             next.second = next.t;
             next.t = t;

@@ -6,9 +6,9 @@
 namespace atwood::fuzz {
 
 // Balls (free or fixed) and planes; impacts by Newton's restitution and Coulomb's friction, one after another. `own` is
-// the difference to a run whose instants of impact are moved by 1e-50 of their flights. Refuses: other shapes, forces,
-// impacts at one instant, contacts that last (`most_impacts` in sum), overlaps at the start, friction on moments of
-// inertia that are not all alike.
+// the difference from a run whose impact times are shifted by 1e-50 of their flights. Refuses other shapes, forces,
+// simultaneous impacts, lasting contacts (more than `most_impacts` impacts in total), overlaps at the start, and
+// friction on bodies whose moments of inertia differ.
 Checked check_flights(const Scenario& scenario, std::int64_t samples, int most_impacts = 400);
 
 }  // namespace atwood::fuzz

@@ -68,7 +68,7 @@ Scenario linear_drag(Random& r, bool border) {
   Scenario s = empty(TruthKind::closed_form, "linear-drag", r.uniform(0.1, 20));
   s.scene.gravity_m_per_s2 = scaled(r.uniform(0, 20), r.direction());
   s.scene.bodies = {point("ball", r.power(-2, 2), r.vector(10), r.vector(30))};
-  const double rate = border ? r.power(-18, -3) : r.uniform(0.01, 5);  // c t / m beside 0
+  const double rate = border ? r.power(-18, -3) : r.uniform(0.01, 5);  // c t / m near 0
   s.scene.forces = {LinearDrag{{0}, rate * s.scene.bodies[0].mass_kg, r.vector(5), 0}};
   if (r.whole(0, 3) == 0) s.scene.bodies[0].release_s = r.uniform(0, s.t_end_s);
   return s;
@@ -92,10 +92,10 @@ Scenario oscillator(Random& r, bool border) {
   s.scene.bodies = {point("bob", mass, r.vector(2), r.vector(5))};
   Spring spring{{0}, r.vector(1), k, 0, 0, {}};
   const int what = r.whole(0, 3);
-  if (what >= 1) {  // around critical damping on the border
+  if (what >= 1) {  // border: near critical damping
     const double critical = 2 * std::sqrt(k * mass);
     spring.damping_N_s_per_m = border ? critical * (1 + r.sign() * r.power(-17, -1)) : critical * r.uniform(0.01, 2);
-    // Damping acts along the line through the anchor: the motion keeps to it.
+    // Damping acts along the line through the anchor, so the motion stays on it.
     s.scene.gravity_m_per_s2 = scaled(r.uniform(-10, 10), {1, 0, 0});
     s.scene.bodies[0].position_m = {r.uniform(0.5, 2), 0, 0};
     s.scene.bodies[0].velocity_m_per_s = {r.uniform(-5, 5), 0, 0};
@@ -111,7 +111,7 @@ Scenario oscillator(Random& r, bool border) {
   return s;
 }
 
-// r at the perihelion times `speed`, in parts of the escape speed; the whole turned by random axes.
+// An orbit from its perihelion, with `speed` relative to the escape speed, in a random plane.
 Scenario kepler(Random& r, bool border) {
   const double mu = r.power(-2, 2), distance = r.power(-1, 1), escape = std::sqrt(2 * mu / distance);
   const double period = 2 * pi * std::sqrt(distance * distance * distance / mu);
@@ -123,7 +123,7 @@ Scenario kepler(Random& r, bool border) {
       case 0:
         along = 1 + r.sign() * r.power(-17, -2);
         outward = 0;
-        break;  // beside the parabola
+        break;  // near the parabola
       case 1:
         along = std::sqrt(0.5) * (1 + r.sign() * r.power(-17, -2));
         outward = r.sign() * r.power(-17, -2);
@@ -152,7 +152,7 @@ Scenario coulomb(Random& r, bool border) {
   if (border) {
     const int what = r.whole(0, 2);
     if (what == 0) s.scene.bodies[1].charge_C = r.sign() * r.power(-18, -3);
-    if (what == 1)  // at rest to each other, or nearly: like charges
+    if (what == 1)  // like charges (nearly) at rest relative to each other
       s.scene.bodies[1].velocity_m_per_s =
           sum(s.scene.bodies[0].velocity_m_per_s, scaled(r.power(-18, -3), r.direction()));
     if (what <= 1) s.scene.bodies[1].charge_C = std::copysign(s.scene.bodies[1].charge_C, s.scene.bodies[0].charge_C);
@@ -218,7 +218,7 @@ Scenario bounce(Random& r, bool border) {
   const double offset = r.uniform(-1, 1);
   s.scene.bodies = {plane(n, offset), ball("ball", r.power(-1, 1), radius, scaled(offset + radius + height, n),
                                            border ? Real3{} : r.vector(2))};
-  // Ends before all bounces do: t_1 + 2 t_1 (e + ... + e^k) of a fall from rest.
+  // The run ends before the bounce series does: t_1 + 2 t_1 (e + ... + e^k) for a fall from rest.
   s.t_end_s = std::sqrt(2 * height / g) * (1 + 2 * e * std::min(30.0, e < 1 ? (1 - std::pow(e, 30)) / (1 - e) : 30.0)) *
               r.uniform(0.2, 0.9);
   return s;
@@ -233,7 +233,7 @@ Scenario sphere_impact(Random& r, bool border) {
   const double ra = r.uniform(0.1, 0.5), rb = r.uniform(0.1, 0.5), R = ra + rb, speed = r.uniform(1, 4);
   const Real3 n = r.direction(), side = across(n, r);
   double aside = r.uniform(0, 0.95) * R;
-  if (border) aside = r.whole(0, 1) ? R * (1 - r.power(-16, -1)) : R * r.power(-17, -1);  // a graze, head on
+  if (border) aside = r.whole(0, 1) ? R * (1 - r.power(-16, -1)) : R * r.power(-17, -1);  // a graze, or head on
   const double away = R + (border ? r.power(-12, 0) : r.uniform(0.1, 1));
   Body a = ball("a", r.power(-1, 1), ra, {}, {}),
        b = ball("b", r.power(-1, 1), rb, sum(scaled(away, n), scaled(aside, side)), scaled(-speed, n));
@@ -307,7 +307,7 @@ Scenario drop(TruthKind truth, const char* solution, Random& r, bool border) {
   return s;
 }
 
-// ---- what has no formula --------------------------------------------------------------------------------------------
+// ---- scenes without a closed form -----------------------------------------------------------------------------------
 
 Scenario orbits(TruthKind truth, Random& r, bool border) {
   Scenario s = empty(truth, "", r.uniform(0.5, 4));

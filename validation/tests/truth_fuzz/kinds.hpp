@@ -34,7 +34,7 @@ struct Kind {
   std::string truth, name;                              // "closed-form", "kepler": the pair is closed-form/kepler
   std::function<Scenario(Random&, bool border)> scene;  // border: near a limit of the formulas or of validity
   std::function<Checked(const Scenario&, std::int64_t samples)> check;
-  double most_refused = 0.5;  // part of the scenes that may be refused, by the truth or by the checker
+  double most_refused = 0.5;  // fraction of the scenes that the truth or the checker may refuse
 };
 
 const std::vector<Kind>& kinds();

@@ -11,14 +11,14 @@ using State = std::vector<Long>;  // p, v of each body, then q, w of those that 
 using Rate = std::function<void(const Long& t_s, const State& y, State& dydt)>;
 
 constexpr int columns = 16;         // of the extrapolation: order 2 columns
-constexpr int most_steps = 20'000;  // before the scene is left to others
+constexpr int most_steps = 20'000;  // above: the checker refuses the scene
 
 // ---- the equations of motion ------------------------------------------------------------------------------------
 
 struct Equations {
   const Scene& scene;
   std::vector<std::array<Long, 9>> inverse_inertia;
-  std::vector<Force> acting;  // in this interval of time
+  std::vector<Force> acting;  // in the present interval of time
   double now_s = 0;           // its middle
 
   explicit Equations(const Scene& s) : scene(s) {
@@ -196,7 +196,7 @@ State midpoints(const Rate& f, const Long& t_s, const State& y, const Long& H, i
   return now;
 }
 
-// error: of the last column but one, in scales
+// error: of the last column but one, relative to the scales
 struct Step {
   State y;
   Long error;
@@ -225,7 +225,7 @@ Step extrapolate(const Rate& f, const Long& t_s, const State& y, const Long& H, 
   return made;
 }
 
-// Each component by the largest of its kind and body so far.
+// Scales each component by the largest absolute value of its kind and body so far.
 void widen_scale(State& scale, const State& y) {
   constexpr int kinds[5] = {0, 3, 6, 10, per_body};
   for (std::size_t body = 0; body < y.size(); body += per_body)
@@ -251,7 +251,7 @@ State start_of(const Scene& scene) {
   return y;
 }
 
-// Where forces switch and bodies are let go.
+// The times at which forces switch and bodies are released.
 std::vector<double> switches(const Scene& scene, double t_end_s) {
   std::vector<double> at{t_end_s};
   const auto add = [&](double t) {
@@ -280,7 +280,7 @@ bool acts_at(const Force& force, double t_s) {
          std::any_of(on_s.begin(), on_s.end(), [&](const Interval& on) { return on.from_s <= t_s && t_s < on.to_s; });
 }
 
-// One integration with `digits` asked for at each step. Empty: it took more than `most_steps`.
+// One integration with a relative error of 10^-digits per step. Empty: it needs more than `most_steps`.
 std::vector<State> integrate(const Scenario& scenario, std::int64_t samples, int digits) {
   Equations equations(scenario.scene);
   const Rate f = [&](const Long& t_s, const State& y, State& dydt) { rate(equations, t_s, y, dydt); };
@@ -304,7 +304,7 @@ std::vector<State> integrate(const Scenario& scenario, std::int64_t samples, int
       while (t < target) {
         if (++steps > most_steps) return {};
         const Long H = std::min(length, Long(target - t));
-        // Components that start at rest are scaled by what they become: the first try widens the scale.
+        // Components that are 0 at the start get their scale from a first attempt of the step.
         State wider = scale;
         widen_scale(wider, midpoints(f, t, y, H, 2));
         Step step = extrapolate(f, t, y, H, wider);

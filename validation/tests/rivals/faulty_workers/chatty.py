@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Floods standard error while it runs well: a pipe that nobody reads would block it."""
+"""Floods standard error while it runs well: a full pipe would block it."""
 import sys
 
 from talk import serve

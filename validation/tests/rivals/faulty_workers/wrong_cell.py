@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Answers for a cell that nobody asked about."""
+"""Answers for a cell that was not requested."""
 import json
 
 from talk import serve
