@@ -10,18 +10,6 @@ namespace atwood::wire {
 namespace {
 
 // ---- numbers ----------------------------------------------------------------------------------------------------
-void append(std::string& line, Wide value) {
-  const double narrow = static_cast<double>(value);
-  if (static_cast<Wide>(narrow) == value && std::isfinite(narrow)) {
-    line += format_double(narrow);
-    return;
-  }
-  const long double longer = static_cast<long double>(value);
-  line += '"';
-  line += format_number(value, static_cast<Wide>(longer) == value ? 21 : 36);
-  line += '"';
-}
-
 template <class Values> void append_all(std::string& line, const Values& values) {
   for (const Wide value : values) {
     append(line, value);
@@ -158,7 +146,9 @@ std::string to_line(const Request& request) {
   if (request.kind == Request::Kind::hello) return R"({"protocol":1,"request":"hello"})";
   if (request.kind == Request::Kind::truth) {
     return R"({"request":"truth","cell":)" + std::to_string(request.cell) +
-           ",\"samples\":" + std::to_string(request.plan.samples) + ",\"scenario\":" + request.json + "}";
+           ",\"samples\":" + std::to_string(request.plan.samples) +
+           (request.response.empty() ? "" : ",\"response\":" + dump(Json(request.response))) +
+           ",\"scenario\":" + request.json + "}";
   }
   if (request.kind == Request::Kind::contacts || request.kind == Request::Kind::sweep) return contacts_request(request);
   const bool timing = request.repeats > 0;
@@ -195,15 +185,22 @@ Request read_request(std::string_view line, std::int64_t& cell) {
     read_contacts_request(json, kind, request);
     return request;
   }
+  if (kind == "fluid-field") {
+    request.kind = Request::Kind::field;
+    request.json = line;
+    return request;
+  }
   request.plan.samples = integer(need(json, "samples"), "samples");
   if (request.plan.samples <= 0) throw Garbage("\"samples\" must be positive");
   if (kind == "truth") {
     request.kind = Request::Kind::truth;
     request.json = need(json, "scenario").dump();
+    request.response = text_or(json, "response", "");
     return request;
   }
   if (kind != "run")
-    throw Garbage("unknown request `" + cut(kind) + "`; expected hello, run, truth, contacts or contacts-sweep");
+    throw Garbage("unknown request `" + cut(kind) +
+                  "`; expected hello, run, truth, fluid-field, contacts or contacts-sweep");
   request.kind = Request::Kind::run;
   request.method = text(need(json, "method"), "method");
   request.plan.t_end_s = narrow_number(need(json, "t_end_s"));

@@ -27,15 +27,18 @@ struct Garbage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// A question for a field (protocol/fluid_field.hpp) is read in two steps: `kind` here, the rest from the line.
 // ---- requests ---------------------------------------------------------------------------------------------------
 struct Request {
-  enum class Kind { hello, run, truth, contacts, sweep } kind = Kind::hello;
+  enum class Kind { hello, run, truth, contacts, sweep, field } kind = Kind::hello;
   std::int64_t cell = -1;
   std::string method;
   Plan plan;        // truth: samples alone
   int repeats = 0;  // 0: the accuracy pass, or the profile
   bool profile = false;
-  std::string json;            // run, contacts: the scene; truth: the scenario
+  // truth: the particles' equations, as in a method id without the plus sign ("sph{...}"); empty: none
+  std::string response = {};
+  std::string json;            // run, contacts: the scene; truth: the scenario; field: the line itself
   ContactQuery contacts = {};  // contacts, sweep
   std::string test = {};       // contacts, sweep: one beside the engine's own; empty: its own
   std::string pair = {};       // sweep: poses from..from + count of this pair (scene/pair_sweep.hpp)
