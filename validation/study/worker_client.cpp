@@ -389,6 +389,14 @@ std::vector<PoseAnswer> WorkerClient::sweep(const std::string& test, const std::
 }
 
 // ---- one-off requests ---------------------------------------------------------------------------------------------
+FieldAtParticles field_once(const std::string& truth_worker, const Scenario& scenario, const std::vector<Wide>& t_s,
+                            const std::vector<std::vector<FieldPosition>>& positions, double limit_s,
+                            const std::string& response) {
+  const BrokenPipeGuard guard;
+  WorkerClient client({truth_worker});
+  return client.field(scenario_to_json(scenario), response, t_s, positions, limit_s);
+}
+
 Truth truth_once(const std::string& truth_worker, const Scenario& scenario, std::int64_t samples, double limit_s) {
   const BrokenPipeGuard guard;
   WorkerClient client({truth_worker});

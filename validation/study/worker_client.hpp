@@ -82,6 +82,11 @@ class WorkerClient {
   bool killed_from_outside_ = false;
 };
 
+// One question for a field, in a process of its own.
+FieldAtParticles field_once(const std::string& truth_worker, const Scenario& scenario, const std::vector<Wide>& t_s,
+                            const std::vector<std::vector<FieldPosition>>& positions, double limit_s,
+                            const std::string& response = "");
+
 // Bodies that a sample of this scene has, and where they start.
 inline SampledBodies sampled_bodies(const Scene& scene) { return SampledBodies(scene); }
 

@@ -154,23 +154,27 @@ TEST_CASE("scenes without fluids keep their JSON") {
 
 TEST_CASE("refused with the figure") {
   const auto refused = [](const Parts& p, const std::string& words) { CHECK_THAT(message(scene(p)), Contains(words)); };
-  refused(with(&Parts::run, "spacings_m = [0.3]\nsound_speeds_m_per_s = [10]\n"),
-          "`spacings_m` in [run] has 0.3, which does not fill the region of the fluid `water`: 1 m along x is 3 spacings of "
-          "0.3 m and 0.1");
+  refused(
+      with(&Parts::run, "spacings_m = [0.3]\nsound_speeds_m_per_s = [10]\n"),
+      "`spacings_m` in [run] has 0.3, which does not fill the region of the fluid `water`: 1 m along x is 3 spacings of "
+      "0.3 m and 0.1");
   refused(with(&Parts::run, "spacings_m = [0.125, 0.25]\nsound_speeds_m_per_s = [10]\n"), "0.25 after 0.125");
   refused(with(&Parts::run, "spacings_m = [0.25]\nsound_speeds_m_per_s = [0]\n"), "expected a number above 0");
   refused(with(&Parts::run, "spacings_m = [0.25]\n"), "missing key `sound_speed_m_per_s`");
   refused(with(&Parts::fluid, "spacing_m = 0.25\n"), "found `spacing_m` in [[fluid]] `water` beside `spacings_m`");
   refused(with(&Parts::domain, "dimensions = 2\nperiodic_m = [0.5, 1, 0]\n"),
           "reaches from 0 to 1 m along x, outside the domain; expected it within the period, 0 to 0.5 m");
-  refused(with(&Parts::region, "region.box = { min_m = [0, 0, 0.5], max_m = [1, 1, 1] }\n"), "the domain has two dimensions");
-  refused(with(&Parts::region, "region.ball = { radius_m = 1 }\n"), "the region `ball` in [[fluid]] `water` has three dimensions");
+  refused(with(&Parts::region, "region.box = { min_m = [0, 0, 0.5], max_m = [1, 1, 1] }\n"),
+          "the domain has two dimensions");
+  refused(with(&Parts::region, "region.ball = { radius_m = 1 }\n"),
+          "the region `ball` in [[fluid]] `water` has three dimensions");
   refused(with(&Parts::world, "gravity_m_per_s2 = [0, 0, -9.81]\n"), "`gravity_m_per_s2` in [world] is -9.81 along z");
   refused(with(&Parts::fluid, "initial = \"taylor-gren\"\n"), "did you mean taylor-green?");
   refused(with(&Parts::fluid, "initial = { field = \"taylor-green\", speed = 2 }\n"), "did you mean speed_m_per_s?");
   refused(with(&Parts::fluid, "initial = \"heat-sine\"\n"), "expected `heat_capacity_J_per_kg_K` above 0");
   refused(with(&Parts::fluid, "conductivity_W_per_m_K = 1\n"), "is given without a temperature");
-  refused(with(&Parts::fluid, "initial = \"square-patch\"\nvelocity_m_per_s = [1, 0]\n"), "found `velocity_m_per_s` beside `initial`");
+  refused(with(&Parts::fluid, "initial = \"square-patch\"\nvelocity_m_per_s = [1, 0]\n"),
+          "found `velocity_m_per_s` beside `initial`");
   refused(with(&Parts::fluid, "arrangement = \"rings\"\n"), "expected a circle or an ellipse");
   refused(with(&Parts::fluid, "disturbance = 0.1\n"), "expected it with `arrangement = \"disturbed\"` only");
   refused(with(&Parts::fluid, "tait_exponent = 7\n"), "beside a linear equation of state");
@@ -178,12 +182,14 @@ TEST_CASE("refused with the figure") {
   refused(with(&Parts::rest, second + "region.box = { min_m = [0.5, 0], max_m = [1, 1] }\n"),
           "the fluids `water` and `oil` overlap");
   const std::string wall = "[[body]]\nname = \"wall\"\nfixed = true\n", bound = "[[fluid_boundary]]\nbody = \"wall\"\n";
-  refused(with(&Parts::rest, wall + "position_m = [0.5, -0.1, 0]\nshape.box = { half_extents_m = [1, 0.1, 1] }\n" + bound),
-          "the boundary `wall` is 0.2 m thick and leaks at a spacing of 0.25 m; expected at least two spacings, 0.5 m");
+  refused(
+      with(&Parts::rest, wall + "position_m = [0.5, -0.1, 0]\nshape.box = { half_extents_m = [1, 0.1, 1] }\n" + bound),
+      "the boundary `wall` is 0.2 m thick and leaks at a spacing of 0.25 m; expected at least two spacings, 0.5 m");
   refused(with(&Parts::rest, wall + "shape.plane = { normal = [0, 1, 0], offset_m = 0.2 }\n" + bound),
           "behind the plane of the boundary `wall`");
-  refused(with(&Parts::rest, wall + "shape.plane = { normal = [0, 1, 0], offset_m = 0 }\n" + bound + "slip = \"inflow\"\n"),
-          "open boundaries (inflow, outflow) are not simulated");
+  refused(
+      with(&Parts::rest, wall + "shape.plane = { normal = [0, 1, 0], offset_m = 0 }\n" + bound + "slip = \"inflow\"\n"),
+      "open boundaries (inflow, outflow) are not simulated");
   refused(with(&Parts::rest, wall + "shape.plane = { normal = [0, 1, 0], offset_m = 0 }\n" + bound + bound),
           "a second [[fluid_boundary]] of the body `wall`");
   refused(with(&Parts::rest, "[[probe]]\nkind = \"pressure\"\n"), "missing key `position_m` in [[probe]]");
