@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "fluid/solution.hpp"
+#include "fluid/weakly_compressible.hpp"
 
 namespace atwood {
 
@@ -14,7 +15,10 @@ using namespace fluid_truth;
 namespace {
 
 const std::vector<Solution>& catalogue() {
-  static const std::vector<Solution> all{taylor_green()};
+  static const std::vector<Solution> all{
+      taylor_green(),        shear(),           poiseuille(),      couette(),     heat_sine(),
+      heat_step(),           standing_wave(),   elliptic_drop(),   hydrostatic(), square_patch(),
+      fluid_truth::ritter(), couette_thermal(), viscous_heating(), mms_2d(),      mms_3d()};
   return all;
 }
 
@@ -137,6 +141,7 @@ std::vector<std::string> fluid_solution_ids() {
 
 FluidField fluid_field_of(const Scenario& scenario, const std::string& response) {
   if (scenario.truth.kind == TruthKind::closed_form) return closed_form_field(scenario, response);
+  if (scenario.truth.kind == TruthKind::weakly_compressible) return weakly_compressible_field(scenario, response);
   return refused("the truth of this scenario is no field: expected the kind closed-form or weakly-compressible");
 }
 

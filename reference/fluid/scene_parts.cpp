@@ -18,6 +18,37 @@ double parameter(const InitialField& field, const char* name, double otherwise) 
   return found == field.parameters.end() ? otherwise : found->second;
 }
 
+template <class S> S wave_number(const Scene& scene, const InitialField& field, int axis) {
+  const double length = parameter(field, "length_m", scene.domain.periodic_m[axis]);
+  require(length > 0, "the field `" + field.name + "` has no length and the scene no period along it");
+  return 2 * pi<S>() * S(parameter(field, "mode", 1)) / S(length);
+}
+
+template <class S> void require_period(const Scene& scene, S k, int axis) {
+  const double waves = static_cast<double>(k * S(scene.domain.periodic_m[axis]) / (2 * pi<S>()));
+  require(waves >= 0.5 && std::fabs(waves - std::round(waves)) < 1e-12 * waves,
+          "expected a period of a whole number of waves along axis " + std::to_string(axis) + "; found " +
+              format_double(waves));
+}
+
+template <class S> S thermal_diffusivity(const Fluid& fluid) {
+  require(fluid.heat_capacity_J_per_kg_K > 0, "the fluid has no heat capacity");
+  return S(fluid.conductivity_W_per_m_K) / (S(fluid.density_kg_per_m3) * S(fluid.heat_capacity_J_per_kg_K));
+}
+
+Upwards upwards_of(const Scene& scene) {
+  Upwards made;
+  int found = 0;
+  for (int k = 0; k < 3; ++k) {
+    const double g = scene.gravity_m_per_s2[k];
+    if (g == 0) continue;
+    ++found;
+    made = {k, g < 0 ? 1.0 : -1.0, std::fabs(g)};
+  }
+  require(found == 1, "expected gravity along one axis");
+  return made;
+}
+
 bool has_boundaries(const Scene& scene) { return !scene.fluid_boundaries.empty(); }
 
 template <class S> Channel<S> channel_of(const Scene& scene) {
@@ -64,6 +95,12 @@ template <class S> S density_of(const Fluid& fluid, S pressure) {
   return rho0 * exp(log1p(gamma * pressure / (rho0 * c * c)) / gamma);
 }
 
+template Narrow wave_number(const Scene&, const InitialField&, int);
+template Wide wave_number(const Scene&, const InitialField&, int);
+template void require_period(const Scene&, Narrow, int);
+template void require_period(const Scene&, Wide, int);
+template Narrow thermal_diffusivity(const Fluid&);
+template Wide thermal_diffusivity(const Fluid&);
 template Channel<Narrow> channel_of(const Scene&);
 template Channel<Wide> channel_of(const Scene&);
 template Narrow pressure_of(const Fluid&, Narrow);

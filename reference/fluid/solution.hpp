@@ -58,6 +58,19 @@ struct Refused {
 };
 void require(bool holds, const std::string& why);
 
+// k = 2 pi mode / length_m of a field's parameters; the length is the scene's period along `axis` unless given.
+template <class S> S wave_number(const Scene& scene, const InitialField& field, int axis);
+// Refuses a period along `axis` that is no multiple of the wave's length.
+template <class S> void require_period(const Scene& scene, S k, int axis);
+// conductivity / (density heat capacity); refuses a fluid without heat capacity.
+template <class S> S thermal_diffusivity(const Fluid& fluid);
+// Minus gravity is along this axis, upwards or downwards along it; refuses any other direction.
+struct Upwards {
+  int axis = 1;
+  double sign = 1, g = 0;  // [m/s^2], > 0
+};
+Upwards upwards_of(const Scene& scene);
+
 // Two parallel fixed planes that bound the fluid along one axis: where they are, how they move, how they heat.
 template <class S> struct Channel {
   int axis = 1;  // of the normal
@@ -75,6 +88,7 @@ template <class S> S density_of(const Fluid& fluid, S pressure);
 
 // ---- the catalogue ----------------------------------------------------------------------------------------------
 Solution taylor_green();
+Solution shear();
 Solution poiseuille();
 Solution couette();
 Solution heat_sine();
