@@ -257,6 +257,18 @@ void check_protocol(const Json& json, const char* whose) {
 // ---- writing ------------------------------------------------------------------------------------------------------
 std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
+void append(std::string& line, Wide value) {
+  const double narrow = static_cast<double>(value);
+  if (static_cast<Wide>(narrow) == value && std::isfinite(narrow)) {
+    line += format_double(narrow);
+    return;
+  }
+  const long double longer = static_cast<long double>(value);
+  line += '"';
+  line += format_number(value, static_cast<Wide>(longer) == value ? 21 : 36);
+  line += '"';
+}
+
 Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(format_double(value)); }
 
 }  // namespace atwood::wire

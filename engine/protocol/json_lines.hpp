@@ -47,7 +47,8 @@ double narrow_number(const Json& json);
 void check_protocol(const Json& version, const char* whose);  // `whose`: "this worker", the side with kProtocol
 
 // ---- writing ------------------------------------------------------------------------------------------------------
-std::string dump(const Json& json);  // bytes that are not UTF-8 are replaced
+std::string dump(const Json& json);          // bytes that are not UTF-8 are replaced
+void append(std::string& line, Wide value);  // a number where a double holds it, else its text
 Json json_number(double value);
 
 }  // namespace atwood::wire

@@ -57,10 +57,17 @@ inline bool operator==(const ContactSample& a, const ContactSample& b) {  // not
          a.force_n_N == b.force_n_N && a.force_t_N == b.force_t_N;
 }
 
+// A particle of a fluid. Positions are unwrapped in periodic directions.
+struct ParticleSample {
+  std::array<Wide, 3> p_m{}, v_m_per_s{};
+  Wide density_kg_per_m3 = 0, pressure_Pa = 0, temperature_K = 0;
+};
+
 struct Sample {
   Wide t_s = 0;
-  std::vector<BodySample> bodies;            // in the order of Scene::bodies, fixed ones included
-  std::vector<ContactSample> contacts = {};  // of methods and engines that report contacts; one entry a contact point
+  std::vector<BodySample> bodies;              // in the order of Scene::bodies, fixed ones included
+  std::vector<ContactSample> contacts = {};    // of methods and engines that report contacts; one entry a contact point
+  std::vector<ParticleSample> particles = {};  // of all fluids of the scene, in their order
 };
 
 enum class EventKind { impact, rest, slip, stick, roll, separate };

@@ -11,6 +11,7 @@
 #include <new>
 
 #include "protocol/descriptors.hpp"
+#include "protocol/fluid_field.hpp"
 #include "protocol/wire.hpp"
 #include "protocol/worker.hpp"
 #include "scene/files.hpp"
@@ -107,7 +108,8 @@ void answer_run(const Engine& engine, const wire::Request& request, Pipe& pipe) 
 }
 
 void answer_truth(TruthSolver solve, const wire::Request& request, Pipe& pipe) {
-  const Scenario scenario = scenario_from_json(request.json);
+  Scenario scenario = scenario_from_json(request.json);
+  scenario.truth.response = request.response;
   Truth truth;
   const Outcome outcome = guarded([&] {
     truth = solve(scenario, request.plan.samples);
@@ -124,6 +126,35 @@ void answer_truth(TruthSolver solve, const wire::Request& request, Pipe& pipe) {
   }
   wire::event_lines(request.cell, truth.events, &truth.event_bar_s, put);
   pipe.put(wire::truth_done_line(request.cell, truth));
+}
+
+// The field that was asked for last. Its solver may have work to keep (the coefficients of a spectral solution), so that
+// the next times of the same scenario are answered sooner.
+struct LastField {
+  std::string scenario, response;
+  FluidField field;
+};
+
+void answer_field(const FluidFieldSolver& solve, const wire::Request& asked, LastField& last, Pipe& pipe) {
+  const wire::FieldRequest request = wire::read_field_request(asked.json);
+  if (!solve) throw wire::Garbage("this worker has no fields");
+  if (!last.field.at || last.scenario != request.scenario || last.response != request.response) {
+    last = {request.scenario, request.response, {}};
+    const Scenario scenario = scenario_from_json(request.scenario);
+    last.field.outcome = guarded([&] {
+      last.field = solve(scenario, request.response);
+      return last.field.outcome;
+    });
+  }
+  FluidField ended = {last.field.outcome, last.field.source, last.field.note, last.field.known, {}};
+  if (ended.outcome.status == Status::ok)
+    ended.outcome = guarded([&] {
+      for (std::size_t k = 0; k < request.t_s.size(); ++k)
+        wire::field_lines(request.cell, last.field.at(request.t_s[k], request.positions[k]),
+                          [&](const std::string& line) { pipe.put(line); });
+      return last.field.outcome;
+    });
+  pipe.put(wire::field_done_line(request.cell, ended));
 }
 
 // ---- contacts -----------------------------------------------------------------------------------------------------
@@ -257,7 +288,8 @@ int serve(const Engine& engine, const PairQueries& queries) {
   });
 }
 
-int serve_truth(TruthSolver solve, const std::string& version, const ContactsOf& contacts, const PairQueries& queries) {
+int serve_truth(TruthSolver solve, const std::string& version, const ContactsOf& contacts, const PairQueries& queries,
+                const FluidFieldSolver& field) {
   Engine hello;
   hello.name = "truth";
   hello.version = version;
@@ -267,10 +299,15 @@ int serve_truth(TruthSolver solve, const std::string& version, const ContactsOf&
   method.doc = "The tightest certified truth of a scene: closed form, quad extrapolation and collocation, or CVODE.";
   hello.contacts = contacts;
   const ContactTest test{hello, queries};
+  LastField last;
   return serve_lines(hello, [&](const wire::Request& request, Pipe& pipe) {
     if (answered_contacts(test, request, pipe)) return;
+    if (request.kind == wire::Request::Kind::field) {
+      answer_field(field, request, last, pipe);
+      return;
+    }
     if (request.kind != wire::Request::Kind::truth)
-      throw wire::Garbage("this worker answers hello, truth and contacts");
+      throw wire::Garbage("this worker answers hello, truth, fluid-field and contacts");
     answer_truth(solve, request, pipe);
   });
 }

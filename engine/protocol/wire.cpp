@@ -10,18 +10,6 @@ namespace atwood::wire {
 namespace {
 
 // ---- numbers ----------------------------------------------------------------------------------------------------
-void append(std::string& line, Wide value) {
-  const double narrow = static_cast<double>(value);
-  if (static_cast<Wide>(narrow) == value && std::isfinite(narrow)) {
-    line += format_double(narrow);
-    return;
-  }
-  const long double longer = static_cast<long double>(value);
-  line += '"';
-  line += format_number(value, static_cast<Wide>(longer) == value ? 21 : 36);
-  line += '"';
-}
-
 template <class Values> void append_all(std::string& line, const Values& values) {
   for (const Wide value : values) {
     append(line, value);
@@ -50,6 +38,16 @@ void append_contact(std::string& line, const ContactSample& contact) {
   append_all(line, contact.normal);
   append_all(line, std::array{contact.gap_m, contact.force_n_N});
   append_all(line, contact.force_t_N);
+  line.back() = ']';
+  line += ',';
+}
+
+// [px,py,pz,vx,vy,vz,density,pressure,temperature],
+void append_particle(std::string& line, const ParticleSample& particle) {
+  line += '[';
+  append_all(line, particle.p_m);
+  append_all(line, particle.v_m_per_s);
+  append_all(line, std::array{particle.density_kg_per_m3, particle.pressure_Pa, particle.temperature_K});
   line.back() = ']';
   line += ',';
 }
@@ -160,7 +158,9 @@ std::string to_line(const Request& request) {
   if (request.kind == Request::Kind::hello) return R"({"protocol":1,"request":"hello"})";
   if (request.kind == Request::Kind::truth) {
     return R"({"request":"truth","cell":)" + std::to_string(request.cell) +
-           ",\"samples\":" + std::to_string(request.plan.samples) + ",\"scenario\":" + request.json + "}";
+           ",\"samples\":" + std::to_string(request.plan.samples) +
+           (request.response.empty() ? "" : ",\"response\":" + dump(Json(request.response))) +
+           ",\"scenario\":" + request.json + "}";
   }
   if (request.kind == Request::Kind::contacts || request.kind == Request::Kind::sweep) return contacts_request(request);
   const bool timing = request.repeats > 0;
@@ -197,15 +197,22 @@ Request read_request(std::string_view line, std::int64_t& cell) {
     read_contacts_request(json, kind, request);
     return request;
   }
+  if (kind == "fluid-field") {
+    request.kind = Request::Kind::field;
+    request.json = line;
+    return request;
+  }
   request.plan.samples = integer(need(json, "samples"), "samples");
   if (request.plan.samples <= 0) throw Garbage("\"samples\" must be positive");
   if (kind == "truth") {
     request.kind = Request::Kind::truth;
     request.json = need(json, "scenario").dump();
+    request.response = text_or(json, "response", "");
     return request;
   }
   if (kind != "run")
-    throw Garbage("unknown request `" + cut(kind) + "`; expected hello, run, truth, contacts or contacts-sweep");
+    throw Garbage("unknown request `" + cut(kind) +
+                  "`; expected hello, run, truth, fluid-field, contacts or contacts-sweep");
   request.kind = Request::Kind::run;
   request.method = text(need(json, "method"), "method");
   request.plan.t_end_s = narrow_number(need(json, "t_end_s"));
@@ -230,13 +237,35 @@ Request read_request(std::string_view line, std::int64_t& cell) {
 }
 
 // ---- answers ------------------------------------------------------------------------------------------------------
+namespace {
+
+// "particles":[...], with "particle_bars", from `particle` on: at least one, until the line has `longest` bytes.
+void append_particles(std::string& line, const Sample& sample, const Sample* bar, std::size_t& particle,
+                      std::size_t longest) {
+  std::string bars;
+  line += ",\"particles\":[";
+  do {
+    append_particle(line, sample.particles[particle]);
+    if (bar) append_particle(bars, bar->particles.at(particle));
+    ++particle;
+  } while (particle < sample.particles.size() && line.size() + bars.size() < longest);
+  close_array(line);
+  if (!bar) return;
+  line += ",\"particle_bars\":[" + bars;
+  close_array(line);
+}
+
+}  // namespace
+
 void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, const std::vector<Event>& events,
                   const Put& put, std::size_t longest) {
-  std::size_t body = 0, contact = 0;
+  std::size_t body = 0, particle = 0, contact = 0;
   for (bool more = true; more;) {
     std::string line = head(cell) + ",\"t_s\":", bars;
     append(line, sample.t_s);
     if (body > 0) line += ",\"from\":" + std::to_string(body);
+    if (particle > 0) line += ",\"from_particle\":" + std::to_string(particle);
+    const std::size_t first_body = body;
     line += ",\"bodies\":[";
     for (; body < sample.bodies.size() && line.size() + bars.size() < longest; ++body) {
       append_body(line, sample.bodies[body]);
@@ -247,14 +276,20 @@ void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, co
       line += ",\"bars\":[" + bars;
       close_array(line);
     }
-    const bool contacts_begin = body == sample.bodies.size() && contact < sample.contacts.size();
-    if (contacts_begin && (line.size() < longest || body == 0)) {
+    bool progress = body > first_body;
+    if (body == sample.bodies.size() && particle < sample.particles.size() && (line.size() < longest || !progress)) {
+      append_particles(line, sample, bar, particle, longest);
+      progress = true;
+    }
+    const bool contacts_begin =
+        body == sample.bodies.size() && particle == sample.particles.size() && contact < sample.contacts.size();
+    if (contacts_begin && (line.size() < longest || !progress)) {
       line += ",\"contacts\":[";
       do append_contact(line, sample.contacts[contact++]);
       while (contact < sample.contacts.size() && line.size() < longest);
       close_array(line);
     }
-    more = body < sample.bodies.size() || contact < sample.contacts.size();
+    more = body < sample.bodies.size() || particle < sample.particles.size() || contact < sample.contacts.size();
     if (more) line += ",\"more\":true";
     else append_events(line, events);
     put(line + "}");

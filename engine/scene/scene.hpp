@@ -12,6 +12,8 @@
 #include <variant>
 #include <vector>
 
+#include "scene/fluid.hpp"
+
 namespace atwood {
 
 using Real2 = std::array<double, 2>;
@@ -182,16 +184,24 @@ struct Scene {
   SimultaneousImpacts simultaneous_impacts = SimultaneousImpacts::unspecified;
   std::vector<Material> materials;  // at least one; index 0 is used by bodies that name none
   std::vector<PairLaw> pairs;       // every unordered pair of materials
-  std::vector<Body> bodies;
+  std::vector<Body> bodies;         // may be empty where there is a fluid
   std::vector<Force> forces;
+  Domain domain;
+  std::vector<Fluid> fluids;
+  std::vector<FluidBoundary> fluid_boundaries;
+  std::vector<FluidProbe> probes;
 };
 
 // ---- the scenario: a scene with a claim, a truth and a ladder -----------------------------------------------
-enum class TruthKind { closed_form, extended, cvode, values, none };
+// `weakly_compressible`: the equations of a weakly compressible fluid, solved by a spectral method. `semi_discrete`: the
+// particles' own equations of motion, whose solution has no error of time. `literature`: published values with a band.
+enum class TruthKind { closed_form, extended, cvode, values, none, weakly_compressible, semi_discrete, literature };
 struct TruthSpec {
   TruthKind kind = TruthKind::none;
   std::string solution;  // closed_form: the id of the solution
   std::string file;      // values: CSV in the scene's folder (the truth's own format, resolved path)
+  // semi_discrete, weakly_compressible: the particles' equations ("sph{...}"); of a cell, not in JSON
+  std::string response = {};
 };
 // energy, momentum, angular-momentum, center-of-mass, jacobi-constant, ...
 struct Invariant {
@@ -205,6 +215,10 @@ struct Scenario {
   std::vector<std::int64_t> steps;   // the ladder
   std::int64_t samples = 0;          // divides every step count
   std::vector<double> frame_ends_s;  // recorded frames instead of equal steps; empty: none
+  // Of scenes with fluids: the ladders of the particles' spacing and of the sound speed, the coarsest and the slowest
+  // first. `steps` are those of the first entries; other entries take them times spacing_0 / spacing and speed / speed_0,
+  // so that the Courant number stays. `scene` is at the first entries. Empty: as the fluids say.
+  std::vector<double> spacings_m, sound_speeds_m_per_s;
   Scene scene;
   TruthSpec truth;
   std::vector<Invariant> invariants;

@@ -12,6 +12,9 @@ Truth solve_truth(const Scenario& scenario, std::int64_t samples) {
     case TruthKind::extended: return extended_truth(scenario, samples);
     case TruthKind::cvode: return cvode_truth(scenario, samples);
     case TruthKind::values: return values_truth(scenario, samples);
+    case TruthKind::weakly_compressible:
+    case TruthKind::semi_discrete:
+    case TruthKind::literature:
     case TruthKind::none: break;
   }
   Truth made;

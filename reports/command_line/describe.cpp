@@ -109,10 +109,12 @@ int describe_method(const Place& place, const Options& options) {
 // The metric of this name; nullptr where the text names a file or a scene of the catalogue. InputError where it names
 // neither.
 const MetricInfo* named_metric(const Place& place, const std::string& text) {
-  const fs::path in_catalogue = fs::path(place.source_dir) / "validation/scenarios" / (text + ".toml");
+  const fs::path in_catalogue = catalogue_file(place, text);
   if (text.find('/') != std::string::npos || fs::exists(text) || fs::exists(in_catalogue)) return nullptr;
   if (text.ends_with(".toml")) return nullptr;
-  std::vector<std::string> names = file_stems(place.source_dir + "/validation/scenarios");
+  std::vector<std::string> names;
+  for (const std::string& folder : catalogue_folders(place))
+    for (std::string& name : file_stems(folder)) names.push_back(std::move(name));
   for (const MetricInfo& metric : all_metrics()) {
     if (metric.name == text) return &metric;
     names.push_back(metric.name);

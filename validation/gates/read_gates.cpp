@@ -19,8 +19,9 @@
 namespace atwood {
 namespace {
 
-constexpr std::array<std::string_view, 10> kKeys = {"scenario", "method", "metric",    "steps",        "within",
-                                                    "max",      "min",    "max_ratio", "within_claim", "reason"};
+constexpr std::array<std::string_view, 12> kKeys = {
+    "scenario", "method", "metric", "steps",     "spacing_m",    "sound_speed_m_per_s",
+    "within",   "max",    "min",    "max_ratio", "within_claim", "reason"};
 constexpr std::array<std::string_view, 5> kKinds = {"within", "max", "min", "max_ratio", "within_claim"};
 
 std::string place(const std::string& path, const toml::source_region& at) {
@@ -137,6 +138,13 @@ Gate read_gate(const std::string& path, const toml::table& table) {
     if (!value || *value <= 0)
       refuse(path, steps->source(), "`steps` is " + found_text(*steps) + "; expected a whole number above 0");
     gate.steps = *value;
+  }
+  for (const auto& [key, member] :
+       {std::pair{"spacing_m", &Gate::spacing_m}, {"sound_speed_m_per_s", &Gate::sound_speed_m_per_s}}) {
+    const toml::node* node = table.get(key);
+    if (!node) continue;
+    gate.*member = number_of(path, *node, key);
+    if (!(*(gate.*member) > 0)) refuse(path, node->source(), "`" + std::string(key) + "` must be positive");
   }
   if (kind.empty())
     refuse(path, table.source(),
