@@ -2,6 +2,8 @@
 add_library(atwood_engine STATIC
   simulation.cpp
   parallel/team.cpp
+  fluid/kernel.cpp
+  fluid/neighbours.cpp
   smooth/prepare.cpp
   smooth/run.cpp
   math/elliptic.cpp
