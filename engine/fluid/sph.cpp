@@ -23,6 +23,8 @@ std::string scene_fault(const Scene& scene, const SphOptions& options) {
     if (!(fluid.density_kg_per_m3 > 0) || !(fluid.spacing_m > 0))
       return "the density and the spacing" + whose + " must be above 0";
     if (fluid.particles.mass_kg.empty()) return "the fluid `" + fluid.name + "` has no particles";
+    if (fluid.viscous_heat != scene.fluids.front().viscous_heat)
+      return "+sph needs viscous_heat of all fluids or of none; that" + whose + " differs";
     if (!fluid.source.name.empty())
       return "+sph has no body acceleration by the named field `" + fluid.source.name + "`";
   }
