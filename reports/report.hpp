@@ -65,6 +65,7 @@ struct CellEnding {
   Status status = Status::ok;
   std::string reason = {};
   bool there = true;   // false: the store does not have it
+  Resolution at = {};  // of fluids
   bool fails = false;  // crashed, hung, sent an invalid answer; or blew up where that is not allowed
 };
 

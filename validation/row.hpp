@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/sample.hpp"
@@ -32,6 +33,17 @@ struct Row {
   std::string settings_hash;
   Provenance provenance;
 };
+
+// What tells the runs of a scene with fluids by one method apart, beside the steps: spacing and sound speed.
+using Resolution = std::pair<std::optional<double>, std::optional<double>>;
+inline Resolution resolution_of(const Row& row) { return {row.spacing_m, row.sound_speed_m_per_s}; }
+// "dx=0.02,c=20"; empty: the scene has no fluid.
+inline std::string resolution_text(const Resolution& at) {
+  std::string text;
+  if (at.first) text += "dx=" + format_double(*at.first);
+  if (at.second) text += (text.empty() ? "c=" : ",c=") + format_double(*at.second);
+  return text;
+}
 
 // A run as it was recorded: what metrics see. `values` has samples + 1 entries, or fewer when it ended early.
 struct Recording {

@@ -55,6 +55,7 @@ struct Engine {
   // results may change (a build id, a commit). `files`: files whose bytes decide its results.
   std::string fingerprint = {};
   std::vector<std::string> files = {};
+  bool fluids = false;  // simulates scenes with fluids: its samples have their particles
 };
 
 }  // namespace atwood

@@ -28,6 +28,17 @@ void read_body(const Json& values, std::vector<BodySample>& bodies) {
   body.w_rad_per_s = read_three(values, 10);
 }
 
+// [px,py,pz,vx,vy,vz,density,pressure,temperature]
+void read_particle(const Json& values, std::vector<ParticleSample>& particles) {
+  array(values, "particle", 9);
+  ParticleSample& particle = particles.emplace_back();
+  particle.p_m = read_three(values, 0);
+  particle.v_m_per_s = read_three(values, 3);
+  particle.density_kg_per_m3 = number(values[6]);
+  particle.pressure_Pa = number(values[7]);
+  particle.temperature_K = number(values[8]);
+}
+
 // [a,b,x,y,z,nx,ny,nz,gap_m,force_n_N,force_t_N(3)]
 void read_contact(const Json& values, std::vector<ContactSample>& contacts) {
   array(values, "contact", 13);
@@ -179,9 +190,9 @@ Reading how_to_read(const std::string& member, Seen& seen) {
   seen.bodies = seen.bodies || member == "bodies";
   seen.events = seen.events || member == "events";
   seen.found = seen.found || member == "contacts" || member == "touches" || member == "poses";
-  for (const char* name : {"bodies", "bars", "contacts", "touches", "poses", "events"})
+  for (const char* name : {"bodies", "bars", "particles", "particle_bars", "contacts", "touches", "poses", "events"})
     if (member == name) return Reading::by_element;
-  for (const char* name : {"cell", "t_s", "done", "from", "more"})
+  for (const char* name : {"cell", "t_s", "done", "from", "from_particle", "more"})
     if (member == name) return Reading::whole;
   return Reading::ignored;
 }
@@ -194,6 +205,12 @@ void take_element(const std::string& member, const Json& value, const Limits& mo
     refuse_beyond(answer.bar.bodies.size(), most.bodies, "bars");
     answer.has_bar = true;
     read_body(value, answer.bar.bodies);
+  } else if (member == "particles") {
+    refuse_beyond(answer.sample.particles.size(), most.particles, "particles");
+    read_particle(value, answer.sample.particles);
+  } else if (member == "particle_bars") {
+    refuse_beyond(answer.bar.particles.size(), most.particles, "particle_bars");
+    read_particle(value, answer.bar.particles);
   } else if (member == "contacts") {  // of a sample, or of a question for them
     refuse_beyond(answer.sample.contacts.size() + answer.contacts.size(), most.contacts, "contacts");
     if (value.is_array() && value.size() == 9) read_found_contact(value, answer);
@@ -231,6 +248,8 @@ Answer read_answer(std::string_view line, const Limits& most) {
         else if (member == "t_s") answer.sample.t_s = number(value);
         else if (member == "done") read_done(value, answer);
         else if (member == "from") answer.from = static_cast<std::size_t>(count(value, "from"));
+        else if (member == "from_particle")
+          answer.from_particle = static_cast<std::size_t>(count(value, "from_particle"));
         else if (member == "more") answer.more = is_true(value, "more");
         else take_element(member, value, most, answer);
       });
@@ -247,6 +266,8 @@ Answer read_answer(std::string_view line, const Limits& most) {
   if (!answer.contacts.empty()) throw Garbage("\"contact\" is not an array of 13: an array of 9");
   if (answer.has_bar && answer.bar.bodies.size() != answer.sample.bodies.size())
     throw Garbage("\"bars\" and \"bodies\" differ in size");
+  if (answer.has_bar ? answer.bar.particles.size() != answer.sample.particles.size() : !answer.bar.particles.empty())
+    throw Garbage("\"particle_bars\" and \"particles\" differ in size");
   return answer;
 }
 

@@ -40,6 +40,16 @@ void append_contact(std::string& line, const ContactSample& contact) {
   line += ',';
 }
 
+// [px,py,pz,vx,vy,vz,density,pressure,temperature],
+void append_particle(std::string& line, const ParticleSample& particle) {
+  line += '[';
+  append_all(line, particle.p_m);
+  append_all(line, particle.v_m_per_s);
+  append_all(line, std::array{particle.density_kg_per_m3, particle.pressure_Pa, particle.temperature_K});
+  line.back() = ']';
+  line += ',';
+}
+
 // The end of an array of elements that each end in a comma.
 void close_array(std::string& line) {
   if (line.back() == ',') line.back() = ']';
@@ -225,13 +235,35 @@ Request read_request(std::string_view line, std::int64_t& cell) {
 }
 
 // ---- answers ------------------------------------------------------------------------------------------------------
+namespace {
+
+// "particles":[...], with "particle_bars", from `particle` on: at least one, until the line has `longest` bytes.
+void append_particles(std::string& line, const Sample& sample, const Sample* bar, std::size_t& particle,
+                      std::size_t longest) {
+  std::string bars;
+  line += ",\"particles\":[";
+  do {
+    append_particle(line, sample.particles[particle]);
+    if (bar) append_particle(bars, bar->particles.at(particle));
+    ++particle;
+  } while (particle < sample.particles.size() && line.size() + bars.size() < longest);
+  close_array(line);
+  if (!bar) return;
+  line += ",\"particle_bars\":[" + bars;
+  close_array(line);
+}
+
+}  // namespace
+
 void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, const std::vector<Event>& events,
                   const Put& put, std::size_t longest) {
-  std::size_t body = 0, contact = 0;
+  std::size_t body = 0, particle = 0, contact = 0;
   for (bool more = true; more;) {
     std::string line = head(cell) + ",\"t_s\":", bars;
     append(line, sample.t_s);
     if (body > 0) line += ",\"from\":" + std::to_string(body);
+    if (particle > 0) line += ",\"from_particle\":" + std::to_string(particle);
+    const std::size_t first_body = body;
     line += ",\"bodies\":[";
     for (; body < sample.bodies.size() && line.size() + bars.size() < longest; ++body) {
       append_body(line, sample.bodies[body]);
@@ -242,14 +274,20 @@ void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, co
       line += ",\"bars\":[" + bars;
       close_array(line);
     }
-    const bool contacts_begin = body == sample.bodies.size() && contact < sample.contacts.size();
-    if (contacts_begin && (line.size() < longest || body == 0)) {
+    bool progress = body > first_body;
+    if (body == sample.bodies.size() && particle < sample.particles.size() && (line.size() < longest || !progress)) {
+      append_particles(line, sample, bar, particle, longest);
+      progress = true;
+    }
+    const bool contacts_begin =
+        body == sample.bodies.size() && particle == sample.particles.size() && contact < sample.contacts.size();
+    if (contacts_begin && (line.size() < longest || !progress)) {
       line += ",\"contacts\":[";
       do append_contact(line, sample.contacts[contact++]);
       while (contact < sample.contacts.size() && line.size() < longest);
       close_array(line);
     }
-    more = body < sample.bodies.size() || contact < sample.contacts.size();
+    more = body < sample.bodies.size() || particle < sample.particles.size() || contact < sample.contacts.size();
     if (more) line += ",\"more\":true";
     else append_events(line, events);
     put(line + "}");

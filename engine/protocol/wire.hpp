@@ -27,8 +27,8 @@ struct Garbage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// A question for a field (protocol/fluid_field.hpp) is read in two steps: `kind` here, the rest from the line.
 // ---- requests ---------------------------------------------------------------------------------------------------
+// A question for a field (protocol/fluid_field.hpp) is read in two steps: `kind` here, the rest from the line.
 struct Request {
   enum class Kind { hello, run, truth, contacts, sweep, field } kind = Kind::hello;
   std::int64_t cell = -1;
@@ -58,8 +58,9 @@ Engine read_hello(std::string_view line);
 std::string sample_line(std::int64_t cell, const Sample& sample, const std::vector<Event>& events);
 std::string truth_line(std::int64_t cell, const Sample& value, const Sample& bar);
 // A sample (with its bar where that is not null) in as many lines as it takes to keep each near `longest` bytes. All
-// but the last say "more":true, all but the first say with "from" which body their first row is of; rows of bodies come
-// before contacts, and events with the last line. Each line goes to `put`.
+// but the last say "more":true, all but the first say with "from" which body their first row is of, and with
+// "from_particle" which particle; rows of bodies come before particles, these before contacts, and events with the last
+// line. Each line goes to `put`.
 using Put = std::function<void(const std::string& line)>;
 void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, const std::vector<Event>& events,
                   const Put& put, std::size_t longest = kLongestPart);
@@ -86,6 +87,7 @@ struct Answer {
   bool more = false;          // the sample goes on in the next line
   bool events_alone = false;  // neither a sample nor the end
   std::size_t from = 0;       // the body that the first row is of
+  std::size_t from_particle = 0;
   Sample sample, bar;
   bool has_bar = false;
   std::vector<Event> events;
@@ -101,7 +103,7 @@ struct Answer {
 // What one line may hold at most; reading ends at the first row beyond it.
 struct Limits {
   std::size_t bodies = std::size_t{1} << 24, contacts = std::size_t{1} << 22, poses = std::size_t{1} << 22;
-  std::size_t events = 1000000;
+  std::size_t events = 1000000, particles = std::size_t{1} << 24;
 };
 Answer read_answer(std::string_view line, const Limits& most = {});  // throws Garbage
 

@@ -1,6 +1,7 @@
 // From the contents of a file to a resolved scene: pair laws are tabulated, grids expanded, names converted to indices.
 #include <cmath>
 
+#include "scene/fluid_keys.hpp"
 #include "scene/scenario_keys.hpp"
 #include "scene/split_mix.hpp"
 
@@ -162,12 +163,13 @@ void resolve_bodies(Reading& r, const Value& document, const FileDraft& draft) {
            "`body` in [[grid]] is " + describe(at) + "; expected the name of a [[body]]" +
                did_you_mean(grids[g].grid.body, names));
     }
-  if (r.scene->bodies.empty()) fail(r, document.place, "found no [[body]]; expected at least one, or `problem`");
+  if (r.scene->bodies.empty() && !draft.fluid)
+    fail(r, document.place, "found no [[body]]; expected at least one, or `problem`, or a [[fluid]]");
 }
 
 // Position: the three unknowns. Velocity: their rates, Lorenz 1963 with sigma = 10, rho = 28, beta = 8/3.
 void resolve_problem(Reading& r, const Value& document, const FileDraft& draft) {
-  for (const char* other : {"world", "material", "contact", "body", "grid", "force"})
+  for (const char* other : {"world", "material", "contact", "body", "grid", "force", "fluid"})
     if (const Value* value = document.find(other))
       fail(r, value->place,
            std::string("found `") + other + "` beside `problem`; expected neither world nor bodies nor forces");
@@ -200,6 +202,7 @@ void resolve(Reading& r, const Value& document, FileDraft& draft) {
   resolve_bodies(r, document, draft);
   each_table(r, draft.force, "[[force]]",
              [&](const Value& table) { read_forces(r, table, draft.scenario.scene.forces); });
+  resolve_fluids(r, document, draft);
   if (draft.scenario.truth.kind == TruthKind::values)
     check_values_file(r, *document.find("truth")->find("file"), draft.scenario);
 }

@@ -101,6 +101,16 @@ void check_frames(Reading& r, const Value& run, const Scenario& scenario) {
                std::to_string(ends.size()) + " frames");
 }
 
+// Of scenes with fluids; left out where there is none.
+Key<Scenario> ladder_key(std::string name, std::vector<double> Scenario::*member, std::string doc) {
+  auto k = key<Scenario>(std::move(name), member, list_of(number(positive()), kMostRungs), std::move(doc));
+  const auto write = k.write;
+  k.write = [write, member](const Scene& s, const Scenario& from) {
+    return (from.*member).empty() ? Value() : write(s, from);
+  };
+  return k;
+}
+
 }  // namespace
 
 const Keys<Scenario>& run_keys() {
@@ -110,6 +120,12 @@ const Keys<Scenario>& run_keys() {
       required(key<Scenario>("samples", &Scenario::samples, integer(1, 1'000'000),
                              "samples at t_end_s k / samples; divides every step count")),
       frames_key(),
+      ladder_key("spacings_m", &Scenario::spacings_m,
+                 "fluids: the ladder of the particles' spacing, from the coarsest to the finest [m]; `steps` are those "
+                 "of the first, others take as many more as their spacing is smaller"),
+      ladder_key("sound_speeds_m_per_s", &Scenario::sound_speeds_m_per_s,
+                 "fluids: the ladder of the sound speed, growing [m/s]; `steps` are those of the first, others take as "
+                 "many more as their speed is larger"),
   };
   return keys;
 }

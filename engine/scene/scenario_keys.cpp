@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/fluid_keys.hpp"
+
 namespace atwood {
 namespace {
 
-const std::vector<std::string> kTruthKinds = {"closed-form", "extended", "cvode", "values", "none"};  // as in TruthKind
+// As in TruthKind.
+const std::vector<std::string> kTruthKinds = {"closed-form",         "extended",      "cvode",     "values", "none",
+                                              "weakly-compressible", "semi-discrete", "literature"};
 const std::vector<std::string> kQuantities = {
     "energy",         "momentum",        "angular-momentum",   "angular-momentum-center",
     "center-of-mass", "jacobi-constant", "laplace-runge-lenz", "magnetic-moment"};
@@ -61,7 +65,9 @@ const Keys<TruthSpec>& truth_keys() {
     kind.write = [](const Scene&, const TruthSpec& from) {
       return Value(kTruthKinds[static_cast<std::size_t>(from.kind)]);
     };
-    auto solution = key<TruthSpec>("solution", &TruthSpec::solution, text(), "closed-form: the id of the solution");
+    auto solution =
+        key<TruthSpec>("solution", &TruthSpec::solution, text(),
+                       "closed-form, weakly-compressible, semi-discrete, literature: the id of the solution");
     auto file = key<TruthSpec>("file", &TruthSpec::file, text(), "values: a CSV file in the scene's folder");
     for (auto* each : {&solution, &file})
       each->write = [write = each->write](const Scene& s, const TruthSpec& from) {
@@ -77,14 +83,19 @@ void read_truth(Reading& r, const Value& v, TruthSpec& out) {
   within(r, "[truth]", [&] {
     read_table(r, v, truth_keys(), {}, out);
     const Value &kind = *v.find("kind"), *solution = v.find("solution"), *file = v.find("file");
-    const bool closed = out.kind == TruthKind::closed_form, values = out.kind == TruthKind::values;
-    if (closed && out.solution.empty())
-      fail(r, kind.place, "missing key `solution` in [truth]; expected the id of a closed form");
+    const bool values = out.kind == TruthKind::values;
+    const bool named = out.kind == TruthKind::closed_form || out.kind == TruthKind::literature;
+    const bool of_fluid = out.kind == TruthKind::weakly_compressible || out.kind == TruthKind::semi_discrete;
+    if (named && out.solution.empty())
+      fail(r, kind.place,
+           "missing key `solution` in [truth]; expected the id of a " +
+               std::string(out.kind == TruthKind::literature ? "published result" : "closed form"));
     if (values && out.file.empty())
       fail(r, kind.place, "missing key `file` in [truth]; expected a CSV file in the scene's folder");
-    if (solution && !closed)
+    if (solution && !named && !of_fluid)
       fail(r, solution->place,
-           "`solution` in [truth] is given beside kind " + describe(kind) + "; expected it with \"closed-form\" only");
+           "`solution` in [truth] is given beside kind " + describe(kind) +
+               "; expected it with \"closed-form\" and truths of fluids only");
     if (file && !values)
       fail(r, file->place,
            "`file` in [truth] is given beside kind " + describe(kind) + "; expected it with \"values\" only");
@@ -225,6 +236,12 @@ std::vector<Key<FileDraft>> parts() {
       later("grid", &FileDraft::grid, array_of(object_schema(grid_keys(), Form::file)),
             "copies of a body in a grid, in its place"),
       later("force", &FileDraft::force, array_of(reference("#/$defs/force")), "the forces"),
+      later("domain", &FileDraft::domain, object_schema(domain_keys(), Form::file), "the space of fluids"),
+      later("fluid", &FileDraft::fluid, array_of(object_schema(fluid_keys(), Form::file)), "the fluids"),
+      later("fluid_boundary", &FileDraft::fluid_boundary, array_of(object_schema(fluid_boundary_keys(), Form::file)),
+            "bodies whose surfaces bound the fluids"),
+      later("probe", &FileDraft::probe, array_of(object_schema(fluid_probe_keys(), Form::file)),
+            "what is measured of the fluids"),
   };
 }
 
@@ -272,6 +289,40 @@ template <class T> Value written(const Scene& scene, const T& from, const Keys<T
   Value table{Value::Table{}};
   write_table(scene, from, keys, table);
   return table;
+}
+
+// Parts that only scenes with fluids have.
+Key<Scene> domain_key() {
+  Key<Scene> k;
+  k.name = "domain", k.doc = "the space of fluids; absent without fluids";
+  k.schema = object_schema(domain_keys(), Form::resolved);
+  k.read = [](Reading& r, const Value& v, Scene& out) {
+    within(r, "domain", [&] { read_table(r, v, domain_keys(), {}, out.domain); });
+  };
+  k.write = [](const Scene& s, const Scene& from) {
+    return from.fluids.empty() ? Value() : written(s, from.domain, domain_keys());
+  };
+  return k;
+}
+
+template <class T, class Check>
+Key<Scene> fluid_part(std::string name, std::string doc, std::vector<T> Scene::*member, const Keys<T>& keys,
+                      Check check) {
+  Key<Scene> k;
+  k.name = name, k.doc = std::move(doc), k.schema = array_of(object_schema(keys, Form::resolved));
+  k.read = [name, member, &keys, check](Reading& r, const Value& v, Scene& out) {
+    read_list(r, v, name, [&](const Value& item) {
+      T one;
+      read_table(r, item, keys, {}, one);
+      check(r, item, one);
+      (out.*member).push_back(std::move(one));
+    });
+  };
+  k.write = [member, &keys](const Scene& s, const Scene& from) {
+    if ((from.*member).empty()) return Value();
+    return list_value(from.*member, [&](const T& one) { return written(s, one, keys); });
+  };
+  return k;
 }
 
 }  // namespace
@@ -361,6 +412,12 @@ const Keys<Scene>& scene_keys() {
             read_list(r, v, "forces", [&](const Value& item) { out.forces.push_back(read_force(r, item)); });
           },
           [](const Scene& s) { return list_value(s.forces, [&](const Force& f) { return write_force(s, f); }); }),
+      domain_key(),
+      fluid_part<Fluid>("fluids", "the fluids, with their particles", &Scene::fluids, fluid_keys(), check_fluid),
+      fluid_part<FluidBoundary>("fluid_boundaries", "bodies whose surfaces bound the fluids", &Scene::fluid_boundaries,
+                                fluid_boundary_keys(), check_boundary),
+      fluid_part<FluidProbe>("probes", "what is measured of the fluids", &Scene::probes, fluid_probe_keys(),
+                             check_probe),
   };
   return keys;
 }

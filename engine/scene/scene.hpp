@@ -199,9 +199,9 @@ enum class TruthKind { closed_form, extended, cvode, values, none, weakly_compre
 struct TruthSpec {
   TruthKind kind = TruthKind::none;
   std::string solution;  // closed_form: the id of the solution
-  std::string
-      response;  // semi_discrete, weakly_compressible: the particles' equations ("sph{...}"); of a cell, not in JSON
-  std::string file;  // values: CSV in the scene's folder (the truth's own format, resolved path)
+  std::string file;      // values: CSV in the scene's folder (the truth's own format, resolved path)
+  // semi_discrete, weakly_compressible: the particles' equations ("sph{...}"); of a cell, not in JSON
+  std::string response = {};
 };
 // energy, momentum, angular-momentum, center-of-mass, jacobi-constant, ...
 struct Invariant {

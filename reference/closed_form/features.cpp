@@ -9,8 +9,9 @@ namespace {
 class Reader {
  public:
   explicit Reader(const Scenario& scenario) {
-    const auto& [id, title, claim, source, tags, t_end_s, steps, samples, frame_ends_s, scene, truth, invariants, path,
-                 notes] = scenario;  // frames determine the steps of engines and not the motion
+    // Frames and the ladders of particles determine the steps of engines and not the motion.
+    const auto& [id, title, claim, source, tags, t_end_s, steps, samples, frame_ends_s, spacings_m, sound_speeds, scene,
+                 truth, invariants, path, notes] = scenario;
     read(scene);
   }
   std::vector<Present> present;
@@ -19,7 +20,9 @@ class Reader {
   void add(Feature feature, std::string what) { present.push_back({feature, std::move(what)}); }
 
   void read(const Scene& scene) {
-    const auto& [problem, gravity_m_per_s2, simultaneous_impacts, materials, pairs, bodies, forces] = scene;
+    const auto& [problem, gravity_m_per_s2, simultaneous_impacts, materials, pairs, bodies, forces, domain, fluids,
+                 fluid_boundaries, probes] = scene;
+    for (const Fluid& fluid : fluids) add(feature::invalid, "the fluid `" + fluid.name + "`");
     if (!problem.empty()) add(feature::bare_problem, "the bare problem `" + problem + "`");
     if (gravity_m_per_s2 != Real3{}) add(feature::uniform_gravity, "uniform gravity");
     for (const Force& force : forces) {

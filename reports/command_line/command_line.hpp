@@ -32,9 +32,10 @@ struct Options {
   std::vector<std::string> scenarios;  // ids, globs or files
   std::vector<std::string> methods;
   std::vector<std::int64_t> steps;
-  std::vector<double> hz;            // steps a second, instead of `steps`
-  std::vector<std::string> engines;  // executables that speak the worker protocol
-  std::vector<std::string> outputs;  // "csv:rows.csv"
+  std::vector<double> hz;                      // steps a second, instead of `steps`
+  std::vector<double> spacings, sound_speeds;  // of fluids, instead of the scenario's own
+  std::vector<std::string> engines;            // executables that speak the worker protocol
+  std::vector<std::string> outputs;            // "csv:rows.csv"
   std::string out_dir = "atwood-out";
   std::string tolerances, baseline, junit, reason, as_method = "check";
   std::vector<std::string> limits;  // check: METRIC=VALUE
@@ -47,11 +48,12 @@ struct Options {
   bool fresh = false, reuse = false;  // run: nothing of the store; the last completed campaign's cells
   bool check_store = false;           // doctor
   std::int64_t max_cells = kMostCells;
-  std::string purpose = "run";  // of campaigns: those of compare and advise stay apart
-  bool quiet = false;           // run, gate: one line, and what did not pass
-  bool github = false;          // run, gate: annotations of GitHub Actions, and a step's summary
-  bool swept = false;           // contacts
-  bool evidence = false;        // describe METHOD --program
+  std::string purpose = "run";             // of campaigns: those of compare and advise stay apart
+  bool quiet = false;                      // run, gate: one line, and what did not pass
+  bool github = false;                     // run, gate: annotations of GitHub Actions, and a step's summary
+  bool swept = false;                      // contacts
+  bool particles = false, probes = false;  // trace: of fluids, instead of the bodies
+  bool evidence = false;                   // describe METHOD --program
   bool same_rate = false,
        native_rate = false;         // compare, advise: whose right-hand side is evaluated; neither: compare chooses
   bool with_same_rate = false;      // the worker of same_rate.hpp joins the others
@@ -76,6 +78,9 @@ struct Place {
 };
 Place find_place();
 
+// Folders of the catalogue's scenarios, and the file of an id; where none has it, where it would stand.
+std::vector<std::string> catalogue_folders(const Place& place);
+std::string catalogue_file(const Place& place, const std::string& id);
 std::vector<Scenario> read_catalogue(const Place& place);
 Scenario read_scene_argument(const Place& place, const std::string& id_or_file);  // InputError
 void require_own_id(const Place& place, const Scenario& scenario);  // a file with an id of the catalogue: InputError

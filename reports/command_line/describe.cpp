@@ -111,9 +111,11 @@ int describe_method(const Place& place, const Options& options) {
 // The metric of this name, where no scene's file has it. Where no scene, method or metric has it and a metric comes
 // nearest, an InputError that says so.
 const MetricInfo* named_metric(const Place& place, const std::string& text) {
-  const fs::path in_catalogue = fs::path(place.source_dir) / "validation/scenarios" / (text + ".toml");
+  const fs::path in_catalogue = catalogue_file(place, text);
   if (text.find('/') != std::string::npos || fs::exists(text) || fs::exists(in_catalogue)) return nullptr;
-  std::vector<std::string> names = file_stems(place.source_dir + "/validation/scenarios");
+  std::vector<std::string> names;
+  for (const std::string& folder : catalogue_folders(place))
+    for (std::string& name : file_stems(folder)) names.push_back(std::move(name));
   const auto scenes = static_cast<std::ptrdiff_t>(names.size());
   for (const MetricInfo& metric : all_metrics()) {
     if (metric.name == text) return &metric;

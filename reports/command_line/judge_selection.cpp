@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using CellKey = std::tuple<std::string, std::string, std::int64_t>;
+using CellKey = std::tuple<std::string, std::string, std::int64_t, Resolution>;
 
 bool has_glob(const std::string& text) { return text.find_first_of("*?") != std::string::npos; }
 
@@ -89,7 +89,7 @@ std::vector<CellEnding> endings_of(const Selection& selection, const std::vector
   std::set<CellKey> there;
   for (const Row& row : rows) {
     if (row.steps == 0) continue;
-    const CellKey key{row.scenario, row.method, row.steps};
+    const CellKey key{row.scenario, row.method, row.steps, resolution_of(row)};
     there.insert(key);
     if (row.status == Status::ok || row.metric == "truth") continue;
     if (row.metric != "status" && !is_failure(row.status)) continue;  // one figure that has no value
@@ -99,7 +99,8 @@ std::vector<CellEnding> endings_of(const Selection& selection, const std::vector
   std::vector<CellEnding> endings;
   for (const Cell& cell : selection.cells) {
     CellEnding ending{cell.scenario.id, cell.method, cell.plan.steps};
-    const CellKey key{ending.scenario, ending.method, ending.steps};
+    ending.at = resolution_of(cell);
+    const CellKey key{ending.scenario, ending.method, ending.steps, ending.at};
     ending.there = there.contains(key);
     if (const auto found = bad.find(key); found != bad.end()) {
       ending.status = found->second->status;
@@ -134,7 +135,8 @@ void tell_refusals(const Selection& selection, const std::vector<CellEnding>& en
 void append_failed_cells(const Place& place, const Options& options, const Selection& selection,
                          const std::vector<Row>& rows, Judged& judged) {
   const auto append = [&](const std::string& scenario, const std::string& method, std::int64_t steps,
-                          const std::string& metric, const std::string& text, const std::string& reason) {
+                          const Resolution& at, const std::string& metric, const std::string& text,
+                          const std::string& reason) {
     Verdict verdict;
     verdict.of_cell = true;
     verdict.judgement = Judgement::fail;
@@ -146,20 +148,22 @@ void append_failed_cells(const Place& place, const Options& options, const Selec
     verdict.steps = steps;
     verdict.value = verdict.allowed_high = std::numeric_limits<double>::quiet_NaN();
     verdict.text = text;
-    verdict.rerun = with_own_files(place, options, selection, scenario, rerun_words(scenario, method, steps));
+    verdict.rerun = with_own_files(place, options, selection, scenario, rerun_words(scenario, method, steps, at));
     judged.verdicts.push_back(std::move(verdict));
   };
   for (const CellEnding& cell : judged.cells)
     if (cell.fails)
       append(
-          cell.scenario, cell.method, cell.steps, "status", fmt::format("{}: {}", to_string(cell.status), cell.reason),
+          cell.scenario, cell.method, cell.steps, cell.at, "status",
+          fmt::format("{}: {}", to_string(cell.status), cell.reason),
           is_failure(cell.status)
               ? "A run must end normally."
               : "A method of a user's engine, or one that is named, must stay finite unless the study's `allow` excuses it.");
   std::set<std::string> told;
   for (const Row& row : rows)
     if (row.metric == "truth" && is_failure(row.status) && told.insert(row.scenario).second)
-      append(row.scenario, row.method, row.steps, "truth", fmt::format("{}: {}", to_string(row.status), row.reason),
+      append(row.scenario, row.method, row.steps, resolution_of(row), "truth",
+             fmt::format("{}: {}", to_string(row.status), row.reason),
              "A truth must be computed, or be refused with a reason.");
 }
 

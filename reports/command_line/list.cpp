@@ -126,7 +126,9 @@ void print_studies(const Place& place, const Options& options) {
 // One name a line, as completion reads them.
 void print_names(const Place& place, const Options& options) {
   std::vector<std::string> names;
-  if (options.input == "scenarios") names = file_stems(place.source_dir + "/validation/scenarios");
+  if (options.input == "scenarios")
+    for (const std::string& folder : catalogue_folders(place))
+      for (std::string& name : file_stems(folder)) names.push_back(std::move(name));
   if (options.input == "studies") names = file_stems(place.source_dir + "/validation/study");
   if (options.input == "methods") {
     for (const Worker& worker : require_workers(place, options))

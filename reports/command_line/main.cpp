@@ -47,12 +47,22 @@ struct Parser {
         ->take_all()
         ->excludes(steps);
   }
+  void resolution(CLI::App* sub) {
+    sub->add_option("--spacing", options.spacings,
+                    "Fluids: this spacing of the particles [m] instead of the scenario's")
+        ->expected(1)
+        ->take_all();
+    sub->add_option("--sound-speed", options.sound_speeds, "Fluids: this sound speed [m/s] instead of the scenario's")
+        ->expected(1)
+        ->take_all();
+  }
   void narrowing(CLI::App* sub) {
     sub->add_option("--scenario,--filter", options.scenarios, "Only these scenarios: ids, globs or files")
         ->expected(1)
         ->take_all();
     sub->add_option("--method", options.methods, "Only these methods: ids or globs")->expected(1)->take_all();
     counts(sub, "Only these step counts");
+    resolution(sub);
     sub->add_option("--engine", options.engines, "Another engine: an executable that speaks the worker protocol")
         ->expected(1)
         ->take_all();
@@ -130,6 +140,14 @@ void declare_commands(Parser& p) {
       ->take_all();
   trace->add_option("--limit", o.cell_limit_s, "Seconds it may take")->capture_default_str();
   trace->add_flag("--events", o.events, "Contacts instead of the motion");
+  auto* particles = trace->add_flag("--particles", o.particles, "The particles of fluids instead of the bodies");
+  trace->add_flag("--probes", o.probes, "The scene's probes of fluids instead of the bodies")->excludes(particles);
+  p.resolution(trace);
+  trace
+      ->add_option("-o,--output", o.outputs,
+                   "vtk:DIR, the particles as files for ParaView: DIR/ID.pvd and one .vtp a sample")
+      ->expected(1)
+      ->take_all();
 
   auto* contacts =
       p.add("contacts", "Where bodies touch in the initial pose, or (--swept) when they first would, as CSV",

@@ -113,14 +113,25 @@ Place find_place() {
   return place;
 }
 
+std::vector<std::string> catalogue_folders(const Place& place) {
+  const std::string folder = place.source_dir + "/validation/scenarios";
+  return {folder, folder + "/fluid"};
+}
+
+std::string catalogue_file(const Place& place, const std::string& id) {
+  const std::vector<std::string> folders = catalogue_folders(place);
+  for (const std::string& folder : folders)
+    if (fs::exists(folder + "/" + id + ".toml")) return folder + "/" + id + ".toml";
+  return folders.front() + "/" + id + ".toml";
+}
+
 std::vector<Scenario> read_catalogue(const Place& place) {
-  const fs::path folder = fs::path(place.source_dir) / "validation/scenarios";
-  if (!fs::is_directory(folder)) {
-    throw InputError(fmt::format("no catalogue at {} (set ATWOOD_ROOT to the project's root)", folder.string()));
-  }
   std::vector<std::string> paths;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.path().extension() == ".toml") paths.push_back(entry.path().string());
+  for (const std::string& folder : catalogue_folders(place)) {
+    if (!fs::is_directory(folder))
+      throw InputError(fmt::format("no catalogue at {} (set ATWOOD_ROOT to the project's root)", folder));
+    for (const auto& entry : fs::directory_iterator(folder))
+      if (entry.path().extension() == ".toml") paths.push_back(entry.path().string());
   }
   std::sort(paths.begin(), paths.end());
   std::vector<Scenario> catalogue;
@@ -147,7 +158,7 @@ InputError no_such_scene(const std::string& file) {
 }  // namespace
 
 Scenario read_scene_argument(const Place& place, const std::string& id_or_file) {
-  const fs::path in_catalogue = fs::path(place.source_dir) / "validation/scenarios" / (id_or_file + ".toml");
+  const fs::path in_catalogue = catalogue_file(place, id_or_file);
   const bool looks_like_file =
       id_or_file.find('/') != std::string::npos || id_or_file.find(".toml") != std::string::npos;
   if (!looks_like_file && fs::exists(in_catalogue)) return read_scenario(in_catalogue.string());
@@ -171,7 +182,7 @@ namespace {
 
 // The catalogue's file with this scenario's id, where the scenario is read from another one; empty otherwise.
 std::string file_of_same_id(const Place& place, const Scenario& scenario) {
-  const fs::path in_catalogue = fs::path(place.source_dir) / "validation/scenarios" / (scenario.id + ".toml");
+  const fs::path in_catalogue = catalogue_file(place, scenario.id);
   std::error_code error;
   if (scenario.path.empty() || !fs::exists(in_catalogue, error) || fs::equivalent(scenario.path, in_catalogue, error))
     return "";

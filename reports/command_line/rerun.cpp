@@ -63,6 +63,8 @@ std::vector<std::string> same_call_words(const Options& options, const std::stri
   if (options.hz.empty())
     for (const std::int64_t steps : options.steps) add("--steps", std::to_string(steps));
   for (const double hz : options.hz) add("--hz", fmt::format("{}", hz));
+  for (const double spacing : options.spacings) add("--spacing", fmt::format("{}", spacing));
+  for (const double speed : options.sound_speeds) add("--sound-speed", fmt::format("{}", speed));
   for (const std::string& engine : options.engines) add("--engine", absolute_if_file(engine));
   if (command == "run") add("--tolerances", absolute_words(options.tolerances));
   if (command == "run" && options.limit_given) add("--limit", fmt::format("{}", options.cell_limit_s));

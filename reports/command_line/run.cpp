@@ -26,15 +26,16 @@ constexpr std::size_t kManyCells = 2000;  // of which their number is told befor
 
 std::string count_statuses(const std::vector<Row>& rows) {
   std::map<Status, int> counts;
-  std::set<std::tuple<std::string, std::string, std::int64_t>> ended;  // a cell whose timed pass failed counts once
+  std::set<std::tuple<std::string, std::string, std::int64_t, Resolution>>
+      ended;  // a cell whose timed pass failed counts once
   for (const auto& row : rows)
     if (row.metric == "status" && row.status != Status::ok) {
-      ended.insert({row.scenario, row.method, row.steps});
+      ended.insert({row.scenario, row.method, row.steps, resolution_of(row)});
       ++counts[row.status];
     }
   for (const auto& row : rows)
     if (row.metric.starts_with("step-time") && (row.status == Status::crashed || row.status == Status::timeout) &&
-        ended.insert({row.scenario, row.method, row.steps}).second)
+        ended.insert({row.scenario, row.method, row.steps, resolution_of(row)}).second)
       ++counts[row.status];
   std::string text;
   for (const auto& [status, count] : counts)

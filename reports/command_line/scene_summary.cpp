@@ -247,6 +247,42 @@ std::string item(const std::string& name, const std::string& words, std::size_t 
   return text;
 }
 
+std::string fluid_words(const Scenario& scenario, const Fluid& fluid) {
+  static const char* const arrangements[] = {"a lattice", "a disturbed lattice", "rings", "points of a file"};
+  std::string words = fmt::format(
+      "`{}`: {} particles on {}, spacing {} m, rho0 {} kg/m^3, sound speed {} m/s, {}", fluid.name,
+      fluid.particles.position_m.size(), arrangements[static_cast<std::size_t>(fluid.arrangement)],
+      format_double(fluid.spacing_m), format_double(fluid.density_kg_per_m3), format_double(fluid.sound_speed_m_per_s),
+      fluid.equation_of_state == EquationOfState::linear
+          ? std::string("linear equation of state")
+          : fmt::format("Tait with exponent {}", format_double(fluid.tait_exponent)));
+  if (fluid.viscosity_m2_per_s > 0)
+    words += fmt::format(", viscosity {} m^2/s", format_double(fluid.viscosity_m2_per_s));
+  if (fluid.heat_capacity_J_per_kg_K > 0)
+    words += fmt::format(", heat capacity {} J/(kg K), conductivity {} W/(m K)",
+                         format_double(fluid.heat_capacity_J_per_kg_K), format_double(fluid.conductivity_W_per_m_K));
+  if (!fluid.initial.name.empty()) words += fmt::format(", starts as `{}`", fluid.initial.name);
+  const auto ladder = [&](const char* name, const std::vector<double>& values) {
+    if (values.size() < 2) return;
+    words += fmt::format("; {}", name);
+    for (const double value : values) words += " " + format_double(value);
+  };
+  ladder("spacings [m]", scenario.spacings_m);
+  ladder("sound speeds [m/s]", scenario.sound_speeds_m_per_s);
+  return words;
+}
+
+std::string domain_words(const Scene& scene) {
+  std::string words = scene.domain.dimensions == 2 ? "the plane z = 0" : "three dimensions";
+  for (std::size_t i = 0; i < 3; ++i)
+    if (scene.domain.periodic_m[i] > 0)
+      words += fmt::format(", period {} m along {}", format_double(scene.domain.periodic_m[i]), "xyz"[i]);
+  for (const FluidBoundary& boundary : scene.fluid_boundaries)
+    words += fmt::format(", {} boundary `{}`", boundary.slip == Slip::no_slip ? "no-slip" : "free-slip",
+                         scene.bodies[static_cast<std::size_t>(boundary.body)].name);
+  return words;
+}
+
 }  // namespace
 
 std::vector<std::string> scene_warnings(const Scenario& scenario) {
@@ -297,7 +333,8 @@ std::string scene_summary(const Place& place, const Scenario& scenario, const st
   const Scene& scene = scenario.scene;
   const MotionClass motion = classify(scene);
   Answers answers;
-  const bool small = scene.bodies.size() <= kMany;
+  const bool fluid = !scene.fluids.empty();
+  const bool small = scene.bodies.size() <= kMany && !fluid;
   if (small && motion.contacts) {
     for (const Worker& worker : workers) {
       if (worker.status == Status::ok && worker.engine.name == "atwood") ask_contacts(scenario, worker, answers);
@@ -314,7 +351,9 @@ std::string scene_summary(const Place& place, const Scenario& scenario, const st
   line("run", fmt::format("{} s, {} samples, steps {}", format_double(scenario.t_end_s), scenario.samples,
                           fmt::join(scenario.steps, " ")));
   line("motion", class_words(motion));
-  line("bodies", bodies_words(scene));
+  for (const Fluid& fluid : scene.fluids) line("fluid", fluid_words(scenario, fluid));
+  if (!scene.fluids.empty()) line("space", domain_words(scene));
+  if (scene.fluids.empty() || !scene.bodies.empty()) line("bodies", bodies_words(scene));
   if (scene.problem.empty()) line("forces", forces_words(scene));
   if (motion.contacts)
     for (const std::string& words : laws_words(scene)) line("contact", words);
@@ -326,7 +365,12 @@ std::string scene_summary(const Place& place, const Scenario& scenario, const st
     for (const std::string& refusal : answers.refuses) line("not in", refusal);
     line("truth", truth_answer(place, scenario));
   } else {
-    line("runs in", fmt::format("not asked of the engines: {} bodies", scene.bodies.size()));
+    std::string takers;
+    for (const Worker& worker : workers)
+      if (worker.status == Status::ok && worker.engine.fluids)
+        takers += (takers.empty() ? "" : ", ") + worker.engine.name;
+    line("runs in", fluid ? (takers.empty() ? "no engine that is here simulates fluids" : takers)
+                          : fmt::format("not asked of the engines: {} bodies", scene.bodies.size()));
     line("truth", truth_words(scenario.truth));
   }
   std::vector<std::string> warnings = scene_warnings(scenario);

@@ -319,12 +319,31 @@ Study open_study(const Place& place, const Options& options, Selection& selectio
 
 }  // namespace
 
+namespace {
+
+// --spacing and --sound-speed: fluids at these alone.
+void take_resolutions(const Options& options, Study& study) {
+  for (const auto* values : {&options.spacings, &options.sound_speeds})
+    for (const double value : *values)
+      if (!(value > 0) || !std::isfinite(value))
+        throw InputError(fmt::format("{} {}: expected a number above 0",
+                                     values == &options.spacings ? "--spacing" : "--sound-speed", value));
+  for (StudyCells& cells : study.cells) {
+    if (!options.spacings.empty()) cells.spacings_m = options.spacings;
+    if (!options.sound_speeds.empty()) cells.sound_speeds_m_per_s = options.sound_speeds;
+  }
+}
+
+}  // namespace
+
 Selection select_cells(const Place& place, const Options& options) {
   Selection selection;
   std::vector<Scenario> known;
   Study study = open_study(place, options, selection, known);
-  selection.narrowed = !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() ||
-                       !options.hz.empty() || !options.study.empty() || !options.engines.empty();
+  take_resolutions(options, study);
+  selection.narrowed = !options.spacings.empty() || !options.sound_speeds.empty() || !options.scenarios.empty() ||
+                       !options.methods.empty() || !options.steps.empty() || !options.hz.empty() ||
+                       !options.study.empty() || !options.engines.empty();
   for (const std::string& method : options.methods) check_method("--method ", method, selection.workers);
   selection.scenarios = choose_scenarios(place, options.scenarios, known);
   known.insert(known.end(), selection.scenarios.begin(), selection.scenarios.end());
@@ -360,6 +379,7 @@ Selection select_cells(const Place& place, const Options& options) {
       if (names_scenario(study, scenario.id)) check_steps(scenario, options.steps);
     for (auto& cells : study.cells) cells.steps = options.steps;
   }
+  take_resolutions(options, study);  // blocks may be new
   selection.cells = plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu, options.max_cells);
   require_frequencies(selection.cells, unfit);
   if (selection.cells.empty())
@@ -372,9 +392,10 @@ Selection select_cells(const Place& place, const Options& options) {
 
 std::string own_file(const Place& place, const Scenario& scenario) {
   if (scenario.path.empty()) return "";
-  const bool in_catalogue = fs::weakly_canonical(fs::path(scenario.path).parent_path()) ==
-                            fs::weakly_canonical(place.source_dir + "/validation/scenarios");
-  return in_catalogue ? "" : scenario.path;
+  const fs::path folder = fs::weakly_canonical(fs::path(scenario.path).parent_path());
+  for (const std::string& ours : catalogue_folders(place))
+    if (folder == fs::weakly_canonical(ours)) return "";
+  return scenario.path;
 }
 
 StudyOptions study_options(const Place& place, const Options& options) {

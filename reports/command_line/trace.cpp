@@ -1,15 +1,19 @@
 // trace: one run's motion or contacts as CSV, in the precision it was computed in.
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/table.hpp"
+#include "reports/command_line/trace_fluid.hpp"
 #include "reports/command_line/units.hpp"
 #include "reports/command_line/verdicts.hpp"
 #include "scene/files.hpp"
+#include "scene/fluid_points.hpp"
 #include "scene/printable.hpp"
+#include "validation/study/worker_client.hpp"
 
 namespace atwood {
 
@@ -115,6 +119,80 @@ void require_frames(const Scenario& scenario, const Worker& worker, std::int64_t
     throw InputError(fmt::format("--steps {}: expected a multiple of the {} recorded frames", steps, frames));
 }
 
+// The scenario at the spacing and the sound speed of the options; its steps grow as those of a run do.
+void take_resolution(const Options& options, Scenario& scenario) {
+  const bool asked = options.particles || options.probes || !options.outputs.empty() || !options.spacings.empty() ||
+                     !options.sound_speeds.empty();
+  if (!asked) return;
+  if (scenario.scene.fluids.empty())
+    throw InputError(
+        fmt::format("`{}` has no fluid; --particles, --probes, --spacing, --sound-speed and -o vtk: are of "
+                    "scenes with fluids",
+                    scenario.id));
+  if (options.events && (options.particles || options.probes))
+    throw InputError("--events prints contacts; expected it without --particles and --probes");
+  for (const std::string& output : options.outputs)
+    if (!output.starts_with("vtk:") || output.size() == 4)
+      throw InputError(fmt::format("-o {}: expected vtk:DIR", output));
+  if (options.probes && scenario.scene.probes.empty())
+    throw InputError(fmt::format("--probes: `{}` has no [[probe]]", scenario.id));
+  if (options.spacings.size() > 1 || options.sound_speeds.size() > 1)
+    throw InputError("--spacing and --sound-speed: trace takes one of each");
+  const Fluid first = scenario.scene.fluids.front();
+  const double spacing = options.spacings.empty() ? 0 : options.spacings.front();
+  const double speed = options.sound_speeds.empty() ? 0 : options.sound_speeds.front();
+  for (const double given : {spacing, speed})
+    if (!(given >= 0) || !std::isfinite(given) || (given == 0 && std::signbit(given)))
+      throw InputError(fmt::format("--spacing, --sound-speed: found {}; expected a number above 0", given));
+  if (spacing == 0 && speed == 0) return;
+  scenario.scene = at_resolution(scenario, spacing, speed);
+  const double refinement =
+      (spacing > 0 ? first.spacing_m / spacing : 1) * (speed > 0 ? speed / first.sound_speed_m_per_s : 1);
+  for (std::int64_t& steps : scenario.steps) {
+    const double samples = static_cast<double>(scenario.samples);
+    steps = static_cast<std::int64_t>(std::ceil(static_cast<double>(steps) * refinement / samples * (1 - 1e-12))) *
+            scenario.samples;
+  }
+}
+
+// Particles or probes, and files for ParaView. False: the bodies are asked for.
+bool print_fluid(const Options& options, const Scenario& scenario, const std::vector<Sample>& values, int digits) {
+  for (const std::string& output : options.outputs) write_vtk(output.substr(4), scenario.id, scenario.scene, values);
+  if (options.particles) print_particles(scenario.scene, values, nullptr, "", digits, options.json);
+  if (options.probes) print_probes(scenario.scene, values, options.json);
+  return options.particles || options.probes || !options.outputs.empty();
+}
+
+// The exact field of a fluid at the places where its particles start, at every sample.
+int trace_field(const Place& place, const Options& options, const Scenario& scenario) {
+  if (!options.particles)
+    throw InputError("the truth of a fluid is a field; expected --particles: its values where the particles start");
+  std::vector<FieldPosition> start;
+  for (const Fluid& fluid : scenario.scene.fluids)
+    for (const Real3& x : fluid.particles.position_m) start.push_back({Wide(x[0]), Wide(x[1]), Wide(x[2])});
+  std::vector<Wide> t_s;
+  for (std::int64_t k = 0; k <= scenario.samples; ++k)
+    t_s.push_back(Wide(scenario.t_end_s) * Wide(k) / Wide(scenario.samples));
+  const FieldAtParticles field = field_once(place.truth_worker, scenario, t_s, {t_s.size(), start},
+                                            options.limit_given ? options.cell_limit_s : 120.0);
+  if (field.outcome.status != Status::ok) {
+    const int code = status_exit(field.outcome);
+    return code == exit_pass ? static_cast<int>(exit_gate) : code;
+  }
+  std::vector<Sample> values, bars;
+  for (const FieldSample& at : field.samples) {
+    values.push_back({at.t_s, {}, {}, at.values});
+    bars.push_back({at.t_s, {}, {}, at.bars});
+    for (std::size_t i = 0; i < start.size(); ++i) values.back().particles[i].p_m = start[i];
+  }
+  print_particles(scenario.scene, values, &bars, field.source, 36, options.json);
+  const FieldKnown& known = field.known;
+  fmt::print(stderr, "atwood: the field at the places where the particles start; known:{}{}{}{}{}\n",
+             known.velocity ? " velocity" : "", known.density ? " density" : "", known.pressure ? " pressure" : "",
+             known.temperature ? " temperature" : "", field.note.empty() ? "" : "; " + printable(field.note));
+  return exit_pass;
+}
+
 }  // namespace
 
 int command_trace(const Place& place, const Options& options) {
@@ -124,7 +202,10 @@ int command_trace(const Place& place, const Options& options) {
   const std::int64_t samples = options.samples.value_or(scenario.samples);
   if (samples <= 0) throw InputError(fmt::format("--samples {}: expected a positive count", samples));
   scenario.samples = samples;
+  take_resolution(options, scenario);
   set_frequency(scenario, options.hz);
+  if (method == "truth" && !scenario.scene.fluids.empty() && scenario.truth.kind != TruthKind::none)
+    return trace_field(place, options, scenario);
 
   if (method == "truth") {
     const Truth truth =
@@ -159,13 +240,19 @@ int command_trace(const Place& place, const Options& options) {
   const Worker& worker = worker_of(workers, method);
   check_settings("--method ", method, workers);
   require_frames(scenario, worker, steps, samples);
+  if (!scenario.scene.fluids.empty() && !worker.engine.fluids) {
+    Outcome outcome;
+    outcome.status = Status::unsupported, outcome.reason = worker.engine.name + " simulates no fluids";
+    return status_exit(outcome);
+  }
   const MethodId id = parse_method_id(method);
   const Recording run = run_once(worker, method, scenario.scene,
                                  {scenario.t_end_s, steps, samples, scenario.frame_ends_s}, options.cell_limit_s);
   const int digits = digits_of(id.scalar.empty() ? worker.engine.scalar : id.scalar);
   if (run.outcome.status != Status::unsupported) {
     if (options.events) print_events(scenario.scene, run.events, nullptr, digits, options.json);
-    else print_motion(scenario.scene, run.values, nullptr, digits, options.json);
+    else if (!print_fluid(options, scenario, run.values, digits))
+      print_motion(scenario.scene, run.values, nullptr, digits, options.json);
   }
   return status_exit(run.outcome);
 }

@@ -18,6 +18,9 @@ std::string kind_words(const TruthSpec& truth) {
     case TruthKind::cvode: return "`cvode`";
     case TruthKind::values: return "`values`";
     case TruthKind::none: return "`none`";
+    case TruthKind::weakly_compressible: return "`weakly-compressible`";
+    case TruthKind::semi_discrete: return "`semi-discrete`";
+    case TruthKind::literature: return "literature `" + truth.solution + "`";
   }
   return "";
 }

@@ -30,7 +30,7 @@ std::string foreign(const std::string& raw) { return field(guarded_cell(raw)); }
 std::string render_csv(const std::vector<Row>& rows) {
   std::string text =
       "scenario,method,steps,h_s,body,t_s,metric,unit,value,truth_bar,status,reason,settings_hash,engine_version,"
-      "commit,compiler,flags,cpu,run_id\n";
+      "commit,compiler,flags,cpu,run_id,spacing_m,sound_speed_m_per_s\n";
   text.reserve(rows.size() * 240);
   for (const Row& row : rows) {
     const Provenance& from = row.provenance;
@@ -44,6 +44,8 @@ std::string render_csv(const std::vector<Row>& rows) {
       text += ',';
     }
     text += field(from.run_id);
+    for (const auto& of_fluid : {row.spacing_m, row.sound_speed_m_per_s})
+      text += of_fluid ? "," + format_double(*of_fluid) : ",";
     text += '\n';
   }
   return text;

@@ -24,11 +24,11 @@ std::string tile(const char* kind, const char* name, std::int64_t number) {
 
 // Cells whose engine crashed or did not answer in time, in words; empty when none did.
 std::string broken_cells(const std::vector<Row>& rows) {
-  using Cells = std::set<std::tuple<std::string, std::string, std::int64_t>>;
+  using Cells = std::set<std::tuple<std::string, std::string, std::int64_t, Resolution>>;
   Cells crashed, late;
   for (const Row& row : rows) {
-    if (row.status == Status::crashed) crashed.emplace(row.scenario, row.method, row.steps);
-    if (row.status == Status::timeout) late.emplace(row.scenario, row.method, row.steps);
+    if (row.status == Status::crashed) crashed.emplace(row.scenario, row.method, row.steps, resolution_of(row));
+    if (row.status == Status::timeout) late.emplace(row.scenario, row.method, row.steps, resolution_of(row));
   }
   const auto words = [](const Cells& cells, const char* what) {
     return cells.empty()

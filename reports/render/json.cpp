@@ -15,6 +15,8 @@ void append_row(JsonText& json, const Row& row) {
   } else {
     json.null();
   }
+  if (row.spacing_m) json.member_number("spacing_m", *row.spacing_m);
+  if (row.sound_speed_m_per_s) json.member_number("sound_speed_m_per_s", *row.sound_speed_m_per_s);
   json.member("metric", row.metric).member("unit", row.unit).member_number("value", row.value);
   json.member_number("truth_bar", row.truth_bar).member("status", to_string(row.status)).member("reason", row.reason);
   const Provenance& from = row.provenance;
@@ -33,6 +35,8 @@ void append_column(JsonText& json, const char* name, const std::vector<double>& 
 void append_series(JsonText& json, const StoredSeries& stored) {
   json.begin_object().member("scenario", stored.scenario).member("method", stored.method);
   json.member_integer("steps", stored.steps);
+  if (stored.spacing_m) json.member_number("spacing_m", *stored.spacing_m);
+  if (stored.sound_speed_m_per_s) json.member_number("sound_speed_m_per_s", *stored.sound_speed_m_per_s);
   const Series& series = stored.series;
   append_column(json, "t_s", series.t_s);
   append_column(json, "position_m", series.position_m);

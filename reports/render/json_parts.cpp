@@ -173,6 +173,10 @@ std::string truth_words(const TruthSpec& truth) {
     case TruthKind::cvode: return "CVODE, two methods and two tolerances";
     case TruthKind::values: return "reference values";
     case TruthKind::none: return "none";
+    case TruthKind::weakly_compressible:
+      return "weakly compressible equations" + (truth.solution.empty() ? "" : ": " + truth.solution);
+    case TruthKind::semi_discrete: return "the particles' own equations";
+    case TruthKind::literature: return "literature: " + truth.solution;
   }
   return "";
 }

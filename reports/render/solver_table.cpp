@@ -25,7 +25,8 @@ std::map<CellKey, CellSolves> solves_of(const std::vector<Row>& rows) {
   std::map<CellKey, CellSolves> all;
   for (const Row& row : rows) {
     if (row.body.empty() || row.status != Status::ok || !row.metric.starts_with("solver-")) continue;
-    CellSolves& cell = all[{row.scenario, row.method, row.steps, row.body}];
+    const std::string at = resolution_text(resolution_of(row));  // of fluids
+    CellSolves& cell = all[{row.scenario, row.method, row.steps, at.empty() ? row.body : row.body + " at " + at}];
     if (row.metric == "solver-residual-max") cell.residual = &row;
     else if (row.metric == "solver-converged") cell.converged = row.value;
     else if (row.metric == "solver-stagnated") cell.stagnated = row.value;

@@ -60,11 +60,17 @@ bool judged(const Row& row) {
          (std::isnan(row.value) || timing(row.metric) || (std::isfinite(row.truth_bar) && row.truth_bar >= 0));
 }
 
+// A figure of a fluid's row is named with its resolution: "velocity-l2[dx=0.02,c=20]".
+std::string figure_name(const Row& row) {
+  const std::string at = resolution_text(resolution_of(row));
+  return at.empty() ? row.metric : row.metric + "[" + at + "]";
+}
+
 std::map<Key, Entry> entries(std::span<const Row> rows) {
   std::map<Key, Entry> list;
   for (const Row& r : rows)
     if (judged(r))
-      list[{r.scenario, r.method, r.steps, r.metric}] = {
+      list[{r.scenario, r.method, r.steps, figure_name(r)}] = {
           r.value, std::isfinite(r.truth_bar) && !std::isnan(r.value) ? r.truth_bar : 0, r.unit};
   return list;
 }

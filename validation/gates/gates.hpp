@@ -15,6 +15,7 @@ namespace atwood {
 struct Gate {
   std::string scenario, method, metric;  // globs
   std::optional<std::int64_t> steps;
+  std::optional<double> spacing_m = {}, sound_speed_m_per_s = {};  // of fluids: rows at this resolution alone
   enum class Kind { within, max, min, max_ratio, within_claim } kind = Kind::max;
   double low = 0, high = 0;  // within; max uses high, min uses low, max_ratio uses high
   std::string claim;         // within_claim: the class of motion, until claims are known
@@ -32,6 +33,7 @@ struct Verdict {
   Judgement judgement = Judgement::not_run;
   std::string scenario, method, metric, unit;  // of the row it judges; of the gate when not_run
   std::int64_t steps = 0;
+  std::optional<double> spacing_m = {}, sound_speed_m_per_s = {};
   double value = 0, bar = 0, allowed_low = 0, allowed_high = 0, margin = 0;
   std::string text;                // measured, allowed, margin, in words
   std::vector<std::string> rerun;  // the words of the command that reruns just that cell, program first
@@ -40,7 +42,8 @@ struct Verdict {
 };
 
 // The words that rerun a cell: {"atwood", "run", "--scenario", ...}. Of a whole ladder where steps is 0.
-std::vector<std::string> rerun_words(const std::string& scenario, const std::string& method, std::int64_t steps);
+std::vector<std::string> rerun_words(const std::string& scenario, const std::string& method, std::int64_t steps,
+                                     const Resolution& at = {});
 // Words as one line that a POSIX shell takes apart into exactly these words again, whatever bytes they hold. Plain words
 // stand as they are, others in single quotes; one with control characters or broken UTF-8 is spelled by printf, so that
 // neither a terminal nor a document meets such a byte.

@@ -28,7 +28,9 @@ std::string number(double x) {
 
 bool matches_cell(const Gate& gate, const Row& row) {
   return row.body.empty() && !row.t_s && glob_match(gate.scenario, row.scenario) &&
-         glob_match(gate.method, row.method) && (!gate.steps || row.steps == *gate.steps);
+         glob_match(gate.method, row.method) && (!gate.steps || row.steps == *gate.steps) &&
+         (!gate.spacing_m || row.spacing_m == gate.spacing_m) &&
+         (!gate.sound_speed_m_per_s || row.sound_speed_m_per_s == gate.sound_speed_m_per_s);
 }
 
 Verdict verdict_of(const Gate& gate, const Row& row) {
@@ -39,11 +41,13 @@ Verdict verdict_of(const Gate& gate, const Row& row) {
   v.metric = row.metric;
   v.unit = row.unit;
   v.steps = row.steps;
+  v.spacing_m = row.spacing_m;
+  v.sound_speed_m_per_s = row.sound_speed_m_per_s;
   v.value = row.value;
   v.bar = row.truth_bar;
   v.allowed_low = gate.kind == Gate::Kind::within || gate.kind == Gate::Kind::min ? gate.low : -kInfinity;
   v.allowed_high = gate.kind == Gate::Kind::min ? kInfinity : gate.high;
-  v.rerun = rerun_words(row.scenario, row.method, row.steps);
+  v.rerun = rerun_words(row.scenario, row.method, row.steps, resolution_of(row));
   if (gate.kind == Gate::Kind::max_ratio)
     v.rerun.insert(v.rerun.begin() + 6, {"--method", gate.ratio_to});  // beside the other method's row
   return v;
@@ -66,6 +70,7 @@ void conclude(Verdict& v, double low, double high, const std::string& measured, 
   else if (v.judgement == Judgement::unverifiable && note.empty())
     text += ", allowed " + allowed_text(v) + ": the bar reaches across the edge, margin " + number(v.margin);
   else text += ", allowed " + allowed_text(v) + ", margin " + number(v.margin);
+  if (const std::string at = resolution_text({v.spacing_m, v.sound_speed_m_per_s}); !at.empty()) text += ", at " + at;
   v.text = note.empty() ? text : text + " (" + note + ")";
 }
 
@@ -88,7 +93,8 @@ void judge_order(Verdict& v, const std::string& window) {
 void judge_ratio(Verdict& v, const Row& row, std::span<const Row> rows) {
   const auto other = std::find_if(rows.begin(), rows.end(), [&](const Row& r) {
     return r.scenario == row.scenario && r.method == v.gate.ratio_to && r.steps == row.steps &&
-           r.metric == row.metric && r.body.empty() && !r.t_s && r.status == Status::ok;
+           resolution_of(r) == resolution_of(row) && r.metric == row.metric && r.body.empty() && !r.t_s &&
+           r.status == Status::ok;
   });
   if (other == rows.end()) {
     v.judgement = Judgement::not_run;

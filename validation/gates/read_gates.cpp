@@ -18,8 +18,9 @@
 namespace atwood {
 namespace {
 
-constexpr std::array<std::string_view, 10> kKeys = {"scenario", "method", "metric",    "steps",        "within",
-                                                    "max",      "min",    "max_ratio", "within_claim", "reason"};
+constexpr std::array<std::string_view, 12> kKeys = {
+    "scenario", "method", "metric", "steps",     "spacing_m",    "sound_speed_m_per_s",
+    "within",   "max",    "min",    "max_ratio", "within_claim", "reason"};
 constexpr std::array<std::string_view, 5> kKinds = {"within", "max", "min", "max_ratio", "within_claim"};
 
 std::string place(const std::string& path, const toml::source_region& at) {
@@ -128,6 +129,13 @@ Gate read_gate(const std::string& path, const toml::table& table) {
     const auto value = steps->value_exact<std::int64_t>();
     if (!value || *value <= 0) refuse(path, steps->source(), "`steps` must be a positive whole number");
     gate.steps = *value;
+  }
+  for (const auto& [key, member] :
+       {std::pair{"spacing_m", &Gate::spacing_m}, {"sound_speed_m_per_s", &Gate::sound_speed_m_per_s}}) {
+    const toml::node* node = table.get(key);
+    if (!node) continue;
+    gate.*member = number_of(path, *node, key);
+    if (!(*(gate.*member) > 0)) refuse(path, node->source(), "`" + std::string(key) + "` must be positive");
   }
   if (kind.empty())
     refuse(path, table.source(), "a gate needs exactly one of within, max, min, max_ratio, within_claim");

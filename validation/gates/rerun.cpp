@@ -76,9 +76,12 @@ std::string shell_word(const std::string& word) {
 
 }  // namespace
 
-std::vector<std::string> rerun_words(const std::string& scenario, const std::string& method, std::int64_t steps) {
+std::vector<std::string> rerun_words(const std::string& scenario, const std::string& method, std::int64_t steps,
+                                     const Resolution& at) {
   std::vector<std::string> words{"atwood", "run", "--scenario", scenario, "--method", method};
   if (steps > 0) words.insert(words.end(), {"--steps", std::to_string(steps)});
+  if (at.first) words.insert(words.end(), {"--spacing", format_double(*at.first)});
+  if (at.second) words.insert(words.end(), {"--sound-speed", format_double(*at.second)});
   return words;
 }
 

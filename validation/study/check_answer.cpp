@@ -118,6 +118,13 @@ bool finite(const Real3& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) 
 
 SampledBodies::SampledBodies(const Scene& scene) : count(scene.problem.empty() ? scene.bodies.size() : 1) {
   gravity_m_per_s2 = length(scene.gravity_m_per_s2);
+  for (const Fluid& fluid : scene.fluids) {
+    const Particles& p = fluid.particles;
+    particles += p.position_m.size();
+    particle_start.insert(particle_start.end(), p.position_m.begin(), p.position_m.end());
+    for (const Real3& x : p.position_m) size_m = std::max(size_m, length(x));
+    for (const Real3& v : p.velocity_m_per_s) speed_m_per_s = std::max(speed_m_per_s, length(v));
+  }
   if (scene.bodies.size() != count) return;
   start.reserve(count);
   for (const Body& body : scene.bodies) {
@@ -134,11 +141,15 @@ SampledBodies::SampledBodies(const Scene& scene) : count(scene.problem.empty() ?
   }
 }
 
-void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int64_t samples, std::size_t bodies) {
-  if (sample.bodies.size() != bodies) {
+void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int64_t samples,
+                  const SampledBodies& bodies) {
+  if (sample.bodies.size() != bodies.count) {
     throw wire::Garbage("sample " + std::to_string(k) + " has " + std::to_string(sample.bodies.size()) +
-                        " bodies; the scene has " + std::to_string(bodies));
+                        " bodies; the scene has " + std::to_string(bodies.count));
   }
+  if (sample.particles.size() != bodies.particles)
+    throw wire::Garbage("sample " + std::to_string(k) + " has " + std::to_string(sample.particles.size()) +
+                        " particles; the scene has " + std::to_string(bodies.particles));
   const double due = t_end_s * static_cast<double>(k) / static_cast<double>(samples);
   const double t = static_cast<double>(sample.t_s);
   const double last = k > 0 ? t_end_s * static_cast<double>(k - 1) / static_cast<double>(samples) : -1;
@@ -156,6 +167,12 @@ void check_states(const Sample& sample, std::size_t k, double t_end_s, const Sam
     if (!is_finite(sample.bodies[i])) continue;  // an answer: the cell ends `not finite`
     check_norm(sample.bodies[i], i, k, bodies, foreign);
     if (k == 0 && !bodies.start.empty()) check_start(sample.bodies[i], i, t_end_s, bodies);
+  }
+  for (std::size_t i = 0; k == 0 && i < sample.particles.size(); ++i) {
+    const Real3 p = narrowed(sample.particles[i].p_m);
+    if (near(p, bodies.particle_start[i], kStartTolerance * bodies.size_m)) continue;
+    throw wire::Garbage("sample 0 is not the scene's initial state: particle " + std::to_string(i) + " is at " +
+                        listed(p.data(), 3) + " where the scene has " + listed(bodies.particle_start[i].data(), 3));
   }
 }
 

@@ -26,6 +26,8 @@ struct SampledBodies {
     bool moves = true;   // of bodies; a bare system of equations has a position alone
   };
   std::size_t count = 0;
+  std::size_t particles = 0;                     // of all fluids
+  std::vector<Real3> particle_start = {};        // where they are at t = 0
   std::vector<Start> start = {};                 // one a body, or none
   double size_m = 0;                             // the largest coordinate or bounding radius
   double speed_m_per_s = 0, rate_rad_per_s = 0;  // the largest of any body
@@ -42,8 +44,9 @@ inline constexpr double kNormTolerance = 1e-3;
 // drift this far. Engines built with this program are not bounded: Euler's method at a coarse step reaches norm 16.
 inline constexpr double kNormDrift = 0.1;
 
-// Sample k = 0..samples of a run or a truth: its number of bodies and its time.
-void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int64_t samples, std::size_t bodies);
+// Sample k = 0..samples of a run or a truth: its number of bodies and of particles, and its time.
+void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int64_t samples,
+                  const SampledBodies& bodies);
 // The states of a run's sample k. Values that are not finite are refused at k = 0 alone. `foreign`: of an engine that was
 // not built with this program.
 void check_states(const Sample& sample, std::size_t k, double t_end_s, const SampledBodies& bodies, bool foreign);

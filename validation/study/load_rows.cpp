@@ -1,8 +1,10 @@
 #include "validation/study/load_rows.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 #include "scene/files.hpp"
+#include "validation/metrics/fluid.hpp"
 #include "validation/metrics/measurements.hpp"
 #include "validation/study/content_hash.hpp"
 
@@ -16,6 +18,8 @@ void append(std::vector<Row>& rows, Row row, const Cell& cell, const Provenance&
   row.method = cell.method;
   row.steps = cell.plan.steps;
   row.h_s = cell.plan.t_end_s / static_cast<double>(cell.plan.steps);
+  row.spacing_m = cell.spacing_m;
+  row.sound_speed_m_per_s = cell.sound_speed_m_per_s;
   row.settings_hash = cell.settings_hash;
   row.provenance = provenance;
   rows.push_back(std::move(row));
@@ -88,11 +92,14 @@ Campaigns latest_campaigns(Store& store, const std::vector<Cell>& cells, const s
   }
 }
 
+// A ladder of steps: scenario, method, and the particles' resolution.
+using LadderKey = std::tuple<std::string, std::string, Resolution>;
+LadderKey ladder_of(const Row& row) { return {row.scenario, row.method, resolution_of(row)}; }
+
 // Where the runs of a ladder ended; of a method with a tolerance, none.
-std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ladder_ends(Store& store,
-                                                                                  const std::vector<Cell>& cells,
-                                                                                  const Campaigns& campaigns) {
-  std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ends;
+std::map<LadderKey, std::vector<LadderEnd>> ladder_ends(Store& store, const std::vector<Cell>& cells,
+                                                        const Campaigns& campaigns) {
+  std::map<LadderKey, std::vector<LadderEnd>> ends;
   for (const Cell& cell : cells) {
     if (cell.worker < 0 || cell.probe != Probe::none || cell.method.find(':') != std::string::npos) continue;
     const std::string hash = campaigns.keys(cell).accuracy;
@@ -102,22 +109,36 @@ std::map<std::pair<std::string, std::string>, std::vector<LadderEnd>> ladder_end
       if (run && run->outcome.status == Status::ok) recording = store.recording(hash, run->outcome);
     });
     if (recording.values.empty()) continue;
-    ends[{cell.scenario.id, cell.method}].push_back({cell.plan.steps,
-                                                     cell.plan.t_end_s / static_cast<double>(cell.plan.steps),
-                                                     std::move(recording.values.back()), cell.claimed_order});
+    ends[{cell.scenario.id, cell.method, resolution_of(cell)}].push_back(
+        {cell.plan.steps, cell.plan.t_end_s / static_cast<double>(cell.plan.steps), std::move(recording.values.back()),
+         cell.claimed_order});
   }
   return ends;
 }
 
-void append_ladders(Store& store, const std::vector<Cell>& cells, const Campaigns& campaigns, StudyResult& result) {
+// Orders of fluids, of the rows of each scenario and method at all its resolutions together.
+void append_fluid_orders(StudyResult& result) {
   std::vector<std::pair<std::string, std::string>> order;
   std::map<std::pair<std::string, std::string>, std::vector<Row>> ladders;
-  std::map<std::string, std::vector<Row>> scenarios;
   for (const Row& row : result.rows) {
+    if (!row.spacing_m || row.steps == 0) continue;
     auto& ladder = ladders[{row.scenario, row.method}];
     if (ladder.empty()) order.emplace_back(row.scenario, row.method);
     ladder.push_back(row);
-    if (row.method.find(':') != std::string::npos) scenarios[row.scenario].push_back(row);
+  }
+  for (const auto& key : order)
+    for (Row& row : fit_fluid_orders(ladders[key])) result.rows.push_back(std::move(row));
+}
+
+void append_ladders(Store& store, const std::vector<Cell>& cells, const Campaigns& campaigns, StudyResult& result) {
+  std::vector<LadderKey> order;
+  std::map<LadderKey, std::vector<Row>> ladders;
+  std::map<std::pair<std::string, Resolution>, std::vector<Row>> scenarios;
+  for (const Row& row : result.rows) {
+    auto& ladder = ladders[ladder_of(row)];
+    if (ladder.empty()) order.push_back(ladder_of(row));
+    ladder.push_back(row);
+    if (row.method.find(':') != std::string::npos) scenarios[{row.scenario, resolution_of(row)}].push_back(row);
   }
   const auto ends = ladder_ends(store, cells, campaigns);
   std::map<std::string, const Scenario*> by_id;
@@ -128,17 +149,24 @@ void append_ladders(Store& store, const std::vector<Cell>& cells, const Campaign
     const auto append_all = [&](std::vector<Row> more) { fitted.insert(fitted.end(), more.begin(), more.end()); };
     append_all(fit_round_off_v(ladder));
     if (const auto found = ends.find(key); found != ends.end())
-      append_all(fit_ends(*by_id[key.first], found->second, ladder));
+      append_all(fit_ends(*by_id[std::get<0>(key)], found->second, ladder));
     for (Row& row : fitted) {
-      row.scenario = key.first;
-      row.method = key.second;
+      row.scenario = std::get<0>(key);
+      row.method = std::get<1>(key);
+      row.spacing_m = std::get<2>(key).first;
+      row.sound_speed_m_per_s = std::get<2>(key).second;
       row.settings_hash = ladder.front().settings_hash;
       row.provenance = ladder.front().provenance;
       result.rows.push_back(std::move(row));
     }
   }
   for (const auto& [scenario, rows] : scenarios)
-    for (Row& row : fit_tolerances(rows)) result.rows.push_back(std::move(row));
+    for (Row& row : fit_tolerances(rows)) {
+      row.spacing_m = scenario.second.first;
+      row.sound_speed_m_per_s = scenario.second.second;
+      result.rows.push_back(std::move(row));
+    }
+  append_fluid_orders(result);
 }
 
 }  // namespace
@@ -188,7 +216,8 @@ std::vector<StoredSeries> load_series(const std::string& store_path, const std::
     std::optional<MeasuredRecord> measured;
     of_cell(cell, [&] { measured = store.measured(campaigns.keys(cell).measured, false, true); });
     if (!measured || measured->series.t_s.empty()) continue;
-    all.push_back({cell.scenario.id, cell.method, cell.plan.steps, std::move(measured->series)});
+    all.push_back({cell.scenario.id, cell.method, cell.plan.steps, std::move(measured->series), cell.spacing_m,
+                   cell.sound_speed_m_per_s});
   }
   return all;
 }

@@ -1,11 +1,13 @@
 // Study x catalogue x workers -> cells, each with a hash of all that decides it.
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <set>
 
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
+#include "scene/fluid_points.hpp"
 #include "validation/gates/gates.hpp"
 #include "validation/metrics/probes.hpp"
 #include "validation/study/content_hash.hpp"
@@ -253,6 +255,9 @@ std::int64_t sum(std::int64_t a, std::int64_t b) { return std::min(kUncountable,
 std::int64_t count_cells(const StudyCells& cells, const std::vector<Offer>& offers,
                          const std::vector<Scenario>& catalogue, const std::vector<Worker>& workers) {
   std::int64_t equal_steps = 0, tolerances = 0, rungs = 0, scenarios = 0;  // with a tolerance: one rung
+  const auto count = [](const std::vector<double>& chosen, const std::vector<double>& ladder) {
+    return static_cast<std::int64_t>(std::max<std::size_t>(1, (chosen.empty() ? ladder : chosen).size()));
+  };
   for (const Offer& offer : offers) {
     std::int64_t swept = 1;
     for (const auto& [key, values] : cells.sweep) {
@@ -267,8 +272,11 @@ std::int64_t count_cells(const StudyCells& cells, const std::vector<Offer>& offe
   }
   for (const Scenario& scenario : catalogue) {
     if (!scenario_matches(cells.scenarios, scenario)) continue;
-    ++scenarios;
-    rungs = sum(rungs, static_cast<std::int64_t>((cells.steps.empty() ? scenario.steps : cells.steps).size()));
+    const std::int64_t resolutions = product(count(cells.spacings_m, scenario.spacings_m),
+                                             count(cells.sound_speeds_m_per_s, scenario.sound_speeds_m_per_s));
+    scenarios = sum(scenarios, resolutions);
+    const std::vector<std::int64_t>& steps = cells.steps.empty() ? scenario.steps : cells.steps;
+    rungs = sum(rungs, product(resolutions, static_cast<std::int64_t>(steps.size())));
   }
   return sum(product(equal_steps, rungs), product(tolerances, scenarios));
 }
@@ -280,6 +288,60 @@ std::int64_t count_cells(const StudyCells& cells, const std::vector<Offer>& offe
   throw InputError("study `" + study.id + "` plans " + count + " cells; at most " + std::to_string(most_cells) +
                    " are taken unless --max-cells N allows more" +
                    (sweeps ? "; a sweep of several settings takes every combination" : ""));
+}
+
+// ---- resolutions of fluids ----------------------------------------------------------------------------------------
+// One of the scenario at this spacing and sound speed, with its particles; of a scene without fluids the scenario itself.
+struct Resolved {
+  Resolution at = {};
+  double refinement = 1;  // how many times the steps of the first entries
+  Scenario scenario;
+};
+
+std::vector<double> entries(const std::vector<double>& chosen, const std::vector<double>& ladder, double own) {
+  if (!chosen.empty()) return chosen;
+  return ladder.empty() ? std::vector<double>{own} : ladder;
+}
+
+std::vector<Resolved> resolutions(const StudyCells& cells, const Scenario& scenario) {
+  if (scenario.scene.fluids.empty()) return {{{}, 1, scenario}};
+  const Fluid& first = scenario.scene.fluids.front();
+  std::vector<Resolved> all;
+  const bool exact = !cells.spacings_m.empty() || !cells.sound_speeds_m_per_s.empty();
+  for (const double spacing : entries(cells.spacings_m, scenario.spacings_m, first.spacing_m))
+    for (const double speed :
+         entries(cells.sound_speeds_m_per_s, scenario.sound_speeds_m_per_s, first.sound_speed_m_per_s)) {
+      Resolved one{{spacing, speed}, 1, scenario};
+      if (!exact || cells.steps.empty())
+        one.refinement = first.spacing_m / spacing * (speed / first.sound_speed_m_per_s);
+      // One spacing or speed without a ladder is each fluid's own.
+      const bool of_run = !cells.spacings_m.empty() || !scenario.spacings_m.empty();
+      const bool speed_of_run = !cells.sound_speeds_m_per_s.empty() || !scenario.sound_speeds_m_per_s.empty();
+      if (spacing != first.spacing_m || speed != first.sound_speed_m_per_s)
+        one.scenario.scene = at_resolution(scenario, of_run ? spacing : 0, speed_of_run ? speed : 0);
+      all.push_back(std::move(one));
+    }
+  return all;
+}
+
+// Rounded up to a multiple of the samples.
+std::int64_t refined(std::int64_t steps, double refinement, std::int64_t samples) {
+  if (refinement == 1) return steps;
+  const double wanted =
+      static_cast<double>(steps) * refinement / static_cast<double>(std::max<std::int64_t>(1, samples));
+  return std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(wanted * (1 - 1e-12)))) *
+         std::max<std::int64_t>(1, samples);
+}
+
+bool fluids_taken(const Cell& cell, const std::vector<Worker>& workers) {
+  return cell.worker < 0 || cell.scenario.scene.fluids.empty() ||
+         workers[static_cast<std::size_t>(cell.worker)].engine.fluids;
+}
+
+void refuse_fluids(Cell& cell) {
+  cell.absent_reason = cell.method.substr(0, cell.method.find('/')) + " simulates no fluids";
+  cell.absent = Status::unsupported;
+  cell.worker = -1;
 }
 
 void check_steps(const std::vector<std::int64_t>& steps, const Scenario& scenario, const Study& study) {
@@ -310,11 +372,17 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
     check_sweep(cells, offers, workers, study);
     counted = sum(counted, count_cells(cells, offers, catalogue, workers));
     if (counted > product(4, most_cells)) refuse_cells(study, counted, most_cells);
+    std::vector<Resolved> scenarios;
     for (const Scenario& scenario : catalogue) {
       if (!scenario_matches(cells.scenarios, scenario)) continue;
+      check_steps(cells.steps.empty() ? scenario.steps : cells.steps, scenario, study);
+      for (Resolved& one : resolutions(cells, scenario)) scenarios.push_back(std::move(one));
+    }
+    for (const Resolved& resolved : scenarios) {
+      const Scenario& scenario = resolved.scenario;
       const std::string scene_hash = content_hash(std::string_view(scene_to_json(scenario.scene)));
       std::vector<std::int64_t> ladder = cells.steps.empty() ? scenario.steps : cells.steps;
-      check_steps(ladder, scenario, study);
+      for (std::int64_t& steps : ladder) steps = refined(steps, resolved.refinement, scenario.samples);
       std::sort(ladder.begin(), ladder.end());
       for (const Offer& offer : offers) {
         const std::vector<Settings> sweep =
@@ -325,8 +393,8 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
             const bool adaptive = offer.worker >= 0 && parse_method_id(method).rtol.has_value();
             for (const std::int64_t steps : ladder) {
               const Probe probe = is_ladder(cells.probe) ? Probe::none : cells.probe;
-              const std::string key =
-                  scenario.id + "\n" + method + "\n" + std::to_string(steps) + "\n" + to_string(probe);
+              const std::string key = scenario.id + "\n" + method + "\n" + std::to_string(steps) + "\n" +
+                                      to_string(probe) + "\n" + resolution_text(resolved.at);
               const auto [place, fresh] = index.emplace(key, planned.size());
               if (!fresh) join(planned[place->second], cells, offer);
               if (!fresh && planned[place->second].repeats >= cells.repeats) {
@@ -353,8 +421,10 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                         cells.limit_s,
                         fresh ? offer.pattern : planned[place->second].pattern,
                         fresh ? cells.allow : planned[place->second].allow};
+              cell.spacing_m = resolved.at.first, cell.sound_speed_m_per_s = resolved.at.second;
               if (probe != Probe::none) cell.repeats = 0;
               if (!frames_taken(cell, workers)) refuse_frames(cell);
+              else if (!fluids_taken(cell, workers)) refuse_fluids(cell);
               else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu, arithmetic);
               else explain_absence(cell, workers);
               if (fresh && static_cast<std::int64_t>(planned.size()) >= most_cells)

@@ -1,5 +1,6 @@
 #include "validation/study/recording_blob.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 namespace atwood {
@@ -37,6 +38,12 @@ struct Reader {
   }
 };
 
+template <class Particle, class Visit> void each_of_particle(Particle& particle, Visit visit) {
+  for (auto& value : particle.p_m) visit(value);
+  for (auto& value : particle.v_m_per_s) visit(value);
+  visit(particle.density_kg_per_m3), visit(particle.pressure_Pa), visit(particle.temperature_K);
+}
+
 template <class Body, class Visit> void each_value(Body& body, Visit visit) {
   for (auto& value : body.p_m) visit(value);
   for (auto& value : body.q_wxyz) visit(value);
@@ -50,6 +57,8 @@ bool all_doubles(const std::vector<Sample>& samples) {
   bool all = true;
   for (const Sample& sample : samples) {
     for (const BodySample& body : sample.bodies) each_value(body, [&](Wide value) { all = all && is_double(value); });
+    for (const ParticleSample& particle : sample.particles)
+      each_of_particle(particle, [&](Wide value) { all = all && is_double(value); });
   }
   return all;
 }
@@ -59,7 +68,10 @@ bool all_doubles(const std::vector<Sample>& samples) {
 std::string pack_samples(const std::vector<Sample>& samples) {
   Writer writer;
   const bool narrow = all_doubles(samples);
-  writer.put(static_cast<std::uint8_t>(narrow ? 8 : 16));
+  // Of a number: 8 or 16 bytes; + 1 where samples have particles, so that recordings without them are as they were.
+  const bool particles =
+      std::any_of(samples.begin(), samples.end(), [](const Sample& s) { return !s.particles.empty(); });
+  writer.put(static_cast<std::uint8_t>((narrow ? 8 : 16) + (particles ? 1 : 0)));
   writer.put(static_cast<std::uint64_t>(samples.size()));
   for (const Sample& sample : samples) {
     writer.put(sample.t_s);
@@ -72,13 +84,21 @@ std::string pack_samples(const std::vector<Sample>& samples) {
     }
     writer.put(static_cast<std::uint64_t>(sample.contacts.size()));
     for (const ContactSample& contact : sample.contacts) writer.put(contact);
+    if (!particles) continue;
+    writer.put(static_cast<std::uint64_t>(sample.particles.size()));
+    for (const ParticleSample& particle : sample.particles)
+      each_of_particle(particle, [&](Wide value) {
+        if (narrow) writer.put(static_cast<double>(value));
+        else writer.put(value);
+      });
   }
   return std::move(writer.bytes);
 }
 
 std::vector<Sample> unpack_samples(std::string_view bytes) {
   Reader reader{bytes};
-  const bool narrow = reader.get<std::uint8_t>() == 8;
+  const auto kind = reader.get<std::uint8_t>();
+  const bool narrow = kind <= 9, particles = kind % 2 == 1;
   std::vector<Sample> samples(reader.count(24));
   for (Sample& sample : samples) {
     sample.t_s = reader.get<Wide>();
@@ -89,6 +109,12 @@ std::vector<Sample> unpack_samples(std::string_view bytes) {
     }
     sample.contacts.resize(reader.count(sizeof(ContactSample)));
     for (ContactSample& contact : sample.contacts) contact = reader.get<ContactSample>();
+    if (!particles) continue;
+    sample.particles.resize(reader.count(9 * (narrow ? 8 : 16)));
+    for (ParticleSample& particle : sample.particles)
+      each_of_particle(particle, [&](Wide& value) {
+        value = narrow ? static_cast<Wide>(reader.get<double>()) : reader.get<Wide>();
+      });
   }
   reader.end();
   return samples;

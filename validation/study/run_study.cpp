@@ -13,6 +13,7 @@
 #include "metrics_version.hpp"
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
+#include "validation/metrics/fluid.hpp"
 #include "validation/metrics/measurements.hpp"
 #include "validation/metrics/probes.hpp"
 #include "validation/study/campaigns.hpp"
@@ -54,13 +55,18 @@ bool settled(const RunRecord& run, double limit_s) {
 
 // ---- the plan -----------------------------------------------------------------------------------------------------
 std::size_t StudyRun::truth_index(const Scenario& scenario) {
-  if (const auto known = truth_by_scenario_.find(scenario.id); known != truth_by_scenario_.end()) return known->second;
+  const Resolution at = scenario.scene.fluids.empty() ? Resolution{}
+                                                      : Resolution{scenario.scene.fluids.front().spacing_m,
+                                                                   scenario.scene.fluids.front().sound_speed_m_per_s};
+  const std::string name = scenario.id + "\n" + resolution_text(at);
+  if (const auto known = truth_by_scenario_.find(name); known != truth_by_scenario_.end()) return known->second;
   const std::string hash = truth_hash(scenario, truth_build_);
   const auto [place, fresh] = truth_by_hash_.emplace(hash, truths_.size());
-  truth_by_scenario_[scenario.id] = place->second;
+  truth_by_scenario_[name] = place->second;
   if (fresh) {
     truths_.push_back({hash, &scenario, TruthWork::State::pending, false, nullptr});
-    if (scenario.truth.kind == TruthKind::none) {
+    const bool of_fluid = !scenario.scene.fluids.empty();  // its truths are asked for at the particles of each run
+    if (scenario.truth.kind == TruthKind::none || of_fluid) {
       auto none = std::make_shared<Truth>();
       none->outcome = outcome_of(Status::unsupported, "the scene names no truth");
       truths_.back().truth = none;
@@ -81,7 +87,9 @@ void StudyRun::plan_cell(const Cell& cell) {
   if (cell.probe != Probe::none) run.reset();  // a probe keeps no samples to measure again
   if (!run) ran_.insert(&cell);
   const auto [place, fresh] =
-      ladder_index_.emplace(cell.scenario.id + "\n" + cell.method + "\n" + to_string(cell.probe), ladders_.size());
+      ladder_index_.emplace(cell.scenario.id + "\n" + cell.method + "\n" + to_string(cell.probe) + "\n" +
+                                resolution_text(resolution_of(cell)),
+                            ladders_.size());
   if (fresh) ladders_.push_back({{}, truth});
   touched_.insert(&cell);
   ladders_[place->second].todo.push_back({&cell, std::move(run)});
@@ -215,8 +223,69 @@ std::shared_ptr<const Truth> StudyRun::truth_of(TruthWork& work) {
   return work.truth;
 }
 
+namespace {
+
+// The response of a method with all its settings, as a method id has it without the plus sign; empty: it has none.
+std::string response_text(const std::string& method, const Worker& worker) {
+  const MethodId id = parse_method_id(method);
+  if (id.response.empty()) return "";
+  MethodId response;
+  response.engine = "a", response.scheme = "b", response.response = id.response;
+  for (const MethodInfo& info : worker.engine.responses) {
+    if (info.id != "+" + id.response) continue;
+    response.overrides = info.settings;
+    for (auto& [key, value] : response.overrides)
+      if (const auto given = id.overrides.find(key); given != id.overrides.end()) value = given->second;
+  }
+  return to_string(response).substr(4);  // "a/b+"
+}
+
+}  // namespace
+
+// The particles' own equations, without an error of time: one solution of all rungs of a ladder.
+Truth StudyRun::semi_discrete(const Cell& cell, const std::string& hash, const std::string& response,
+                              WorkerClient& client) {
+  const std::string key = content_hash({"semi-discrete 1", hash, response});
+  if (!options_.fresh)
+    if (auto stored = store_.truth(key)) return std::move(*stored);
+  const Scenario& scenario = cell.scenario;
+  Truth truth = client.truth(scenario_to_json(scenario), sampled_bodies(scenario.scene), scenario.t_end_s,
+                             scenario.samples, options_.truth_limit_s, response);
+  truth.outcome.reason = shortened(truth.outcome.reason, kLongestReason);
+  if (truth.outcome.status != Status::ok) truth.values.clear(), truth.bars.clear();
+  else store_.put_truth(key, scenario.id, truth);
+  return truth;
+}
+
+MeasuredRecord StudyRun::measured_fluid(const Cell& cell, const std::string& hash, const Recording& recording,
+                                        WorkerClient& client) {
+  const std::string response = response_text(cell.method, workers_[static_cast<std::size_t>(cell.worker)]);
+  const FluidTruths truths = fluid_truths(
+      cell.scenario, recording,
+      [&](TruthKind kind, const std::vector<Wide>& t_s, const std::vector<std::vector<FieldPosition>>& positions) {
+        Scenario asked = cell.scenario;
+        asked.truth.kind = kind;
+        return client.field(scenario_to_json(asked), response, t_s, positions, options_.truth_limit_s);
+      },
+      [&] { return semi_discrete(cell, hash, response, client); });
+  MeasuredRecord record;
+  record.basis = content_hash({hash, kMetricsVersion});
+  record.rows = measure_fluid(cell.scenario, truths, recording);
+  const bool stepping = cell.scenario.truth.kind == TruthKind::semi_discrete;
+  const Outcome& outcome = stepping ? truths.semi_discrete.outcome : truths.exact.outcome;
+  if (outcome.status != Status::ok && cell.scenario.truth.kind != TruthKind::none &&
+      recording.outcome.status == Status::ok) {
+    Row row = metrics::row("truth", 0);
+    row.status = outcome.status;
+    row.reason = shortened(outcome.reason, kLongestReason);
+    record.rows.push_back(row);
+  }
+  return record;
+}
+
 MeasuredRecord StudyRun::measured(const Cell& cell, const Truth& truth, const std::string& hash,
-                                  const Recording& recording) const {
+                                  const Recording& recording, WorkerClient& truth_client) {
+  if (!cell.scenario.scene.fluids.empty()) return measured_fluid(cell, hash, recording, truth_client);
   MeasuredRecord record;
   record.basis = content_hash({hash, kMetricsVersion});
   record.rows = measure(cell.scenario, truth, recording);
@@ -282,7 +351,7 @@ void StudyRun::run_sweep_cell(const Cell& cell, const std::string& truth_hash, s
   progress_.done("sweeps");
 }
 
-void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients) {
+void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients, WorkerClient& truth_client) {
   TruthWork& work = truths_[ladder.truth];
   const std::shared_ptr<const Truth> truth = truth_of(work);
   const std::string scene_json = scene_to_json(ladder.todo.front().cell->scenario.scene);
@@ -300,7 +369,7 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
     }
     if (todo.stored) {
       const Recording recording = store_.recording(keys.accuracy, todo.stored->outcome);
-      store_.put_measured(keys.measured, keys.accuracy, measured(cell, *truth, work.hash, recording));
+      store_.put_measured(keys.measured, keys.accuracy, measured(cell, *truth, work.hash, recording, truth_client));
       progress_.done("measuring");
       continue;
     }
@@ -319,7 +388,8 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
     }
     recording.outcome.reason = shortened(recording.outcome.reason, kLongestReason);
     run.outcome = recording.outcome;
-    store_.put_run(keys.accuracy, run, recording, keys.measured, measured(cell, *truth, work.hash, recording));
+    store_.put_run(keys.accuracy, run, recording, keys.measured,
+                   measured(cell, *truth, work.hash, recording, truth_client));
     progress_.done("accuracy");
   }
 }
@@ -330,7 +400,7 @@ void StudyRun::work() {
     WorkerClient truth_client({options_.truth_worker});
     for (Task task = next(); task.kind != Task::Kind::none; task = next()) {
       if (task.kind == Task::Kind::truth) solve_truth(truths_[task.index], truth_client);
-      else run_ladder(ladders_[task.index], clients);
+      else run_ladder(ladders_[task.index], clients, truth_client);
     }
   } catch (const Interrupted&) {
     // What was committed stays; the others see the signal themselves.

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,8 +29,10 @@ struct StudyCells {
   std::vector<std::string> except = {};      // globs over base ids: left out of what `methods` takes in
   Probe probe = Probe::none;                 // several runs of a cell made for one figure
   double limit_s = 0;                        // seconds that a cell may take; 0: StudyOptions says
-  std::vector<Status> allow = {};            // `diverged`, `not finite`: endings that do not fail the run
-  std::string allow_reason = {};             // why; required with `allow`
+  // Of scenes with fluids; empty: the scenario's own. Where one of them is given, `steps` are those of each of its entries.
+  std::vector<double> spacings_m = {}, sound_speeds_m_per_s = {};
+  std::vector<Status> allow = {};  // `diverged`, `not finite`: endings that do not fail the run
+  std::string allow_reason = {};   // why; required with `allow`
 };
 struct Study {
   std::string id;
@@ -75,7 +78,10 @@ struct Cell {
   // Of a foreign worker whose code is not all known: cells of equal text are measured together, in a campaign. A run
   // that completes its campaign leaves the next run to start a new one. Empty: the hashes cover everything.
   std::string campaign = {};
+  // Of a scene with fluids: `scenario` is at this spacing and sound speed.
+  std::optional<double> spacing_m = {}, sound_speed_m_per_s = {};
 };
+inline Resolution resolution_of(const Cell& cell) { return {cell.spacing_m, cell.sound_speed_m_per_s}; }
 inline constexpr std::int64_t kMostCells = 100'000;
 // InputError: a count of steps that samples do not divide, a swept setting that no method of its block has, more than
 // `most_cells`, which is found before they are made. `arithmetic`: what decides the last bits on this machine.
@@ -139,6 +145,7 @@ struct StoredSeries {
   std::string scenario, method;
   std::int64_t steps;
   Series series;
+  std::optional<double> spacing_m = {}, sound_speed_m_per_s = {};
 };
 // Of cells in campaigns: those of the latest one of that purpose, complete or not. A damaged store, or a damaged entry
 // of one of these cells, is a std::runtime_error that names it.

@@ -95,6 +95,19 @@ struct StudyFile {
     return steps;
   }
 
+  std::vector<double> positive_numbers(const toml::node& node, const std::string& key) const {
+    const toml::array* list = node.as_array();
+    if (!list || list->empty()) refuse(node.source(), "`" + key + "`: expected a list of numbers, at least one");
+    std::vector<double> values;
+    for (const toml::node& each : *list) {
+      const auto value = each.is_number() ? each.value<double>() : std::nullopt;
+      if (!value || !(*value > 0) || !std::isfinite(*value))
+        refuse(each.source(), "`" + key + "`: expected numbers above 0");
+      values.push_back(*value);
+    }
+    return values;
+  }
+
   std::map<std::string, std::vector<SettingValue>> sweep(const toml::node& node) const {
     const toml::table* table = node.as_table();
     if (!table) refuse(node.source(), "`sweep`: expected a table of lists, as in { erp = [0.0, 0.2] }");
@@ -263,7 +276,7 @@ struct StudyFile {
     if (table != &root)
       check_keys(*table,
                  std::array{"scenarios", "methods", "steps", "repeats", "sweep", "timing", "claim", "orders", "except",
-                            "probe", "limit", "allow", "allow_reason"},
+                            "probe", "limit", "allow", "allow_reason", "spacings_m", "sound_speeds_m_per_s"},
                  "[[cells]]");
     StudyCells cells;
     cells.scenarios = scenarios(table->get("scenarios") || !root.get("scenarios") ? *table : root);
@@ -280,6 +293,9 @@ struct StudyFile {
       }
     }
     if (const toml::node* steps = table->get("steps")) cells.steps = step_counts(*steps);
+    for (const auto& [key, member] : {std::pair{"spacings_m", &StudyCells::spacings_m},
+                                      {"sound_speeds_m_per_s", &StudyCells::sound_speeds_m_per_s}})
+      if (const toml::node* values = table->get(key)) cells.*member = positive_numbers(*values, key);
     if (const toml::node* repeats = table->get("repeats")) {
       cells.repeats = static_cast<int>(positive(*repeats, "repeats", 10000));
     }

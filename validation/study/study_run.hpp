@@ -69,14 +69,17 @@ class StudyRun {
   Task next();
   void work();
   void solve_truth(TruthWork& work, WorkerClient& client);
-  void run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients);
+  void run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients, WorkerClient& truth_client);
   void run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash,
                       std::map<int, WorkerClient>& clients);
   void run_sweep_cell(const Cell& cell, const std::string& truth_hash, std::map<int, WorkerClient>& clients);
   WorkerClient& client_of(const Cell& cell, std::map<int, WorkerClient>& clients) const;
   std::shared_ptr<const Truth> truth_of(TruthWork& work);
-  MeasuredRecord measured(const Cell& cell, const Truth& truth, const std::string& hash,
-                          const Recording& recording) const;
+  MeasuredRecord measured(const Cell& cell, const Truth& truth, const std::string& hash, const Recording& recording,
+                          WorkerClient& truth_client);
+  MeasuredRecord measured_fluid(const Cell& cell, const std::string& hash, const Recording& recording,
+                                WorkerClient& client);
+  Truth semi_discrete(const Cell& cell, const std::string& hash, const std::string& response, WorkerClient& client);
   std::vector<const Cell*> cells_to_time();
 
   const std::vector<Cell>& cells_;

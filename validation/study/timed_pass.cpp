@@ -27,7 +27,9 @@ std::vector<const Cell*> StudyRun::cells_to_time() {
     const auto run = store_.run(keys.accuracy);
     if (!run || run->outcome.status != Status::ok) continue;
     if (cell.probe != Probe::none) continue;
-    const bool first = timed_ladders.insert(cell.scenario.id + "\n" + cell.method).second;
+    const bool first =
+        timed_ladders.insert(cell.scenario.id + "\n" + cell.method + "\n" + resolution_text(resolution_of(cell)))
+            .second;
     if (run->wall_ns > kLongRunNs && !first) continue;
     if (cell.repeats > 0 && (options_.fresh || !store_.timing(keys.timing))) by_worker[cell.worker].push_back(&cell);
   }
@@ -50,8 +52,9 @@ void StudyRun::timed_pass() {
       const Worker& next = workers_[static_cast<std::size_t>(worker)];
       client.emplace(next.command, true, next.foreign);
     }
-    if (scene_id != cell->scenario.id) {
-      scene_id = cell->scenario.id;
+    const std::string id = cell->scenario.id + "\n" + resolution_text(resolution_of(*cell));
+    if (scene_id != id) {
+      scene_id = id;
       scene_json = scene_to_json(cell->scenario.scene);
     }
     const CellKeys keys = campaigns_.keys(*cell);
@@ -94,7 +97,7 @@ std::vector<Reused> StudyRun::reused() const {
   for (auto& [worker, reused] : by_worker) all.push_back(std::move(reused));
   Reused truths{"truth", 0, 0};
   for (const TruthWork& work : truths_) {
-    if (work.scenario->truth.kind == TruthKind::none) continue;
+    if (work.scenario->truth.kind == TruthKind::none || !work.scenario->scene.fluids.empty()) continue;
     ++truths.cells;
     truths.reused += work.reused ? 1 : 0;
   }

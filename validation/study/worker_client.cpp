@@ -39,11 +39,14 @@ std::string megabytes(std::size_t bytes) { return short_number(static_cast<doubl
 // A few rows more than there are bodies, so that a sample of too many is told with their number; and contacts of a dense
 // heap, several points each.
 wire::Limits limits_of(const SampledBodies& bodies) {
-  return {.bodies = bodies.count + 64, .contacts = 1024 + 32 * bodies.count, .poses = 0};
+  return {.bodies = bodies.count + 64,
+          .contacts = 1024 + 32 * bodies.count,
+          .poses = 0,
+          .particles = bodies.particles + 64};
 }
 
 // The next sample of a run or a truth.
-void add_sample(const wire::Answer& answer, double t_end_s, std::int64_t samples, std::size_t bodies,
+void add_sample(const wire::Answer& answer, double t_end_s, std::int64_t samples, const SampledBodies& bodies,
                 std::vector<Sample>& values) {
   const std::size_t k = values.size();
   if (k > static_cast<std::size_t>(samples))
@@ -57,20 +60,27 @@ void append_part(wire::Answer part, wire::Answer& whole, const wire::Limits& mos
   if (part.from != whole.sample.bodies.size())
     throw wire::Garbage("a part of a sample is from body " + std::to_string(part.from) + " on; expected was body " +
                         std::to_string(whole.sample.bodies.size()));
-  if (!whole.sample.bodies.empty() && part.sample.t_s != whole.sample.t_s)
+  if (part.from_particle != whole.sample.particles.size())
+    throw wire::Garbage("a part of a sample is from particle " + std::to_string(part.from_particle) +
+                        " on; expected was particle " + std::to_string(whole.sample.particles.size()));
+  if (!(whole.sample.bodies.empty() && whole.sample.particles.empty()) && part.sample.t_s != whole.sample.t_s)
     throw wire::Garbage("parts of a sample at different times");
   const auto append = [](auto& to, auto& from) {
     if (to.empty()) to = std::move(from);
     else to.insert(to.end(), from.begin(), from.end());
   };
   append(whole.sample.bodies, part.sample.bodies);
+  append(whole.sample.particles, part.sample.particles);
   append(whole.sample.contacts, part.sample.contacts);
   append(whole.bar.bodies, part.bar.bodies);
+  append(whole.bar.particles, part.bar.particles);
   append(whole.events, part.events);
   append(whole.event_bar_s, part.event_bar_s);
   whole.sample.t_s = part.sample.t_s;
   whole.has_bar = whole.has_bar || part.has_bar;
   if (whole.sample.bodies.size() > most.bodies) throw wire::Garbage("a sample of more bodies than the scene has");
+  if (whole.sample.particles.size() > most.particles)
+    throw wire::Garbage("a sample of more particles than the scene has");
   if (whole.sample.contacts.size() > most.contacts)
     throw wire::Garbage("more than " + std::to_string(most.contacts) + " contacts in a sample");
 }
@@ -137,16 +147,19 @@ std::int64_t WorkerClient::next_cell() {
   return std::uniform_int_distribution<std::int64_t>(1, (std::int64_t{1} << 31) - 1)(random);
 }
 
-Outcome WorkerClient::ask(wire::Request request, double limit_s, const wire::Limits& most,
-                          const std::function<void(const wire::Answer&)>& take) {
+Outcome WorkerClient::prepare() {
   killed_from_outside_ = false;
   if (!process_) {
     cell_ = 0;
     const Outcome outcome = start();
     if (outcome.status != Status::ok) return outcome;
   }
-  request.cell = cell_ = next_cell();
-  std::string text = wire::to_line(request);
+  cell_ = next_cell();
+  return {};
+}
+
+Outcome WorkerClient::exchange(std::string text, double limit_s,
+                               const std::function<std::optional<Outcome>(const std::string& line)>& take) {
   if (text.size() > wire::kLongestLine) {
     Outcome outcome;
     outcome.status = Status::unsupported;
@@ -159,37 +172,89 @@ Outcome WorkerClient::ask(wire::Request request, double limit_s, const wire::Lim
     return give_up(Status::crashed, "garbage: an answer before the question was sent: " + printable(early));
   process_->forget_errors();
   process_->send(std::move(text));
-  const auto start_time = Clock::now();
+  asked_at_ = Clock::now();
   const auto deadline = in_seconds(limit_s);
   std::string line;
-  wire::Answer whole;  // of a sample in parts: those that came
-  bool in_parts = false;
   for (;;) {
     const Wait wait = process_->next_line(line, deadline, wire::kLongestLine);
     if (wait != Wait::line) return explain(wait, limit_s);
     try {
-      wire::Answer answer = wire::read_answer(line, most);
-      if (answer.cell != cell_)
-        throw wire::Garbage("an answer to cell " + std::to_string(answer.cell) + ", which was not asked for");
-      if (answer.done) {
-        wall_ns_ = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start_time).count();
-        if (in_parts) throw wire::Garbage("ended in the middle of a sample");
-        take(answer);
-        return answer.outcome;
-      }
-      if (answer.events_alone || (!in_parts && !answer.more && answer.from == 0)) {
-        take(answer);
-        continue;
-      }
-      in_parts = answer.more;
-      append_part(std::move(answer), whole, most);
-      if (in_parts) continue;
-      take(whole);
-      whole = {};
+      if (std::optional<Outcome> outcome = take(line)) return *outcome;
     } catch (const std::exception& error) {
       return give_up(Status::crashed, std::string("garbage: ") + printable(error.what()));
     }
   }
+}
+
+Outcome WorkerClient::ask(wire::Request request, double limit_s, const wire::Limits& most,
+                          const std::function<void(const wire::Answer&)>& take) {
+  if (const Outcome outcome = prepare(); outcome.status != Status::ok) return outcome;
+  request.cell = cell_;
+  wire::Answer whole;  // of a sample in parts: those that came
+  bool in_parts = false;
+  return exchange(wire::to_line(request), limit_s, [&](const std::string& line) -> std::optional<Outcome> {
+    wire::Answer answer = wire::read_answer(line, most);
+    if (answer.cell != cell_)
+      throw wire::Garbage("an answer to cell " + std::to_string(answer.cell) + ", which was not asked for");
+    if (answer.done) {
+      wall_ns_ = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - asked_at_).count();
+      if (in_parts) throw wire::Garbage("ended in the middle of a sample");
+      take(answer);
+      return answer.outcome;
+    }
+    const bool whole_line = !answer.more && answer.from == 0 && answer.from_particle == 0;
+    if (answer.events_alone || (!in_parts && whole_line)) {
+      take(answer);
+      return std::nullopt;
+    }
+    in_parts = answer.more;
+    append_part(std::move(answer), whole, most);
+    if (in_parts) return std::nullopt;
+    take(whole);
+    whole = {};
+    return std::nullopt;
+  });
+}
+
+FieldAtParticles WorkerClient::field(const std::string& scenario_json, const std::string& response,
+                                     const std::vector<Wide>& t_s,
+                                     const std::vector<std::vector<FieldPosition>>& positions, double limit_s) {
+  FieldAtParticles field;
+  field.outcome = prepare();
+  if (field.outcome.status != Status::ok) return field;
+  const std::string text = wire::to_line(wire::FieldRequest{cell_, response, scenario_json, t_s, positions});
+  bool in_parts = false;
+  field.outcome = exchange(text, limit_s, [&](const std::string& line) -> std::optional<Outcome> {
+    const std::size_t k = field.samples.size() - (in_parts ? 1 : 0);
+    const std::size_t due = k < positions.size() ? positions[k].size() : 0;
+    wire::FieldAnswer answer = wire::read_field_answer(line, due + 64);
+    if (answer.cell != cell_)
+      throw wire::Garbage("an answer to cell " + std::to_string(answer.cell) + ", which was not asked for");
+    if (answer.done) {
+      field.source = answer.ended.source, field.note = printable(answer.ended.note), field.known = answer.ended.known;
+      if (answer.ended.outcome.status == Status::ok && (in_parts || field.samples.size() != t_s.size()))
+        throw wire::Garbage("a field at " + std::to_string(field.samples.size()) + " of " + std::to_string(t_s.size()) +
+                            " times");
+      return answer.ended.outcome;
+    }
+    if (k >= t_s.size()) throw wire::Garbage("a field at more times than were asked for");
+    if (!in_parts) field.samples.emplace_back().t_s = answer.sample.t_s;
+    FieldSample& sample = field.samples.back();
+    if (answer.sample.t_s != t_s[k]) throw wire::Garbage("a field at another time than was asked for");
+    if (answer.from != sample.values.size()) throw wire::Garbage("a part of a field that does not continue");
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(sample.values, answer.sample.values);
+    append(sample.bars, answer.sample.bars);
+    append(sample.probes, answer.sample.probes);
+    in_parts = answer.more;
+    if (!in_parts && sample.values.size() != due)
+      throw wire::Garbage("a field at " + std::to_string(sample.values.size()) + " of " + std::to_string(due) +
+                          " positions");
+    return std::nullopt;
+  });
+  if (field.outcome.status != Status::ok) field.samples.clear();
+  field.outcome.reason = printable(field.outcome.reason);
+  return field;
 }
 
 Recording WorkerClient::run(const std::string& method, const std::string& scene_json, const SampledBodies& bodies,
@@ -204,7 +269,7 @@ Recording WorkerClient::run(const std::string& method, const std::string& scene_
   recording.outcome = ask(std::move(request), limit_s, limits_of(bodies), [&](const wire::Answer& answer) {
     append_events(answer, bodies.count, recording.events);
     if (!answer.done && !answer.events_alone && repeats == 0) {
-      add_sample(answer, plan.t_end_s, plan.samples, bodies.count, recording.values);
+      add_sample(answer, plan.t_end_s, plan.samples, bodies, recording.values);
       check_states(answer.sample, recording.values.size() - 1, plan.t_end_s, bodies, foreign_);
     }
     if (!answer.done || answer.outcome.status != Status::ok) return;
@@ -247,10 +312,11 @@ Outcome WorkerClient::profile(const std::string& method, const std::string& scen
 }
 
 Truth WorkerClient::truth(const std::string& scenario_json, const SampledBodies& bodies, double t_end_s,
-                          std::int64_t samples, double limit_s) {
+                          std::int64_t samples, double limit_s, const std::string& response) {
   wire::Request request;
   request.kind = wire::Request::Kind::truth;
   request.plan.samples = samples;
+  request.response = response;
   request.json = scenario_json;
   Truth truth;
   truth.outcome = ask(std::move(request), limit_s, limits_of(bodies), [&](const wire::Answer& answer) {
@@ -267,7 +333,7 @@ Truth WorkerClient::truth(const std::string& scenario_json, const SampledBodies&
     }
     if (answer.events_alone) return;
     if (!answer.has_bar) throw wire::Garbage("a truth without bars");
-    add_sample(answer, t_end_s, samples, bodies.count, truth.values);
+    add_sample(answer, t_end_s, samples, bodies, truth.values);
     truth.bars.push_back(answer.bar);
     truth.bars.back().t_s = answer.sample.t_s;
   });
@@ -323,6 +389,14 @@ std::vector<PoseAnswer> WorkerClient::sweep(const std::string& test, const std::
 }
 
 // ---- one-off requests ---------------------------------------------------------------------------------------------
+FieldAtParticles field_once(const std::string& truth_worker, const Scenario& scenario, const std::vector<Wide>& t_s,
+                            const std::vector<std::vector<FieldPosition>>& positions, double limit_s,
+                            const std::string& response) {
+  const BrokenPipeGuard guard;
+  WorkerClient client({truth_worker});
+  return client.field(scenario_to_json(scenario), response, t_s, positions, limit_s);
+}
+
 Truth truth_once(const std::string& truth_worker, const Scenario& scenario, std::int64_t samples, double limit_s) {
   const BrokenPipeGuard guard;
   WorkerClient client({truth_worker});

@@ -6,11 +6,15 @@
 // fit into a line is `unsupported`.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "protocol/fluid_field.hpp"
 #include "protocol/wire.hpp"
+#include "validation/metrics/fluid.hpp"
 #include "validation/study/check_answer.hpp"
 #include "validation/study/process.hpp"
 #include "validation/study/study.hpp"
@@ -39,8 +43,13 @@ class WorkerClient {
   std::vector<PoseAnswer> sweep(const std::string& test, const std::string& pair, std::uint64_t seed,
                                 std::int64_t count, bool swept, double limit_s, Outcome& outcome);
   // Unsupported from some instant on: the samples before it are there, and `outcome` says why they end.
+  // `response`: of the particles' own equations.
   Truth truth(const std::string& scenario_json, const SampledBodies& bodies, double t_end_s, std::int64_t samples,
-              double limit_s);
+              double limit_s, const std::string& response = "");
+
+  // An exact field at these positions, one list a time; `response`: the method's, without the plus sign.
+  FieldAtParticles field(const std::string& scenario_json, const std::string& response, const std::vector<Wide>& t_s,
+                         const std::vector<std::vector<FieldPosition>>& positions, double limit_s);
 
   // From sending the last request to the end of its answer, without the start of the process.
   std::int64_t wall_ns() const { return wall_ns_; }
@@ -54,6 +63,11 @@ class WorkerClient {
   // `take` read stands. wall_ns() is set when `take` gets the end.
   Outcome ask(wire::Request request, double limit_s, const wire::Limits& most,
               const std::function<void(const wire::Answer&)>& take);
+  // Sends the line and feeds each line of the answer to `take` until it gives an outcome.
+  Outcome exchange(std::string text, double limit_s,
+                   const std::function<std::optional<Outcome>(const std::string& line)>& take);
+  // Starts the process if none runs and makes the next cell's number.
+  Outcome prepare();
   std::int64_t next_cell();
   Outcome start();
   Outcome give_up(Status status, const std::string& reason);
@@ -64,8 +78,14 @@ class WorkerClient {
   std::unique_ptr<Process> process_;
   Engine engine_;
   std::int64_t cell_ = 0, wall_ns_ = 0;
+  std::chrono::steady_clock::time_point asked_at_;
   bool killed_from_outside_ = false;
 };
+
+// One question for a field, in a process of its own.
+FieldAtParticles field_once(const std::string& truth_worker, const Scenario& scenario, const std::vector<Wide>& t_s,
+                            const std::vector<std::vector<FieldPosition>>& positions, double limit_s,
+                            const std::string& response = "");
 
 // Bodies that a sample of this scene has, and where they start.
 inline SampledBodies sampled_bodies(const Scene& scene) { return SampledBodies(scene); }

@@ -1,0 +1,340 @@
+// From [domain], [[fluid]], [[fluid_boundary]], [[probe]] to fluids with particles, and the checks that span keys.
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "scene/fluid_fields.hpp"
+#include "scene/fluid_keys.hpp"
+#include "scene/fluid_points.hpp"
+#include "scene/input_file.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr double kLeastSpacingsOfWall = 2;  // a thinner solid cannot keep particles of both its sides apart
+
+std::string number_words(double x) { return describe(Value(x)); }
+
+Place place_of(const Value& table, const char* key) {
+  const Value* found = table.find(key);
+  return found ? found->place : table.place;
+}
+
+// `each` of every table under [[where]].
+template <class F> void each_of(Reading& r, const Value* list, const std::string& where, F each) {
+  if (!list) return;
+  r.where = where;
+  r.key.clear();
+  const auto* items = list->list();
+  if (!items) fail_value(r, *list, "tables under " + where);
+  for (const Value& item : *items) {
+    r.where = where;
+    r.key.clear();
+    each(item);
+  }
+}
+
+// ---- parameters of fields ---------------------------------------------------------------------------------------------
+void check_field(Reading& r, const Value& table, const char* key, const Fluid& fluid, InitialField& field) {
+  if (field.name.empty()) return;
+  const FieldInfo& info = *find_field(field.name);
+  const Place place = place_of(table, key);
+  const std::string whose = "of the field `" + field.name + "` in " + r.where;
+  if (info.needs_heat && !(fluid.heat_capacity_J_per_kg_K > 0))
+    fail(r, place,
+         "the field `" + field.name + "` in " + r.where +
+             " is a temperature; expected `heat_capacity_J_per_kg_K` above 0 beside it");
+  if (field.name == "elliptic-drop" && !std::holds_alternative<BallRegion>(fluid.region))
+    fail(r, place, "the field `elliptic-drop` in " + r.where + " starts as a circle; expected `region.circle`");
+  if (field.name == "square-patch" && !std::holds_alternative<BoxRegion>(fluid.region))
+    fail(r, place, "the field `square-patch` in " + r.where + " is a square's; expected `region.box`");
+  for (const FieldParameter& parameter : info.parameters) {
+    const auto found = field.parameters.find(parameter.name);
+    const double value =
+        found == field.parameters.end() ? default_parameter(*r.scene, fluid, field, parameter) : found->second;
+    if (std::isnan(value))
+      fail(r, place,
+           "the parameter `" + parameter.name + "` " + whose +
+               " is not given, and the domain has no such period; expected it: " + parameter.doc);
+    if ((parameter.positive && !(value > 0)) || (parameter.whole && value != std::floor(value)))
+      fail(r, place,
+           "the parameter `" + parameter.name + "` " + whose + " is " + number_words(value) + "; expected " +
+               (parameter.whole ? "a whole number above 0" : "a number above 0"));
+    field.parameters[parameter.name] = value;
+  }
+}
+
+// ---- regions ----------------------------------------------------------------------------------------------------------
+void check_region(Reading& r, const Value& table, const Fluid& fluid) {
+  const Place place = place_of(table, "region");
+  const auto d = static_cast<std::size_t>(r.scene->domain.dimensions);
+  const bool points = std::holds_alternative<PointsRegion>(fluid.region);
+  const bool round =
+      std::holds_alternative<BallRegion>(fluid.region) || std::holds_alternative<EllipsoidRegion>(fluid.region);
+  if (points != (fluid.arrangement == Arrangement::file))
+    fail(r, place,
+         points ? "`region.file` in " + r.where + " comes with another arrangement; expected \"file\""
+                : "`arrangement` in " + r.where + " is \"file\"; expected `region.file` with it");
+  if (fluid.arrangement == Arrangement::rings && (!round || d == 3))
+    fail(r, place, "`arrangement` in " + r.where + " is \"rings\"; expected a circle or an ellipse with it");
+  if (points && fluid.particles.position_m.empty()) return;
+  const RegionBounds bounds = bounds_of(fluid);
+  for (std::size_t i = 0; i < d; ++i) {
+    const std::string axis(1, "xyz"[i]);
+    if (!points && !(bounds.min_m[i] < bounds.max_m[i]))
+      fail(r, place,
+           "the region of " + r.where + " reaches from " + number_words(bounds.min_m[i]) + " to " +
+               number_words(bounds.max_m[i]) + " m along " + axis + "; expected a positive extent");
+    const double period = r.scene->domain.periodic_m[i], slack = 1e-12 * period;
+    if (period > 0 && (bounds.min_m[i] < -slack || bounds.max_m[i] > period + slack))
+      fail(r, place,
+           "the region of " + r.where + " reaches from " + number_words(bounds.min_m[i]) + " to " +
+               number_words(bounds.max_m[i]) + " m along " + axis +
+               ", outside the domain; expected it within the period, 0 to " + number_words(period) + " m");
+  }
+}
+
+// x_m,y_m (z_m in three dimensions) under a header of these names.
+std::vector<Real3> read_points(const std::string& path, int dimensions) {
+  std::istringstream in(read_input_file(path, "a table of points (CSV)", largest::kTable));
+  const auto d = static_cast<std::size_t>(dimensions);
+  const std::string header = d == 2 ? "x_m,y_m" : "x_m,y_m,z_m";
+  std::vector<Real3> points;
+  std::string text;
+  bool headed = false;
+  for (int line = 1; std::getline(in, text); ++line) {
+    std::erase_if(text, [](char c) { return c == '\r' || c == ' '; });
+    if (text.empty() || text[0] == '#') continue;
+    const auto refuse = [&](const std::string& expected) {
+      throw InputError(path + ":" + std::to_string(line) + ":1: found `" + text.substr(0, 100) + "`; expected " +
+                       expected);
+    };
+    if (!headed) {
+      if (text != header) refuse("the header " + header);
+      headed = true;
+      continue;
+    }
+    Real3& x = points.emplace_back();
+    const char* at = text.c_str();
+    for (std::size_t i = 0; i < d; ++i) {
+      char* end = nullptr;
+      x[i] = std::strtod(at, &end);
+      if (end == at || !std::isfinite(x[i]) || *end != (i + 1 < d ? ',' : '\0'))
+        refuse(std::to_string(d) + " finite numbers");
+      at = end + 1;
+    }
+    if (points.size() > kMostParticles) refuse("at most " + std::to_string(kMostParticles) + " points");
+  }
+  if (points.empty()) throw InputError(path + ":1:1: found no point; expected " + header + " and a point a line");
+  return points;
+}
+
+// ---- the ladders ------------------------------------------------------------------------------------------------------
+// The spacing and the sound speed of a fluid stand in it, or as ladders of all fluids in [run].
+void take_ladder(Reading& r, const Value& table, const char* key, const std::vector<double>& ladder,
+                 const char* ladder_key, double Fluid::*member, Fluid& fluid) {
+  const Value* given = table.find(key);
+  if (given && !ladder.empty())
+    fail(r, given->place,
+         std::string("found `") + key + "` in " + r.where + " beside `" + ladder_key +
+             "` in [run]; expected one of them");
+  if (!given && ladder.empty())
+    fail(r, table.place,
+         std::string("missing key `") + key + "` in " + r.where + "; expected it, or `" + ladder_key + "` in [run]");
+  if (!given) fluid.*member = ladder.front();
+}
+
+void check_ladders(Reading& r, const Value& run, const Scenario& scenario) {
+  const auto refuse = [&](const char* key, const std::string& what) { fail(r, place_of(run, key), what); };
+  const auto& spacings = scenario.spacings_m;
+  const auto& speeds = scenario.sound_speeds_m_per_s;
+  for (std::size_t i = 1; i < spacings.size(); ++i)
+    if (!(spacings[i] < spacings[i - 1]))
+      refuse("spacings_m", "`spacings_m` in [run] has " + number_words(spacings[i]) + " after " +
+                               number_words(spacings[i - 1]) + "; expected spacings from the coarsest to the finest");
+  for (std::size_t i = 1; i < speeds.size(); ++i)
+    if (!(speeds[i] > speeds[i - 1]))
+      refuse("sound_speeds_m_per_s", "`sound_speeds_m_per_s` in [run] has " + number_words(speeds[i]) + " after " +
+                                         number_words(speeds[i - 1]) + "; expected growing speeds");
+  for (const Fluid& fluid : scenario.scene.fluids) {
+    if (std::holds_alternative<PointsRegion>(fluid.region) && spacings.size() > 1)
+      refuse("spacings_m", "`spacings_m` in [run] has " + std::to_string(spacings.size()) +
+                               " spacings, and the particles of the fluid `" + fluid.name +
+                               "` come from a file; expected one spacing");
+    for (const double spacing : spacings) {
+      const std::string gap = unfilled(fluid, scenario.scene.domain.dimensions, spacing);
+      if (!gap.empty())
+        refuse("spacings_m", "`spacings_m` in [run] has " + number_words(spacing) +
+                                 ", which does not fill the region of the fluid `" + fluid.name + "`: " + gap +
+                                 "; expected a spacing that divides it");
+    }
+  }
+}
+
+// ---- walls ------------------------------------------------------------------------------------------------------------
+// A boundary is filled with what stands for the wall, to the depth that a kernel reaches: a plane is infinitely deep, a
+// solid as deep as it is thick. A solid thinner than two spacings, and a rectangle, let particles act through.
+void check_walls(Reading& r, const Value* boundaries, const Scenario& scenario) {
+  const Scene& scene = scenario.scene;
+  double coarsest = 0;
+  for (const Fluid& fluid : scene.fluids) coarsest = std::max(coarsest, fluid.spacing_m);
+  for (std::size_t i = 0; i < scene.fluid_boundaries.size(); ++i) {
+    const Body& body = scene.bodies[static_cast<std::size_t>(scene.fluid_boundaries[i].body)];
+    const double thickness = thickness_m(body, scene.domain.dimensions);
+    if (thickness >= kLeastSpacingsOfWall * coarsest * (1 - 1e-12)) continue;
+    fail(r, place_of((*boundaries->list())[i], "body"),
+         "the boundary `" + body.name + "` is " + number_words(thickness) + " m thick and leaks at a spacing of " +
+             number_words(coarsest) + " m; expected at least two spacings, " +
+             number_words(kLeastSpacingsOfWall * coarsest) + " m, or a plane");
+  }
+}
+
+}  // namespace
+
+void check_fluid(Reading& r, const Value& table, Fluid& fluid) {
+  if (const Value* exponent = table.find("tait_exponent");
+      exponent && fluid.equation_of_state != EquationOfState::tait && r.form == Form::file)
+    fail(r, exponent->place,
+         "`tait_exponent` in " + r.where +
+             " is given beside a linear equation of state; expected `equation_of_state = \"tait\"`");
+  if (fluid.arrangement == Arrangement::disturbed && !table.find("disturbance")) fluid.disturbance = 0.2;
+  if (const Value* disturbance = table.find("disturbance"); disturbance && fluid.arrangement != Arrangement::disturbed)
+    fail(r, disturbance->place,
+         "`disturbance` in " + r.where + " is given; expected it with `arrangement = \"disturbed\"` only");
+  if (!(fluid.heat_capacity_J_per_kg_K > 0))
+    for (const char* heat : {"conductivity_W_per_m_K", "viscous_heat", "expansion_per_K", "viscosity_decay_per_K"})
+      if (const Value* given = table.find(heat))
+        fail(r, given->place,
+             std::string("`") + heat + "` in " + r.where +
+                 " is given without a temperature; expected `heat_capacity_J_per_kg_K` above 0");
+  if (!fluid.initial.name.empty())
+    for (const char* uniform : {"velocity_m_per_s", "velocity_gradient_per_s"})
+      if (const Value* given = table.find(uniform))
+        fail(r, given->place,
+             std::string("found `") + uniform + "` beside `initial` in " + r.where + "; expected one of them");
+  check_region(r, table, fluid);
+  check_field(r, table, "initial", fluid, fluid.initial);
+  check_field(r, table, "source", fluid, fluid.source);
+}
+
+void check_boundary(Reading& r, const Value& table, const FluidBoundary& boundary) {
+  if (boundary.temperature_K && boundary.heat_flux_W_per_m2)
+    fail(r, place_of(table, "heat_flux_W_per_m2"),
+         "found `heat_flux_W_per_m2` beside `temperature_K` in " + r.where + "; expected at most one");
+  for (const FluidBoundary& earlier : r.scene->fluid_boundaries)
+    if (earlier.body == boundary.body)
+      fail(r, place_of(table, "body"),
+           "found a second [[fluid_boundary]] of the body `" +
+               r.scene->bodies[static_cast<std::size_t>(boundary.body)].name + "`; expected one");
+  const Body& body = r.scene->bodies[static_cast<std::size_t>(boundary.body)];
+  if (std::holds_alternative<std::monostate>(body.shape))
+    fail(r, place_of(table, "body"),
+         "the body `" + body.name + "` in " + r.where + " has no shape; expected one whose surface bounds the fluid");
+}
+
+void check_probe(Reading& r, const Value& table, const FluidProbe& probe) {
+  const bool placed =
+      probe.kind == ProbeKind::pressure || probe.kind == ProbeKind::velocity || probe.kind == ProbeKind::column_height;
+  const bool of_body = probe.kind == ProbeKind::force_on_body;
+  if (placed && !table.find("position_m"))
+    fail(r, table.place, "missing key `position_m` in " + r.where + "; expected where the probe measures");
+  if (of_body != (probe.body >= 0))
+    fail(r, of_body ? table.place : place_of(table, "body"),
+         of_body ? "missing key `body` in " + r.where + "; expected the body of the force"
+                 : "found `body` in " + r.where + "; expected it with kind \"force-on-body\" only");
+  for (const FluidProbe& earlier : r.scene->probes)
+    if (earlier.name == probe.name)
+      fail(r, table.place, "found the name `" + probe.name + "` a second time in [[probe]]; expected each name once");
+}
+
+void check_plane_scene(Reading& r, const Value& at) {
+  const Scene& scene = *r.scene;
+  if (scene.domain.dimensions != 2) return;
+  const auto refuse = [&](const std::string& what, double found) {
+    fail(r, at.place, what + " is " + number_words(found) + " along z; expected 0: the domain has two dimensions");
+  };
+  if (scene.gravity_m_per_s2[2] != 0) refuse("`gravity_m_per_s2` in [world]", scene.gravity_m_per_s2[2]);
+  for (const Body& body : scene.bodies) {
+    const std::string whose = " of the body `" + body.name + "`";
+    if (const auto* plane = std::get_if<Plane>(&body.shape); plane && plane->normal[2] != 0)
+      refuse("the normal" + whose, plane->normal[2]);
+    if (body.position_m[2] != 0) refuse("`position_m`" + whose, body.position_m[2]);
+    if (body.velocity_m_per_s[2] != 0) refuse("`velocity_m_per_s`" + whose, body.velocity_m_per_s[2]);
+    const Real3& w = body.angular_velocity_body_rad_per_s;
+    if (w[0] != 0 || w[1] != 0)
+      fail(r, at.place,
+           "`angular_velocity_body_rad_per_s`" + whose +
+               " turns out of the plane; expected a turn about z: the domain has two dimensions");
+    const Real4& q = body.orientation_wxyz;
+    if (q[1] != 0 || q[2] != 0)
+      fail(r, at.place,
+           "`orientation_wxyz`" + whose + " is turned out of the plane; expected a turn about z in two dimensions");
+  }
+}
+
+void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
+  Scenario& scenario = draft.scenario;
+  Scene& scene = scenario.scene;
+  if (!draft.fluid) {
+    for (const char* other : {"domain", "fluid_boundary", "probe"})
+      if (const Value* found = document.find(other))
+        fail(r, found->place, std::string("found `") + other + "` without [[fluid]]; expected a fluid with it");
+    for (const char* ladder : {"spacings_m", "sound_speeds_m_per_s"})
+      if (const Value* found = draft.run->find(ladder))
+        fail(r, found->place,
+             std::string("found `") + ladder + "` in [run] without [[fluid]]; expected a fluid with it");
+    return;
+  }
+  if (!draft.domain)
+    fail(r, draft.fluid->place, "found [[fluid]] without [domain]; expected its dimensions and periods");
+  r.where = "[domain]";
+  r.key.clear();
+  if (const Value* dimensions = draft.domain->find("dimensions"))  // what vectors of [domain] may be follows from it
+    if (const auto* d = std::get_if<std::int64_t>(&dimensions->data)) scene.domain.dimensions = static_cast<int>(*d);
+  read_table(r, *draft.domain, domain_keys(), {}, scene.domain);
+  each_of(r, draft.fluid, "[[fluid]]", [&](const Value& table) {
+    if (const Value* name = table.find("name"); name && name->text()) r.where += " `" + *name->text() + "`";
+    Fluid fluid;
+    read_table(r, table, fluid_keys(), {}, fluid);
+    for (const Fluid& earlier : scene.fluids)
+      if (earlier.name == fluid.name)
+        fail(r, place_of(table, "name"),
+             "found the name `" + fluid.name + "` a second time in [[fluid]]; expected each once");
+    take_ladder(r, table, "spacing_m", scenario.spacings_m, "spacings_m", &Fluid::spacing_m, fluid);
+    take_ladder(r, table, "sound_speed_m_per_s", scenario.sound_speeds_m_per_s, "sound_speeds_m_per_s",
+                &Fluid::sound_speed_m_per_s, fluid);
+    if (const auto* points = std::get_if<PointsRegion>(&fluid.region))
+      fluid.particles.position_m = read_points(points->file, scene.domain.dimensions);
+    check_fluid(r, table, fluid);
+    if (const std::string gap = unfilled(fluid, scene.domain.dimensions, fluid.spacing_m);
+        !gap.empty() && scenario.spacings_m.empty())
+      fail(r, place_of(table, "spacing_m"),
+           "`spacing_m` in " + r.where + " is " + number_words(fluid.spacing_m) +
+               ", which does not fill its region: " + gap + "; expected a spacing that divides it");
+    scene.fluids.push_back(std::move(fluid));
+  });
+  each_of(r, draft.fluid_boundary, "[[fluid_boundary]]", [&](const Value& table) {
+    FluidBoundary boundary;
+    read_table(r, table, fluid_boundary_keys(), {}, boundary);
+    check_boundary(r, table, boundary);
+    scene.fluid_boundaries.push_back(boundary);
+  });
+  each_of(r, draft.probe, "[[probe]]", [&](const Value& table) {
+    FluidProbe probe;
+    read_table(r, table, fluid_probe_keys(), {}, probe);
+    if (probe.name.empty()) probe.name = *table.find("kind")->text();
+    check_probe(r, table, probe);
+    scene.probes.push_back(std::move(probe));
+  });
+  check_plane_scene(r, *draft.domain);
+  r.where = "[run]";
+  check_ladders(r, *draft.run, scenario);
+  check_walls(r, draft.fluid_boundary, scenario);
+  try {
+    place_particles(scene);
+  } catch (const InputError& error) {
+    fail(r, draft.fluid->list()->front().place, error.what());
+  }
+}
+
+}  // namespace atwood

@@ -1,0 +1,73 @@
+// What the recording of a fluid says: its fields against exact ones at the particles, what it conserves, its probes.
+//
+// Norms are over the particles, weighted by their masses: l1 sum m |e| / sum m |f|, l2 the root of sum m |e|^2 over
+// sum m |f|^2, linf max |e| / max |f|, where f is the exact field at the same particles and |.| the Euclidean norm of a
+// velocity. Where f is 0 everywhere, the scale is the sound speed (velocity), rho0 c^2 (pressure), rho0 (density), 1 K.
+//
+// The velocity's error is the sum of three, particle by particle, each exact field taken at the positions of the solution
+// that it is compared with:
+//   v_i - u(x_i)  =  (u_c - u)(x_i)                                          model: the fluid is compressible
+//                  + V_i - u_c(X_i)                                          space: it is particles
+//                  + (v_i - u_c(x_i)) - (V_i - u_c(X_i))                     time: they are stepped
+// with u the field of the scene's truth, u_c that of the weakly compressible equations, and X, V the particles' own
+// equations of motion without an error of time. Without X, V the last two are one, which is called `space-error` with the
+// reason that says so; without u_c it is u, and there is no model error.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocol/fluid_field.hpp"
+#include "protocol/truth.hpp"
+#include "validation/metrics/metrics.hpp"
+
+namespace atwood {
+
+// A field at the particles of every sample of a solution (t = 0 included); `outcome` not ok: there is none.
+struct FieldAtParticles {
+  Outcome outcome;
+  std::string source, note;
+  FieldKnown known;
+  std::vector<FieldSample> samples;
+};
+
+// Asks for the field of this kind of truth at these positions, one list a time. `response` is the method's.
+using AskField = std::function<FieldAtParticles(TruthKind kind, const std::vector<Wide>& t_s,
+                                                const std::vector<std::vector<FieldPosition>>& positions)>;
+
+struct FluidTruths {
+  FieldAtParticles exact;               // of the scene's truth, at the run's particles
+  FieldAtParticles compressible;        // of the weakly compressible equations, at the run's particles
+  Truth semi_discrete;                  // the particles' own equations; no values: not asked for, or refused
+  FieldAtParticles compressible_there;  // the field that the space error is against, at the particles of semi_discrete
+  bool model = false;                   // `compressible` is another field than `exact`
+};
+// Asks for what the scene's truth can tell. Without a truth everything stays empty and not ok.
+FluidTruths fluid_truths(const Scenario& scenario, const Recording& run, const AskField& ask,
+                         const std::function<Truth()>& semi_discrete);
+
+// As measure(), for a scene with fluids.
+std::vector<Row> measure_fluid(const Scenario& scenario, const FluidTruths& truths, const Recording& run);
+
+// Of all cells of one scenario and method: order-time along the steps of each resolution, order-space along the spacings
+// of each sound speed (its finest steps), order-model along the sound speeds of each spacing, each of its error.
+std::vector<Row> fit_fluid_orders(std::span<const Row> cells);
+
+// Value of a probe, in its unit; NaN: nothing of the fluid is there, or the probe is of another kind of recording.
+//   pressure, velocity (its norm)  the linear function that fits the particles within three spacings best, weights of
+//                                  Wendland C2: exact for linear fields, also beside walls
+//   front                          largest x of a particle and half a spacing
+//   column-height                  highest particle within one spacing of the line through the position against gravity
+//                                  (y without gravity), and half a spacing
+//   force-on-body                  from the momentum of a body that moves freely; of a fixed body not known
+double probe_value(const Scene& scene, const FluidProbe& probe, const Sample& sample);
+const char* probe_unit(const FluidProbe& probe);
+const char* probe_kind(const FluidProbe& probe);
+
+// Number of the fluid that a particle of a sample belongs to.
+std::vector<int> fluid_of_particles(const Scene& scene);
+
+}  // namespace atwood

@@ -1,0 +1,27 @@
+// The families of metrics behind measure_fluid(), one .cpp each. Private to this room.
+#pragma once
+
+#include "validation/metrics/fluid.hpp"
+
+namespace atwood::metrics {
+
+// Why the recording cannot be measured, as a "status" row: it did not end well, samples are missing, a number is not
+// finite (which particle of which fluid, when).
+std::vector<Row> fluid_status_rows(const Scenario& scenario, const Recording& run);
+
+// time-error of scenes whose truth is the particles' own equations and names no field: of positions and velocities.
+void append_semi_discrete(const Truth& truth, const Recording& run, const std::vector<double>& masses,
+                          std::vector<Row>& rows);
+
+// kinetic-energy-error against the exact field, energy-budget, volume-error.
+void append_fluid_energy(const Scenario& scenario, const FieldAtParticles& exact, const Recording& run,
+                         std::vector<Row>& rows);
+// fluid-momentum-error, fluid-angular-momentum-error.
+void append_fluid_momenta(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
+// particle-order, spacing-min, speed-max.
+void append_fluid_order(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
+// front-error and probe-error, where the truth knows the probe.
+void append_probes(const Scenario& scenario, const FieldAtParticles& exact, const Recording& run,
+                   std::vector<Row>& rows);
+
+}  // namespace atwood::metrics

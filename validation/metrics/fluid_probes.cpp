@@ -1,0 +1,239 @@
+// Probes of a fluid, and how its particles lie.
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+#include "validation/metrics/fluid_parts.hpp"
+#include "validation/metrics/measurements.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kReachSpacings = 3;  // of the fit around a probe
+
+using Vec = std::array<double, 3>;
+
+double coarsest_spacing(const Scene& scene) {
+  double spacing = 0;
+  for (const Fluid& fluid : scene.fluids) spacing = std::max(spacing, fluid.spacing_m);
+  return spacing;
+}
+
+// From `from` to `to`, by the nearest image.
+Vec apart(const Domain& domain, const Vec& from, const std::array<Wide, 3>& to) {
+  Vec d{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    d[i] = static_cast<double>(to[i] - from[i]);
+    if (domain.periodic_m[i] > 0) d[i] -= domain.periodic_m[i] * std::round(d[i] / domain.periodic_m[i]);
+  }
+  return d;
+}
+
+// The value at x of the linear function that fits best, by weighted least squares: minimise
+// sum_j w(r_j) (a + b . (x_j - x) - f_j)^2 over a and b; w(r) = (1 - r/R)^4 (1 + 4 r/R). Its value at x is a. Fewer
+// particles than unknowns, or all in a line: the weighted mean. None: NaN.
+template <class Get> double fitted(const Scene& scene, const Sample& sample, const Vec& x, Get get) {
+  const auto d = static_cast<Eigen::Index>(scene.domain.dimensions);
+  const double reach = kReachSpacings * coarsest_spacing(scene);
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(d + 1, d + 1);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(d + 1);
+  Eigen::Index count = 0;
+  for (const ParticleSample& p : sample.particles) {
+    const Vec away = apart(scene.domain, x, p.p_m);
+    const double r = std::hypot(away[0], away[1], away[2]) / reach;
+    if (!(r < 1)) continue;
+    const double weight = std::pow(1 - r, 4) * (1 + 4 * r);
+    Eigen::VectorXd basis(d + 1);
+    basis[0] = 1;
+    for (Eigen::Index i = 0; i < d; ++i) basis[i + 1] = away[static_cast<std::size_t>(i)] / reach;
+    normal += weight * basis * basis.transpose();
+    right += weight * static_cast<double>(get(p)) * basis;
+    ++count;
+  }
+  if (count == 0) return kNan;
+  const Eigen::FullPivLU<Eigen::MatrixXd> lu(normal / normal(0, 0));
+  if (count <= d || !(lu.rcond() > 1e-10)) return right[0] / normal(0, 0);
+  return lu.solve(right / normal(0, 0))[0];
+}
+
+double column_height(const Scene& scene, const FluidProbe& probe, const Sample& sample) {
+  Vec up{0, 1, 0};
+  const Real3& g = scene.gravity_m_per_s2;
+  if (const double size = std::hypot(g[0], g[1], g[2]); size > 0) up = {-g[0] / size, -g[1] / size, -g[2] / size};
+  const double spacing = coarsest_spacing(scene);
+  double highest = kNan;
+  for (const ParticleSample& p : sample.particles) {
+    const Vec away = apart(scene.domain, probe.position_m, p.p_m);
+    const double along = away[0] * up[0] + away[1] * up[1] + away[2] * up[2];
+    const double aside = std::hypot(away[0] - along * up[0], away[1] - along * up[1], away[2] - along * up[2]);
+    if (aside > spacing) continue;
+    double height = 0;
+    for (std::size_t i = 0; i < 3; ++i) height += up[i] * static_cast<double>(p.p_m[i]);
+    if (!(height <= highest)) highest = height;
+  }
+  return highest + spacing / 2;
+}
+
+double front(const Scene& scene, const Sample& sample) {
+  double farthest = kNan;
+  for (const ParticleSample& p : sample.particles)
+    if (const double x = static_cast<double>(p.p_m[0]); !(x <= farthest)) farthest = x;
+  return farthest + coarsest_spacing(scene) / 2;
+}
+
+}  // namespace
+
+double probe_value(const Scene& scene, const FluidProbe& probe, const Sample& sample) {
+  switch (probe.kind) {
+    case ProbeKind::pressure:
+      return fitted(scene, sample, probe.position_m, [](const ParticleSample& p) { return p.pressure_Pa; });
+    case ProbeKind::velocity: {
+      Vec v{};
+      for (std::size_t i = 0; i < 3; ++i)
+        v[i] = fitted(scene, sample, probe.position_m, [i](const ParticleSample& p) { return p.v_m_per_s[i]; });
+      return std::hypot(v[0], v[1], v[2]);
+    }
+    case ProbeKind::front: return front(scene, sample);
+    case ProbeKind::column_height: return column_height(scene, probe, sample);
+    case ProbeKind::force_on_body: return kNan;
+  }
+  return kNan;
+}
+
+const char* probe_unit(const FluidProbe& probe) {
+  switch (probe.kind) {
+    case ProbeKind::pressure: return "Pa";
+    case ProbeKind::velocity: return "m/s";
+    case ProbeKind::front:
+    case ProbeKind::column_height: return "m";
+    case ProbeKind::force_on_body: return "N";
+  }
+  return "";
+}
+
+const char* probe_kind(const FluidProbe& probe) {
+  switch (probe.kind) {
+    case ProbeKind::pressure: return "pressure";
+    case ProbeKind::velocity: return "velocity";
+    case ProbeKind::front: return "front";
+    case ProbeKind::column_height: return "column-height";
+    case ProbeKind::force_on_body: return "force-on-body";
+  }
+  return "";
+}
+
+namespace metrics {
+namespace {
+
+// Distance to the nearest other particle, of each, over the spacing of its fluid. Cells of two spacings, found by hash.
+std::vector<double> nearest_of(const Scene& scene, const Sample& sample) {
+  const std::vector<int> fluids = fluid_of_particles(scene);
+  const double wanted = 2 * coarsest_spacing(scene);
+  std::array<double, 3> size{wanted, wanted, wanted};
+  std::array<std::int64_t, 3> cells{};
+  for (std::size_t i = 0; i < 3; ++i)
+    if (const double period = scene.domain.periodic_m[i]; period > 0) {
+      cells[i] = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::floor(period / wanted)));
+      size[i] = period / static_cast<double>(cells[i]);
+    }
+  const auto key_of = [&](const std::array<std::int64_t, 3>& at) {
+    std::uint64_t h = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      std::int64_t c = at[i];
+      if (cells[i] > 0) c = ((c % cells[i]) + cells[i]) % cells[i];
+      h = (h ^ static_cast<std::uint64_t>(c)) * 0x9e3779b97f4a7c15u;
+    }
+    return h;
+  };
+  const auto cell_of = [&](const ParticleSample& p) {
+    std::array<std::int64_t, 3> at{};
+    for (std::size_t i = 0; i < 3; ++i)
+      at[i] = static_cast<std::int64_t>(std::floor(static_cast<double>(p.p_m[i]) / size[i]));
+    return at;
+  };
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> grid;
+  for (std::size_t i = 0; i < sample.particles.size(); ++i) grid[key_of(cell_of(sample.particles[i]))].push_back(i);
+  std::vector<double> nearest(sample.particles.size(), wanted);
+  for (std::size_t i = 0; i < sample.particles.size(); ++i) {
+    const ParticleSample& p = sample.particles[i];
+    const Vec x{static_cast<double>(p.p_m[0]), static_cast<double>(p.p_m[1]), static_cast<double>(p.p_m[2])};
+    const auto middle = cell_of(p);
+    const int depth = scene.domain.dimensions == 2 ? 0 : 1;
+    for (int a = -1; a <= 1; ++a)
+      for (int b = -1; b <= 1; ++b)
+        for (int c = -depth; c <= depth; ++c) {
+          const auto found = grid.find(key_of({middle[0] + a, middle[1] + b, middle[2] + c}));
+          if (found == grid.end()) continue;
+          for (const std::size_t j : found->second) {
+            if (j == i) continue;
+            const Vec d = apart(scene.domain, x, sample.particles[j].p_m);
+            nearest[i] = std::min(nearest[i], std::hypot(d[0], d[1], d[2]));
+          }
+        }
+    nearest[i] /= scene.fluids[static_cast<std::size_t>(fluids[i])].spacing_m;
+  }
+  return nearest;
+}
+
+}  // namespace
+
+void append_fluid_order(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+  const std::vector<double> nearest = nearest_of(scenario.scene, run.values.back());
+  double mean = 0, spread = 0, least = nearest.front();
+  const double count = static_cast<double>(nearest.size());
+  for (const double d : nearest) mean += d / count, least = std::min(least, d);
+  for (const double d : nearest) spread += (d - mean) * (d - mean) / count;
+  rows.push_back(row("particle-order", mean > 0 ? std::sqrt(spread) / mean : 0));
+  rows.push_back(row("spacing-min", least, 0, "of the spacing, at the end"));
+  double fastest = 0;
+  for (const ParticleSample& p : run.values.back().particles) fastest = std::max(fastest, norm(p.v_m_per_s));
+  rows.push_back(row("speed-max", fastest));
+}
+
+void append_semi_discrete(const Truth& truth, const Recording& run, const std::vector<double>& masses,
+                          std::vector<Row>& rows) {
+  if (truth.values.size() != run.values.size()) return;
+  if (std::any_of(rows.begin(), rows.end(), [](const Row& r) { return r.metric == "time-error"; })) return;
+  const auto &now = run.values.back().particles, &then = truth.values.back().particles,
+             &bars = truth.bars.back().particles;
+  if (then.size() != now.size() || bars.size() != now.size()) return;
+  double error = 0, size = 0, bar = 0;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    error += masses[i] * distance(now[i].v_m_per_s, then[i].v_m_per_s);
+    size += masses[i] * norm(then[i].v_m_per_s);
+    bar += masses[i] * norm(bars[i].v_m_per_s);
+  }
+  if (size > 0)
+    rows.push_back(
+        row("time-error", error / size, bar / size, "of the true velocity's own norm at the end; " + truth.source));
+}
+
+void append_probes(const Scenario& scenario, const FieldAtParticles& exact, const Recording& run,
+                   std::vector<Row>& rows) {
+  if (exact.outcome.status != Status::ok || exact.samples.size() != run.values.size()) return;
+  const auto& probes = scenario.scene.probes;
+  for (std::size_t n = 0; n < probes.size(); ++n) {
+    const bool of_front = probes[n].kind == ProbeKind::front;
+    for (std::size_t k = 1; k < run.values.size(); ++k) {
+      const auto& known = exact.samples[k].probes;
+      if (n >= known.size() || !known[n]) continue;
+      const double truth = static_cast<double>(known[n]->value), bar = static_cast<double>(known[n]->bar);
+      const double value = probe_value(scenario.scene, probes[n], run.values[k]);
+      const double scale = std::fabs(truth);
+      if (!(scale > 0)) continue;
+      Row one = row(of_front ? "front-error" : "probe-error", (value - truth) / scale, bar / scale,
+                    "of " + format_measure(truth, 0) + " " + probe_unit(probes[n]));
+      one.body = of_front ? "" : probes[n].name;
+      if (k + 1 == run.values.size()) rows.push_back(one);
+      one.t_s = static_cast<double>(run.values[k].t_s);
+      rows.push_back(one);
+    }
+  }
+}
+
+}  // namespace metrics
+}  // namespace atwood
