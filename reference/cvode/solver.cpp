@@ -66,7 +66,7 @@ struct Solver::Parts {
     CVodeSVtolerances(memory, options.rtol, each);  // keeps a copy
     N_VDestroy(each);
     CVodeSetMaxOrd(memory, options.max_order);
-    if (options.family == Family::adams) {
+    if (options.family == Family::adams || !options.newton) {
       nonlinear = SUNNonlinSol_FixedPoint(y, 0, context);
       CVodeSetNonlinearSolver(memory, nonlinear);
     } else {

@@ -20,6 +20,7 @@ struct Options {
   Family family = Family::adams;
   double rtol = 1e-10, atol = 1e-12;
   Scales scales;
+  bool newton = true;                // BDF: Newton with a dense matrix; false: fixed-point iteration, for large systems
   int max_order = 12;                // 5 at most for BDF
   std::int64_t max_steps = 2000000;  // of a whole run
   bool per_stretch = false;          // ... or of each stretch between restarts

@@ -101,6 +101,7 @@ template <class S> S Extrapolation<S>::step(S t, S* y, S limit) {
 }
 
 template class Extrapolation<double>;
+template class Extrapolation<long double>;
 template class Extrapolation<Wide>;
 
 }  // namespace atwood::extended

@@ -28,6 +28,7 @@ template <class S> class Extrapolation : public Stepper<S> {
 };
 
 extern template class Extrapolation<double>;
+extern template class Extrapolation<long double>;
 extern template class Extrapolation<Wide>;
 
 }  // namespace atwood::extended

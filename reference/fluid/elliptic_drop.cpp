@@ -50,7 +50,7 @@ template <class S> Vec<S> integrate(const Vec<S>& y, S t, int steps) {
 
 // Two numbers of steps; the difference bounds the error of the larger number, which is 2^24 times smaller.
 template <class S> Drop<S> drop_at(const Drop<S>& start, S t) {
-  const int steps = 1 + static_cast<int>(magnitude(start.A) * t * 4);
+  const int steps = 1 + static_cast<int>(magnitude(start.A) * t * 16);
   const Vec<S> y{start.a, start.b, start.A}, coarse = integrate(y, t, steps), fine = integrate(y, t, 2 * steps);
   S error = 0;
   for (int i = 0; i < 3; ++i) error = larger(error, magnitude(fine[i] - coarse[i]) / magnitude(fine[i]));

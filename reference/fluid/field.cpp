@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "fluid/literature.hpp"
 #include "fluid/solution.hpp"
 #include "fluid/weakly_compressible.hpp"
 
@@ -142,7 +143,8 @@ std::vector<std::string> fluid_solution_ids() {
 FluidField fluid_field_of(const Scenario& scenario, const std::string& response) {
   if (scenario.truth.kind == TruthKind::closed_form) return closed_form_field(scenario, response);
   if (scenario.truth.kind == TruthKind::weakly_compressible) return weakly_compressible_field(scenario, response);
-  return refused("the truth of this scenario is no field: expected the kind closed-form or weakly-compressible");
+  if (scenario.truth.kind == TruthKind::literature) return literature_field(scenario);
+  return refused("the truth of this scenario is no field: expected closed-form, weakly-compressible or literature");
 }
 
 }  // namespace atwood

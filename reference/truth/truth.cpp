@@ -3,6 +3,7 @@
 #include "closed_form/closed_form.hpp"
 #include "cvode/cvode.hpp"
 #include "extended/extended.hpp"
+#include "fluid/semi_discrete.hpp"
 
 namespace atwood {
 
@@ -12,15 +13,16 @@ Truth solve_truth(const Scenario& scenario, std::int64_t samples) {
     case TruthKind::extended: return extended_truth(scenario, samples);
     case TruthKind::cvode: return cvode_truth(scenario, samples);
     case TruthKind::values: return values_truth(scenario, samples);
+    case TruthKind::semi_discrete: return semi_discrete_truth(scenario, samples);
     case TruthKind::weakly_compressible:
-    case TruthKind::semi_discrete:
     case TruthKind::literature:
     case TruthKind::none: break;
   }
   Truth made;
   made.source = "none";
   made.outcome.status = Status::unsupported;
-  made.outcome.reason = "no truth: the scenario names none";
+  made.outcome.reason = scenario.truth.kind == TruthKind::none ? "no truth: the scenario names none"
+                                                               : "this truth is a field: it has no samples of its own";
   return made;
 }
 

@@ -1,0 +1,240 @@
+#include "fluid/semi_discrete.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "cvode/solver.hpp"
+#include "dynamics/state.hpp"
+#include "extended/extrapolation.hpp"
+#include "fluid/particles.hpp"
+#include "fluid/solution.hpp"
+
+namespace atwood {
+
+using namespace fluid_truth;
+
+namespace {
+
+constexpr int kMostExtended = 256, kMostCvode = 2500;
+constexpr double kQuadSeconds = 60;
+constexpr double kSafety = 2;
+
+template <class S> using States = std::vector<std::vector<S>>;  // at t_end k / samples
+
+struct Request {
+  const Scenario& scenario;
+  std::int64_t samples;
+  const std::string& response = scenario.truth.response;
+  const Scene& scene = scenario.scene;
+
+  template <class S> S time(std::int64_t k) const { return S(scenario.t_end_s) * S(k) / S(samples); }
+};
+
+// The scales of a state's components: positions, velocities, densities, temperatures.
+std::vector<int> groups_of(const ParticleLayout& layout) {
+  std::vector<int> group(static_cast<std::size_t>(layout.size), 0);
+  int next = 1;
+  for (const int from : {layout.velocity, layout.density, layout.temperature}) {
+    if (from < 0) continue;
+    std::fill(group.begin() + from, group.end(), next);
+    ++next;
+  }
+  return group;
+}
+
+[[noreturn]] void fail(double t) {
+  throw std::invalid_argument("the integration failed after t = " + format_double(t) +
+                              " s: the rate is not finite there, or the fit of a neighbourhood is singular");
+}
+
+template <class S> States<S> by_extrapolation(const Request& request, double tolerance) {
+  const auto system = fluid_system<S>(request.scene, request.response);
+  const ParticleLayout& layout = system->data.layout;
+  extended::Extrapolation<S> stepper(
+      layout.size, groups_of(layout), [&](S t, const S* y, S* dydt) { system->rate(t, y, dydt); }, S(tolerance));
+  States<S> made{initial_state<S>(request.scene, layout)};
+  for (std::int64_t k = 1; k <= request.samples; ++k) {
+    std::vector<S> y = made.back();
+    const S from = request.time<S>(k - 1);
+    if (!extended::advance(stepper, from, y.data(), request.time<S>(k) - from)) fail(static_cast<double>(from));
+    made.push_back(std::move(y));
+  }
+  return made;
+}
+
+States<double> by_cvode(const Request& request, cvode::Family family, double rtol) {
+  const auto system = fluid_system<double>(request.scene, request.response);
+  const ParticleLayout& layout = system->data.layout;
+  States<double> made{initial_state<double>(request.scene, layout)};
+  const std::vector<int> group = groups_of(layout);
+  std::vector<double> largest(5, 0.0), atol;
+  for (int i = 0; i < layout.size; ++i) largest[group[i]] = std::fmax(largest[group[i]], std::fabs(made[0][i]));
+  for (const int g : group) atol.push_back(rtol * (largest[g] > 0 ? largest[g] : system->data.largest_sound_speed));
+  cvode::Options options;
+  options.family = family;
+  options.newton = false;
+  options.rtol = rtol;
+  options.max_order = family == cvode::Family::adams ? 12 : 5;
+  cvode::Solver solver(options, atol, [&](double t, const double* y, double* dydt) { system->rate(t, y, dydt); });
+  solver.start(0, made[0], request.scenario.t_end_s, 0, {});
+  double t = 0;
+  for (std::int64_t k = 1; k <= request.samples; ++k) {
+    std::vector<double> y = made.back();
+    if (solver.advance(request.time<double>(k), t, y) == cvode::Stop::failed)
+      throw std::invalid_argument(solver.failure());
+    made.push_back(std::move(y));
+  }
+  return made;
+}
+
+States<double> by_runge_kutta(const Request& request, std::int64_t steps_a_sample) {
+  const auto system = fluid_system<double>(request.scene, request.response);
+  const int size = system->data.layout.size;
+  States<double> made{initial_state<double>(request.scene, system->data.layout)};
+  std::vector<double> k1(size), k2(size), k3(size), k4(size), at(size);
+  const double h = request.scenario.t_end_s / static_cast<double>(request.samples * steps_a_sample);
+  for (std::int64_t s = 0; s < request.samples; ++s) {
+    std::vector<double> y = made.back();
+    for (std::int64_t n = 0; n < steps_a_sample; ++n) {
+      const double t = h * static_cast<double>(s * steps_a_sample + n);
+      const auto stage = [&](double along, const std::vector<double>& from, double time, std::vector<double>& to) {
+        for (int i = 0; i < size; ++i) at[i] = y[i] + along * from[i];
+        system->rate(time, at.data(), to.data());
+      };
+      system->rate(t, y.data(), k1.data());
+      stage(h / 2, k1, t + h / 2, k2);
+      stage(h / 2, k2, t + h / 2, k3);
+      stage(h, k3, t + h, k4);
+      for (int i = 0; i < size; ++i) y[i] += h / 6 * (k1[i] + 2 * (k2[i] + k3[i]) + k4[i]);
+    }
+    if (!std::all_of(y.begin(), y.end(), [](double v) { return std::isfinite(v); })) fail(request.time<double>(s));
+    made.push_back(std::move(y));
+  }
+  return made;
+}
+
+// ---- samples and bars ---------------------------------------------------------------------------------------------
+// Of one run at one sample: velocities, densities, ... of every particle, in S.
+template <class S> std::vector<ParticleSample> particles_of(FluidSystem<S>& system, const std::vector<S>& y) {
+  const ParticleLayout& layout = system.data.layout;
+  const std::vector<S> rho = system.densities(y.data());
+  std::vector<ParticleSample> made;
+  for (int i = 0; i < layout.count; ++i) {
+    ParticleSample& at = made.emplace_back();
+    for (int a = 0; a < layout.d; ++a) {
+      at.p_m[a] = y[layout.d * i + a];
+      at.v_m_per_s[a] = y[layout.velocity + layout.d * i + a];
+    }
+    at.density_kg_per_m3 = rho[i];
+    at.pressure_Pa = system.data.laws[system.data.fluid[i]].pressure(rho[i]);
+    at.temperature_K =
+        layout.temperature >= 0 ? Wide(y[layout.temperature + i]) : Wide(system.data.fixed_temperature[i]);
+  }
+  return made;
+}
+
+// Largest difference and size so far of the five kinds of values.
+struct Spread {
+  Wide difference[5] = {}, scale[5] = {};
+  void include(const ParticleSample& a, const ParticleSample& b) {
+    for (int i = 0; i < 3; ++i) one(0, a.p_m[i], b.p_m[i]), one(1, a.v_m_per_s[i], b.v_m_per_s[i]);
+    one(2, a.density_kg_per_m3, b.density_kg_per_m3);
+    one(3, a.pressure_Pa, b.pressure_Pa);
+    one(4, a.temperature_K, b.temperature_K);
+  }
+  void one(int kind, Wide a, Wide b) {
+    difference[kind] = larger(difference[kind], magnitude(a - b));
+    scale[kind] = larger(scale[kind], magnitude(a));
+  }
+  ParticleSample bar(Wide unit) const {
+    const auto of = [&](int kind) { return kSafety * difference[kind] + 64 * unit * scale[kind]; };
+    return {{of(0), of(0), of(0)}, {of(1), of(1), of(1)}, of(2), of(3), of(4)};
+  }
+};
+
+// The first run gives the values, the others the bars.
+template <class S> void fill(const Request& request, const std::vector<States<S>>& runs, Wide unit, Truth& truth) {
+  const auto system = fluid_system<S>(request.scene, request.response);
+  Spread spread;
+  const std::vector<Wide> none;
+  for (std::int64_t k = 0; k <= request.samples; ++k) {
+    const Wide t = request.time<Wide>(k);
+    Sample value = dynamics::unpack<Wide>(request.scene, t, none.data());
+    Sample bar = dynamics::unpack_bars<Wide>(request.scene, t, none.data());
+    value.particles = particles_of(*system, runs[0][k]);
+    for (std::size_t other = 1; other < runs.size(); ++other) {
+      const auto theirs = particles_of(*system, runs[other][k]);
+      for (std::size_t i = 0; i < theirs.size(); ++i) spread.include(value.particles[i], theirs[i]);
+    }
+    bar.particles.assign(value.particles.size(), k == 0 ? ParticleSample{} : spread.bar(unit));
+    truth.values.push_back(std::move(value));
+    truth.bars.push_back(std::move(bar));
+  }
+}
+
+// Work of quad: evaluations of the rate (some 40 in the time in which sound crosses a spacing, at the tolerances below) times
+// particles times 40 neighbours times 4 microseconds.
+bool quad_is_affordable(const Request& request, const ParticleData<double>& data) {
+  const double crossings = request.scenario.t_end_s * (data.largest_sound_speed + data.largest_speed) / data.spacing;
+  return 100 * crossings * data.layout.count * 40 * 4e-6 <= kQuadSeconds;
+}
+
+void by_ladder(const Request& request, const ParticleData<double>& data, Truth& truth) {
+  const double crossings = request.scenario.t_end_s * (data.largest_sound_speed + data.largest_speed) / data.spacing;
+  const auto steps = static_cast<std::int64_t>(std::ceil(4 * crossings / static_cast<double>(request.samples))) + 1;
+  std::vector<States<double>> runs{by_runge_kutta(request, 4 * steps), by_runge_kutta(request, 2 * steps)};
+  fill(request, runs, 0x1p-53, truth);
+  Truth coarse;
+  fill(request, std::vector<States<double>>{by_runge_kutta(request, steps), runs[1]}, 0x1p-53, coarse);
+  const Wide fine = truth.bars.back().particles[0].v_m_per_s[0], rough = coarse.bars.back().particles[0].v_m_per_s[0];
+  truth.source =
+      "semi-discrete: RK4 with " + std::to_string(4 * steps * request.samples) + " steps, half and a quarter of them";
+  if (8 * fine > rough)
+    truth.note = "differences between the ladder's steps fall by " + format_double(static_cast<double>(rough / fine)) +
+                 ", less than 8: the bars are estimates";
+}
+
+void solve(const Request& request, Truth& truth) {
+  const auto data = fluid_system<double>(request.scene, request.response)->data;
+  if (data.layout.count > kMostCvode) {
+    by_ladder(request, data, truth);
+  } else if (data.layout.count > kMostExtended) {
+    fill<double>(request,
+                 {by_cvode(request, cvode::Family::adams, 1e-12), by_cvode(request, cvode::Family::adams, 1e-10),
+                  by_cvode(request, cvode::Family::bdf, 1e-10), by_cvode(request, cvode::Family::bdf, 1e-9)},
+                 0x1p-53, truth);
+    truth.source = "semi-discrete: CVODE Adams at 1e-12 and 1e-10, BDF at 1e-10 and 1e-9";
+  } else if (quad_is_affordable(request, data)) {
+    fill<Wide>(request, {by_extrapolation<Wide>(request, 1e-20), by_extrapolation<Wide>(request, 1e-17)}, 0x1p-113,
+               truth);
+    truth.source = "semi-discrete: extrapolation in quad at 1e-20 and 1e-17";
+  } else {
+    fill<Narrow>(request, {by_extrapolation<Narrow>(request, 1e-17), by_extrapolation<Narrow>(request, 1e-14)}, 0x1p-64,
+                 truth);
+    truth.source = "semi-discrete: extrapolation in long double at 1e-17 and 1e-14";
+  }
+}
+
+}  // namespace
+
+Truth semi_discrete_truth(const Scenario& scenario, std::int64_t samples) {
+  Truth truth;
+  const auto refuse = [&](const std::string& why) {
+    truth = {};
+    truth.source = "semi-discrete";
+    truth.outcome.status = Status::unsupported;
+    truth.outcome.reason = "semi-discrete: " + why;
+  };
+  try {
+    require(samples >= 1 && scenario.t_end_s > 0, "expected t_end_s > 0 and at least 1 sample");
+    solve({scenario, samples}, truth);
+  } catch (const Refused& refusal) {
+    refuse(refusal.why);
+  } catch (const std::exception& error) {
+    refuse(error.what());
+  }
+  return truth;
+}
+
+}  // namespace atwood
