@@ -1,6 +1,7 @@
 #include "fluid/sph.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 
 #include "fluid/walls.hpp"
@@ -71,7 +72,9 @@ Sph<S>::Sph(const Scene& scene, const SphOptions& options)
   if (!viscous) sums_.viscosity = Viscosity::none;
   if (options.summation) sums_.diffusion = S(0);
   needs_heat_record_ = sums_.conduction || sums_.several_fluids;
-  record_size_ = d == 2 ? Record<2>::size : Record<3>::size;
+  equal_masses_ = scene.fluid_boundaries.empty() &&
+                  std::adjacent_find(set_.mass.begin(), set_.mass.end(), std::not_equal_to<>()) == set_.mass.end();
+  equal_viscosities_ = !sums_.several_fluids && set_.laws.front().viscosity_decay == S(0);
   for (int c = 0; c < d; ++c) gravity_[c] = S(scene.gravity_m_per_s2[c]);
   lists_ = std::make_unique<Neighbours<S>>(scene.domain, sums_.kernel.support, S(options.skin) * sums_.kernel.support);
   if (!scene.fluid_boundaries.empty()) {
@@ -118,10 +121,12 @@ template <class S> bool Sph<S>::update(S t_s, const S* y) {
   }
   if (!lists_->update(x, count, team_.get())) return false;
   const std::size_t slots = std::size_t(lists_->blocks()) * kLaneCount;
-  records_.resize(slots * record_size_);
+  records_.resize(slots);
   densities_.resize(slots);
   out_.resize(slots * SumRecord::size);
-  if (options_.summation) masses_.resize(slots);
+  masses_.resize(slots);
+  if (options_.summation && walls_ != nullptr) wall_masses_.resize(slots);
+  if (!equal_viscosities_) viscosities_.resize(slots);
   if (needs_heat_record_) heat_.resize(slots * HeatRecord::size);
   over_blocks([&](int first, int last) {
     pack(y, first, last);
@@ -129,11 +134,12 @@ template <class S> bool Sph<S>::update(S t_s, const S* y) {
   });
   if (options_.summation) {
     over_blocks([&](int first, int last) {
-      sums_.add_densities(*lists_, at.dimensions, records_.data(), masses_.data(), first, last, densities_.data());
+      const std::vector<S>& masses = walls_ == nullptr ? masses_ : wall_masses_;
+      sums_.add_densities(*lists_, at.dimensions, lanes_of(records_), masses.data(), first, last, densities_.data());
       set_pressures(y, first, last);
     });
   }
-  if (walls_ != nullptr) walls_->extrapolate(*lists_, records_.data(), record_size_, densities_.data(), y);
+  if (walls_ != nullptr) walls_->extrapolate(*lists_, lanes_of(records_), densities_.data(), y);
   return true;
 }
 
@@ -143,16 +149,16 @@ template <class S> void Sph<S>::pack(const S* y, int first_block, int last_block
   const int d = at.dimensions, count = lists_->count();
   for (int slot = first_block * kLaneCount; slot < last_block * kLaneCount; ++slot) {
     const int i = lists_->order()[std::min(slot, count - 1)];
-    S* const record = &records_[std::size_t(slot) * record_size_];
+    S* const record = records_[slot].lane;
     const bool fluid = i < at.particles;
     const S* const x = fluid ? y + at.positions() + std::ptrdiff_t(i) * d : &points_[std::size_t(i) * d];
     for (int c = 0; c < d; ++c) {
       record[c] = lists_->wrapped(x[c], c);
       record[d + c] = fluid ? y[at.velocities() + std::ptrdiff_t(i) * d + c] : S(0);
     }
-    record[2 * d + 1] = fluid ? set_.mass[i] : S(0);
-    if (options_.summation) masses_[slot] = fluid ? set_.mass[i] : walls_->mass();
-    else densities_[slot] = fluid ? y[at.densities() + i] : walls_->law().density0;
+    masses_[slot] = fluid ? set_.mass[i] : S(0);
+    if (options_.summation && walls_ != nullptr) wall_masses_[slot] = fluid ? set_.mass[i] : walls_->mass();
+    if (!options_.summation) densities_[slot] = fluid ? y[at.densities() + i] : walls_->law().density0;
   }
 }
 
@@ -162,17 +168,16 @@ template <class S> void Sph<S>::set_pressures(const S* y, int first_block, int l
   const int d = at.dimensions, count = lists_->count();
   for (int slot = first_block * kLaneCount; slot < last_block * kLaneCount; ++slot) {
     const int i = lists_->order()[std::min(slot, count - 1)];
-    S* const record = &records_[std::size_t(slot) * record_size_];
+    S* const record = records_[slot].lane;
     const S density = densities_[slot], volume = S(1) / density;
-    record[2 * d + 2] = volume;
-    if (i >= at.particles) {
-      record[2 * d] = record[2 * d + 3] = S(0);
-      continue;
-    }
+    record[2 * d] = S(0);
+    record[2 * d + 1] = volume;
+    if (!equal_viscosities_) viscosities_[slot] = S(0);
+    if (i >= at.particles) continue;
     const FluidLaw<S>& law = set_.law(i);
     const S temperature = at.temperature ? y[at.temperatures() + i] : law.temperature0;
     record[2 * d] = law.pressure(density) * volume * volume;
-    record[2 * d + 3] = law.dynamic_viscosity(temperature);
+    if (!equal_viscosities_) viscosities_[slot] = law.dynamic_viscosity(temperature);
     if (!needs_heat_record_) continue;
     S* const heat = &heat_[std::size_t(slot) * HeatRecord::size];
     heat[HeatRecord::temperature] = temperature;
@@ -180,6 +185,15 @@ template <class S> void Sph<S>::set_pressures(const S* y, int first_block, int l
     heat[HeatRecord::fluid] = S(set_.fluid_of[i]);
     heat[HeatRecord::sound_speed] = law.sound_speed;
   }
+}
+
+template <class S> SlotData<S> Sph<S>::slot_data() const {
+  return {records_.front().lane,
+          equal_masses_ ? nullptr : masses_.data(),
+          equal_viscosities_ ? nullptr : viscosities_.data(),
+          needs_heat_record_ ? heat_.data() : nullptr,
+          set_.mass.front(),
+          set_.laws.front().viscosity};
 }
 
 // ---- rates ----------------------------------------------------------------------------------------------------------
@@ -213,16 +227,15 @@ template <class S> void Sph<S>::rate_of(void* context, S t_s, const S* y, S* dyd
     return;
   }
   self.over_blocks([&](int first, int last) {
-    const S* const heat = self.needs_heat_record_ ? self.heat_.data() : nullptr;
-    self.sums_.add_forces(*self.lists_, at.dimensions, self.records_.data(), heat, first, last, self.out_.data());
+    self.sums_.add_forces(*self.lists_, at.dimensions, self.slot_data(), first, last, self.out_.data());
     if (self.walls_ != nullptr)
-      self.walls_->add_forces(*self.lists_, self.records_.data(), self.record_size_, self.densities_.data(), y, first,
-                              last, self.out_.data());
+      self.walls_->add_forces(*self.lists_, self.slot_data().records, self.densities_.data(), y, first, last,
+                              self.out_.data());
     self.rate_of_particles(t_s, y, dydt, first * kLaneCount, last * kLaneCount);
   });
   if (at.body_scalars == 0) return;
   if (self.walls_ != nullptr)
-    self.walls_->load_bodies(*self.lists_, self.records_.data(), self.record_size_, self.densities_.data(), y);
+    self.walls_->load_bodies(*self.lists_, self.slot_data().records, self.densities_.data(), y);
   self.bodies_->system().rate_of(self.bodies_.get(), t_s, y + at.bodies(), dydt + at.bodies());
 }
 
@@ -250,10 +263,9 @@ template <class S> void Sph<S>::accelerations(S t_s, const S* y, S* acceleration
     return;
   }
   over_blocks([&](int first, int last) {
-    sums_.add_forces(*lists_, d, records_.data(), needs_heat_record_ ? heat_.data() : nullptr, first, last,
-                     out_.data());
+    sums_.add_forces(*lists_, d, slot_data(), first, last, out_.data());
     if (walls_ != nullptr)
-      walls_->add_forces(*lists_, records_.data(), record_size_, densities_.data(), y, first, last, out_.data());
+      walls_->add_forces(*lists_, slot_data().records, densities_.data(), y, first, last, out_.data());
     for (int slot = first * kLaneCount; slot < std::min(last * kLaneCount, lists_->count()); ++slot) {
       const int i = lists_->order()[slot];
       if (i >= at.particles) continue;
@@ -284,8 +296,7 @@ template <class S> S Sph<S>::mean_neighbours(const S* y) {
     for (int n = 0; n < block.counts[lane]; ++n) {
       S r2{};
       for (int c = 0; c < at.dimensions; ++c) {
-        S x = records_[std::size_t(slot) * record_size_ + c] -
-              records_[std::size_t(block.entries[n * kLaneCount + lane]) * record_size_ + c];
+        S x = records_[slot].lane[c] - records_[block.entries[n * kLaneCount + lane]].lane[c];
         if (lists_->period(c) > S(0)) x = nearest_image(x, lists_->period(c));
         r2 += x * x;
       }

@@ -57,6 +57,7 @@ template <class S> class Sph final : public ParticleSystem<S> {
   void set_pressures(const S* y, int first_block, int last_block);
   void rate_of_particles(S t_s, const S* y, S* dydt, int first_slot, int last_slot) const;
   template <class Work> void over_blocks(const Work& work);
+  SlotData<S> slot_data() const;
 
   const Scene& scene_;
   SphOptions options_;
@@ -69,10 +70,10 @@ template <class S> class Sph final : public ParticleSystem<S> {
   PairSums<S> sums_;
   System<S> system_;
   S gravity_[3]{};
-  bool needs_heat_record_ = false;
-  int record_size_ = 0;
-  std::vector<S> points_;                                     // positions of particles and walls, where there are walls
-  std::vector<S> records_, heat_, masses_, densities_, out_;  // by slot
+  bool needs_heat_record_ = false, equal_masses_ = false, equal_viscosities_ = false;
+  std::vector<S> points_;  // positions of particles and walls, where there are walls
+  LaneArray<S> records_;   // one block a slot (Record)
+  std::vector<S> heat_, masses_, wall_masses_, viscosities_, densities_, out_;  // by slot
 };
 
 }  // namespace atwood::fluid
