@@ -48,12 +48,10 @@ template <class S> Kernel<S> make_kernel(KernelShape shape, int dimensions, S h_
 }
 
 template <class S> S Kernel<S>::value(S r) const {
-  return with_shape(
-      shape, [&](auto of) { return value_factor * kernel_value<decltype(of)::value, S>(S(r * inverse_support)); });
+  return value_factor * kernel_value<S>(shape, S(r * inverse_support));
 }
 template <class S> S Kernel<S>::slope_over_distance(S r) const {
-  return with_shape(
-      shape, [&](auto of) { return slope_factor * kernel_slope<decltype(of)::value, S>(S(r * inverse_support)); });
+  return slope_factor * kernel_slope<S>(shape, S(r * inverse_support));
 }
 
 #define ATWOOD_KERNEL(S)     \

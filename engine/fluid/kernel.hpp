@@ -83,17 +83,26 @@ template <KernelShape shape, class S, class V> ATWOOD_INLINE V kernel_slope(cons
   }
 }
 
-// f(std::integral_constant<KernelShape, shape>) for the shape that is known at run time.
-template <KernelShape shape> struct ShapeConstant { static constexpr KernelShape value = shape; };
-template <class F> decltype(auto) with_shape(KernelShape shape, const F& f) {
+// The same of a shape that is known at run time.
+template <class S, class V> ATWOOD_INLINE V kernel_value(KernelShape shape, const V& s) {
   switch (shape) {
-    case KernelShape::cubic: return f(ShapeConstant<KernelShape::cubic>{});
-    case KernelShape::quintic: return f(ShapeConstant<KernelShape::quintic>{});
-    case KernelShape::wendland_c2: return f(ShapeConstant<KernelShape::wendland_c2>{});
-    case KernelShape::wendland_c4: return f(ShapeConstant<KernelShape::wendland_c4>{});
+    case KernelShape::cubic: return kernel_value<KernelShape::cubic, S>(s);
+    case KernelShape::quintic: return kernel_value<KernelShape::quintic, S>(s);
+    case KernelShape::wendland_c2: return kernel_value<KernelShape::wendland_c2, S>(s);
+    case KernelShape::wendland_c4: return kernel_value<KernelShape::wendland_c4, S>(s);
     case KernelShape::wendland_c6: break;
   }
-  return f(ShapeConstant<KernelShape::wendland_c6>{});
+  return kernel_value<KernelShape::wendland_c6, S>(s);
+}
+template <class S, class V> ATWOOD_INLINE V kernel_slope(KernelShape shape, const V& s) {
+  switch (shape) {
+    case KernelShape::cubic: return kernel_slope<KernelShape::cubic, S>(s);
+    case KernelShape::quintic: return kernel_slope<KernelShape::quintic, S>(s);
+    case KernelShape::wendland_c2: return kernel_slope<KernelShape::wendland_c2, S>(s);
+    case KernelShape::wendland_c4: return kernel_slope<KernelShape::wendland_c4, S>(s);
+    case KernelShape::wendland_c6: break;
+  }
+  return kernel_slope<KernelShape::wendland_c6, S>(s);
 }
 
 }  // namespace atwood::fluid

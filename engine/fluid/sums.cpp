@@ -1,0 +1,198 @@
+#include "fluid/sums.hpp"
+
+#include "math/pack.hpp"
+
+namespace atwood::fluid {
+namespace {
+
+// A lane, or all lanes of a block: how it reads a number of the slots in a row of a list.
+template <class S> struct OneLane {
+  using Value = S;
+  int lane;
+  ATWOOD_INLINE S read(const S* at, const int* row, int stride) const {
+    return at[static_cast<std::ptrdiff_t>(row[lane]) * stride];
+  }
+  ATWOOD_INLINE S root_of(S a) const { return real::sqrt(a); }
+  ATWOOD_INLINE S active(int n, const int* counts) const { return n < counts[lane] ? S(1) : S(0); }
+  ATWOOD_INLINE void write(S value, S* at, int stride) const { at[lane * stride] = value; }
+};
+template <class S, VectorWidth width> struct AllLanes {
+  using Value = Pack<S>;
+  ATWOOD_INLINE Value read(const S* at, const int* row, int stride) const {
+    const auto of = [&](int k) ATWOOD_INLINED { return at[static_cast<std::ptrdiff_t>(row[k]) * stride]; };
+    return Value{of(0), of(1), of(2), of(3), of(4), of(5), of(6), of(7)};
+  }
+  ATWOOD_INLINE Value root_of(const Value& a) const { return root(WholePack<width>{}, a); }
+  ATWOOD_INLINE Value active(int n, const int* counts) const {
+    Value flags;
+    for (int k = 0; k < kLaneCount; ++k) flags[k] = n < counts[k] ? S(1) : S(0);
+    return flags;
+  }
+  ATWOOD_INLINE void write(const Value& value, S* at, int stride) const {
+    for (int k = 0; k < kLaneCount; ++k) at[k * stride] = value[k];
+  }
+};
+
+constexpr int kOwnRow[kLaneCount] = {0, 1, 2, 3, 4, 5, 6, 7};
+
+template <class S, int d> struct Periods {
+  S of[d];
+  explicit Periods(const Neighbours<S>& lists) {
+    for (int c = 0; c < d; ++c) of[c] = lists.period(c);
+  }
+  template <class V> ATWOOD_INLINE V nearest(const V& difference, int c) const {
+    return of[c] == S(0) ? difference : nearest_image(difference, of[c]);
+  }
+};
+
+template <int d, bool wraps, class S, class Lanes>
+ATWOOD_INLINE void block_forces(const PairSums<S>& p, const Periods<S, d>& periods, const NeighbourBlock& block,
+                                const S* records, const S* heat, int first, const Lanes& lanes, S* sums) {
+  using V = typename Lanes::Value;
+  using R = Record<d>;
+  const S* const own = records + std::ptrdiff_t(first) * R::size;
+  const auto of_own = [&](int field) ATWOOD_INLINED { return lanes.read(own + field, kOwnRow, R::size); };
+  const auto heat_of_own = [&](int field) ATWOOD_INLINED {
+    return lanes.read(heat + std::ptrdiff_t(first) * HeatRecord::size + field, kOwnRow, HeatRecord::size);
+  };
+  V x_i[d], v_i[d], pressed[d]{}, dragged[d]{}, density{}, diffused{}, conducted{}, dissipated{};
+  for (int c = 0; c < d; ++c) x_i[c] = of_own(R::position + c), v_i[c] = of_own(R::velocity + c);
+  const V P_i = of_own(R::pressure_term), n_i = of_own(R::volume), mu_i = of_own(R::viscosity);
+  const V rho_i = V(S(1) / n_i);
+  const bool extra = p.conduction || p.several_fluids;
+  const V T_i = extra ? heat_of_own(HeatRecord::temperature) : V{};
+  const V k_i = extra ? heat_of_own(HeatRecord::conductivity) : V{};
+  const V fluid_i = extra ? heat_of_own(HeatRecord::fluid) : V{};
+  const S inverse_support = p.kernel.inverse_support, tiny = p.kernel.support * p.kernel.support * S(1e-30);
+  for (int n = 0; n < block.longest; ++n) {
+    const int* const row = block.entries + n * kLaneCount;
+    const auto of = [&](int field) ATWOOD_INLINED { return lanes.read(records + field, row, R::size); };
+    V x[d], v[d], r2{}, approach{};
+    for (int c = 0; c < d; ++c) {
+      x[c] = x_i[c] - of(R::position + c);
+      if constexpr (wraps) x[c] = periods.nearest(x[c], c);
+      v[c] = v_i[c] - of(R::velocity + c);
+      r2 = r2 + x[c] * x[c];
+      approach = approach + v[c] * x[c];
+    }
+    const V r = lanes.root_of(r2);
+    const V f = of(R::mass) * kernel_slope<S>(p.kernel.shape, V(r * inverse_support));
+    if (p.continuity) density = density + f * approach;
+    const V push = f * (P_i + of(R::pressure_term));
+    for (int c = 0; c < d; ++c) pressed[c] = pressed[c] + push * x[c];
+    if (p.viscosity == Viscosity::none && !extra && p.diffusion == S(0)) continue;
+    const V n_j = of(R::volume), per_volume = f * (n_i * n_j);
+    if (p.viscosity == Viscosity::morris) {
+      const V drag = per_volume * (mu_i + of(R::viscosity));
+      V slip2{};
+      for (int c = 0; c < d; ++c) dragged[c] = dragged[c] + drag * v[c], slip2 = slip2 + v[c] * v[c];
+      if (p.viscous_heat) dissipated = dissipated + drag * slip2;
+    } else if (p.viscosity == Viscosity::central) {
+      const V least = V{} + tiny, drag = per_volume * (mu_i + of(R::viscosity)) * approach / (r2 > least ? r2 : least);
+      for (int c = 0; c < d; ++c) dragged[c] = dragged[c] + drag * x[c];
+      if (p.viscous_heat) dissipated = dissipated + drag * approach;
+    }
+    if (extra) {
+      const auto heat_of = [&](int field) ATWOOD_INLINED { return lanes.read(heat + field, row, HeatRecord::size); };
+      if (p.conduction) {
+        const V k_j = heat_of(HeatRecord::conductivity), both = k_i + k_j;
+        const V mean = S(4) * (k_i * k_j) / (both > V{} ? both : V{} + S(1));
+        conducted = conducted + per_volume * mean * (T_i - heat_of(HeatRecord::temperature));
+      }
+      const V fluid_j = heat_of(HeatRecord::fluid), same = fluid_i == fluid_j ? V{} + S(1) : V{};
+      if (p.diffusion != S(0)) diffused = diffused + same * f * (rho_i * n_j - S(1));
+    } else if (p.diffusion != S(0)) {
+      diffused = diffused + f * (rho_i * n_j - S(1));
+    }
+  }
+  const S a = p.kernel.slope_factor, drag = p.viscosity == Viscosity::central ? a * S(d + 2) : a;
+  S* const out = sums + std::ptrdiff_t(first) * SumRecord::size;
+  for (int c = 0; c < d; ++c)
+    lanes.write(V(drag * dragged[c] - a * pressed[c]), out + SumRecord::acceleration + c, SumRecord::size);
+  const V spread = p.several_fluids ? V(p.diffusion * heat_of_own(HeatRecord::sound_speed)) : V{} + p.diffusion;
+  lanes.write(V(a * (density + spread * diffused)), out + SumRecord::density, SumRecord::size);
+  lanes.write(V(a * conducted - S(0.5) * drag * dissipated), out + SumRecord::heat, SumRecord::size);
+}
+
+template <int d, bool wraps, class S, class Lanes>
+ATWOOD_INLINE void block_densities(const PairSums<S>& p, const Periods<S, d>& periods, const NeighbourBlock& block,
+                                   const S* records, const S* masses, int first, const Lanes& lanes, S* densities) {
+  using V = typename Lanes::Value;
+  using R = Record<d>;
+  V x_i[d];
+  for (int c = 0; c < d; ++c) x_i[c] = lanes.read(records + std::ptrdiff_t(first) * R::size + c, kOwnRow, R::size);
+  V sum = lanes.read(masses + first, kOwnRow, 1) * kernel_value<S>(p.kernel.shape, V{});
+  for (int n = 0; n < block.longest; ++n) {
+    const int* const row = block.entries + n * kLaneCount;
+    V r2{};
+    for (int c = 0; c < d; ++c) {
+      V x = x_i[c] - lanes.read(records + c, row, R::size);
+      if constexpr (wraps) x = periods.nearest(x, c);
+      r2 = r2 + x * x;
+    }
+    const V r = lanes.root_of(r2), m = lanes.active(n, block.counts) * lanes.read(masses, row, 1);
+    sum = sum + m * kernel_value<S>(p.kernel.shape, V(r * p.kernel.inverse_support));
+  }
+  lanes.write(V(p.kernel.value_factor * sum), densities + first, 1);
+}
+
+// block_of(lanes) for all lanes of a block: at the machine's vector width, or lane after lane.
+template <class S, VectorWidth width, class BlockOf>
+ATWOOD_INLINE void over_lanes(bool lane_by_lane, const BlockOf& block_of) {
+  if constexpr (has_vector_lanes<S>)
+    if (!lane_by_lane) return block_of(AllLanes<S, width>{});
+  for (int k = 0; k < kLaneCount; ++k) block_of(OneLane<S>{k});
+}
+
+template <int d, class S>
+void forces_of(const PairSums<S>& p, const Neighbours<S>& lists, const S* records, const S* heat, int first, int last,
+               S* sums) {
+  const Periods<S, d> periods(lists);
+  in_lanes<S>(p.width, [&](auto width) ATWOOD_INLINED {
+    for (int b = first; b < last; ++b) {
+      const NeighbourBlock block = lists.block(b);
+      over_lanes<S, decltype(width)::value>(p.lane_by_lane, [&](const auto& lanes) ATWOOD_INLINED {
+        if (block.wraps) block_forces<d, true>(p, periods, block, records, heat, b * kLaneCount, lanes, sums);
+        else block_forces<d, false>(p, periods, block, records, heat, b * kLaneCount, lanes, sums);
+      });
+    }
+  });
+}
+
+template <int d, class S>
+void densities_of(const PairSums<S>& p, const Neighbours<S>& lists, const S* records, const S* masses, int first,
+                  int last, S* densities) {
+  const Periods<S, d> periods(lists);
+  in_lanes<S>(p.width, [&](auto width) ATWOOD_INLINED {
+    for (int b = first; b < last; ++b) {
+      const NeighbourBlock block = lists.block(b);
+      over_lanes<S, decltype(width)::value>(p.lane_by_lane, [&](const auto& lanes) ATWOOD_INLINED {
+        if (block.wraps) block_densities<d, true>(p, periods, block, records, masses, b * kLaneCount, lanes, densities);
+        else block_densities<d, false>(p, periods, block, records, masses, b * kLaneCount, lanes, densities);
+      });
+    }
+  });
+}
+
+}  // namespace
+
+template <class S>
+void PairSums<S>::add_forces(const Neighbours<S>& lists, int dimensions, const S* records, const S* heat, int first,
+                             int last, S* sums) const {
+  if (dimensions == 2) forces_of<2>(*this, lists, records, heat, first, last, sums);
+  else forces_of<3>(*this, lists, records, heat, first, last, sums);
+}
+
+template <class S>
+void PairSums<S>::add_densities(const Neighbours<S>& lists, int dimensions, const S* records, const S* masses,
+                                int first, int last, S* densities) const {
+  if (dimensions == 2) densities_of<2>(*this, lists, records, masses, first, last, densities);
+  else densities_of<3>(*this, lists, records, masses, first, last, densities);
+}
+
+template struct PairSums<float>;
+template struct PairSums<double>;
+template struct PairSums<long double>;
+template struct PairSums<Quad>;
+
+}  // namespace atwood::fluid
