@@ -11,6 +11,7 @@
 
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/spread.hpp"
+#include "reports/command_line/verdicts.hpp"
 #include "scene/files.hpp"
 #include "scene/input_file.hpp"
 #include "scene/printable.hpp"
@@ -162,24 +163,6 @@ void require_even(const Recording& run, const std::string& path) {
   }
 }
 
-// "body `ball` is not finite at t = 0.5 s" of the first number that is not; empty: all are.
-std::string not_finite_words(const Recording& run, const Scene& scene) {
-  const auto finite = [](const auto& values) {
-    return std::all_of(values.begin(), values.end(),
-                       [](const Wide& x) { return std::isfinite(static_cast<double>(x)); });
-  };
-  for (const Sample& sample : run.values) {
-    for (std::size_t i = 0; i < sample.bodies.size(); ++i) {
-      const BodySample& body = sample.bodies[i];
-      if (!finite(body.p_m) || !finite(body.q_wxyz) || !finite(body.v_m_per_s) || !finite(body.w_rad_per_s))
-        return fmt::format("body `{}` is not finite at t = {} s",
-                           i < scene.bodies.size() ? scene.bodies[i].name : scene.problem,
-                           format_double(static_cast<double>(sample.t_s)));
-    }
-  }
-  return "";
-}
-
 // Without a truth: how far the trace and the engines' runs are apart.
 int check_without_truth(const Place& place, const Options& options, const Scenario& scenario, Recording run,
                         const Truth& truth) {
@@ -229,6 +212,23 @@ std::vector<Gate> limits_as_gates(const Options& options, const Scenario& scenar
 }
 
 }  // namespace
+
+std::string not_finite_words(const Recording& run, const Scene& scene) {
+  const auto finite = [](const auto& values) {
+    return std::all_of(values.begin(), values.end(),
+                       [](const Wide& x) { return std::isfinite(static_cast<double>(x)); });
+  };
+  for (const Sample& sample : run.values) {
+    for (std::size_t i = 0; i < sample.bodies.size(); ++i) {
+      const BodySample& body = sample.bodies[i];
+      if (!finite(body.p_m) || !finite(body.q_wxyz) || !finite(body.v_m_per_s) || !finite(body.w_rad_per_s))
+        return fmt::format("body `{}` is not finite at t = {} s",
+                           i < scene.bodies.size() ? scene.bodies[i].name : scene.problem,
+                           format_double(static_cast<double>(sample.t_s)));
+    }
+  }
+  return "";
+}
 
 int command_check(const Place& place, const Options& options) {
   require_outputs_make_sense(options);

@@ -313,8 +313,9 @@ int run(int argc, char** argv) {
   parser.app.require_subcommand(1);
   parser.app.set_version_flag("--version", "atwood 0.1.0");
   parser.app.footer(
-      "Exit codes: 0 pass; 1 a gate failed, is unverifiable or was not run; 2 input or usage; 3 a cell crashed, hung\n"
-      "or sent an invalid answer; 4 no baseline; 5 input/output or internal; 130, 143 interrupted.");
+      "Exit codes: 0 pass; 1 a gate failed, is unverifiable or was not run, or a trace ended early: `unsupported`,\n"
+      "`diverged` or `not finite`; 2 input or usage; 3 a cell crashed, hung or sent an invalid answer; 4 no baseline;\n"
+      "5 input/output or internal; 130, 143 interrupted.");
   parser.app.formatter_fn(
       [](const CLI::App* app, const std::string&, CLI::AppFormatMode) { return help_text(*app, terminal_width()); });
   declare_commands(parser);

@@ -76,10 +76,11 @@ int digits_of(const std::string& scalar) {
   return 17;
 }
 
+// Says how a run ended that did not reach its end. Its motion, if any, is not what was asked for: never exit_pass.
 int status_exit(const Outcome& outcome) {
   if (outcome.status == Status::ok) return exit_pass;
   fmt::print(stderr, "atwood: {}: {}\n", to_string(outcome.status), printable(outcome.reason));
-  return outcome.status == Status::crashed || outcome.status == Status::timeout ? exit_cell : exit_pass;
+  return outcome.status == Status::crashed || outcome.status == Status::timeout ? exit_cell : exit_gate;
 }
 
 const Worker& worker_of(const std::vector<Worker>& workers, const std::string& method) {
@@ -139,7 +140,7 @@ int command_trace(const Place& place, const Options& options) {
       const int code = status_exit(truth.outcome);
       if (truth.outcome.status == Status::unsupported && scenario.truth.kind != TruthKind::none)
         fmt::print(stderr, "atwood: {}\n", other_truths(place, scenario, 5));
-      return code == exit_pass ? static_cast<int>(exit_gate) : code;  // what was asked for is not there
+      return code;
     }
     if (options.events) print_events(scenario.scene, truth.events, &truth, 36, options.json);
     else print_motion(scenario.scene, truth.values, &truth, 36, options.json);
@@ -160,13 +161,15 @@ int command_trace(const Place& place, const Options& options) {
   check_settings("--method ", method, workers);
   require_frames(scenario, worker, steps, samples);
   const MethodId id = parse_method_id(method);
-  const Recording run = run_once(worker, method, scenario.scene,
-                                 {scenario.t_end_s, steps, samples, scenario.frame_ends_s}, options.cell_limit_s);
+  Recording run = run_once(worker, method, scenario.scene, {scenario.t_end_s, steps, samples, scenario.frame_ends_s},
+                           options.cell_limit_s);
   const int digits = digits_of(id.scalar.empty() ? worker.engine.scalar : id.scalar);
   if (run.outcome.status != Status::unsupported) {
     if (options.events) print_events(scenario.scene, run.events, nullptr, digits, options.json);
     else print_motion(scenario.scene, run.values, nullptr, digits, options.json);
   }
+  if (std::string words = not_finite_words(run, scenario.scene); run.outcome.status == Status::ok && !words.empty())
+    run.outcome = {Status::not_finite, std::move(words), 0, 0, {}};
   return status_exit(run.outcome);
 }
 

@@ -82,4 +82,7 @@ std::string improvements_hint(const Options& options, const ReportData& data);  
 // Annotations to standard output (to standard error beside JSON), the summary to $GITHUB_STEP_SUMMARY.
 void tell_github(const Options& options, const ReportData& data);
 
+// "body `ball` is not finite at t = 0.5 s" of the first number of a motion that is not; empty: all are.
+std::string not_finite_words(const Recording& run, const Scene& scene);
+
 }  // namespace atwood

@@ -145,6 +145,17 @@ class Endings(Verdicts):
         self.assertIn("odd/one runs at 64 steps", names)
         self.assertIn('class="word">Fail', open(self.path("atwood-out/report.html")).read())
 
+    def test_a_trace_that_ends_early_is_no_success(self):
+        scene = self.path("mine.toml", SCENE)
+        words = ["trace", scene, "--method", "odd/one", "--limit", "20"]
+        partly = FALLS.replace('"ok"', '"diverged"').replace("range(n + 1)", "range(n // 2 + 1)")
+        for body, code, told, lines in ((FALLS, 0, "", 65), (partly, 1, "atwood: diverged", 33), (DIVERGES, 1, "atwood: diverged", 0),
+                                        ('status = "unsupported"\n', 1, "atwood: unsupported", 0), (NAN, 1, "atwood: not finite", None),
+                                        (DIES, 3, "atwood: crashed", None)):
+            result = self.expect(self.run_in(*words, "--engine", self.path("odd.py", WORKER % body, 0o755)), code, told)
+            if lines is not None:
+                self.assertEqual(max(0, len(result.stdout.splitlines()) - 1), lines, result.stdout)
+
     def test_a_block_may_allow_it_with_a_reason(self):
         path = self.path("odd.py", WORKER % DIVERGES, 0o755)
         text = 'id = "mine"\n[[cells]]\nscenarios = ["ballistic"]\nsteps = [120]\nmethods = ["odd/one"]\ntiming = false\n'
