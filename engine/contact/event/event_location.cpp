@@ -6,6 +6,7 @@
 #include "contact/event/contact_forces.hpp"
 #include "contact/event/edge_candidates.hpp"
 #include "contact/event/surface_boundaries.hpp"
+#include "math/bracketed_root.hpp"
 
 namespace atwood::event {
 
@@ -167,33 +168,14 @@ template <class S> struct SwitchValues {
   }
 };
 
-// The theta in (0, high] where a function falls through zero, positive at 0 (else 0) and negative at high: regula
-// falsi, Illinois variant.
+// The theta in (0, high] where a function falls through zero, positive at 0 (else 0) and negative at high.
 template <class S> S locate(SwitchValues<S>& values, Switch function, int index, S f_low, S f_high, S high) {
-  S low = S(0);
   if (!(f_low > S(0))) return S(0);
   constexpr int max_iterations = 100;
-  int i = 0;
-  for (int side = 0; i < max_iterations && high - low > real::epsilon<S>() * high; ++i) {
-    S theta = (low * f_high - high * f_low) / (f_high - f_low);
-    if (!(theta > low && theta < high)) theta = low + (high - low) / S(2);
-    if (!(theta > low && theta < high)) break;
-    const S f = values.value(function, index, theta);
-    if (f == S(0)) return theta;
-    if (f > S(0)) {
-      low = theta;
-      f_low = f;
-      if (side == 1) f_high = f_high / S(2);
-      side = 1;
-    } else {
-      high = theta;
-      f_high = f;
-      if (side == -1) f_low = f_low / S(2);
-      side = -1;
-    }
-  }
-  values.flow.note(i, i < max_iterations);
-  return high;
+  const BracketedRoot<S> root = false_position([&](S theta) { return -values.value(function, index, theta); }, S(0),
+                                               -f_low, high, -f_high, real::epsilon<S>(), max_iterations);
+  values.flow.note(root.evaluations, root.converged);
+  return root.high;
 }
 
 template <class S> void search(SwitchValues<S>& values, Switch function, Crossing<S>& first) {
@@ -243,7 +225,7 @@ template <class S> void locate_mode_change(Flow<S>& flow, Crossing<S>& first) {
 }
 
 // Where a body's relative wind has turned by a right angle since the start of the step. Steps end there: across the
-// kink of |u| u no method is of more than third order. Regula falsi, Illinois variant.
+// kink of |u| u no method is of more than third order.
 template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first) {
   constexpr int max_iterations = 60;
   EventRun<S>& run = flow.run;
@@ -251,31 +233,17 @@ template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first) {
     const DragBody<S>& wind = run.drag_bodies[i];
     const Vec3<S> u0 = relative_wind(run.bodies, wind, run.states.y.data()),
                   u1 = relative_wind(run.bodies, wind, run.states.y_new.data());
-    const S tiny = S(1024) * real::epsilon<S>();
-    S low = S(0), high = S(1), f_low = dot(u0, u0), f_high = dot(u0, u1);
+    const S tiny = S(1024) * real::epsilon<S>(), f_low = dot(u0, u0), f_high = dot(u0, u1);
     if (!(f_high < S(0)) || f_low < tiny * tiny * dot(u1, u1)) continue;
-    const S enough = real::epsilon<S>() * f_low;
-    S theta = high;
-    int k = 0;
-    for (int side = 0; k < max_iterations && high - low > real::epsilon<S>() * high; ++k) {
-      theta = (low * f_high - high * f_low) / (f_high - f_low);
-      if (!(theta > low && theta < high)) theta = low + (high - low) / S(2);
+    const S round_off = real::epsilon<S>() * f_low;
+    const auto against_first = [&](S theta) {
       const S f = dot(u0, relative_wind(run.bodies, wind, flow.at(theta).data()));
-      if (f > S(0)) {
-        low = theta;
-        f_low = f;
-        if (side == 1) f_high = f_high / S(2);
-        side = 1;
-      } else {
-        high = theta;
-        f_high = f;
-        if (side == -1) f_low = f_low / S(2);
-        side = -1;
-      }
-      if (real::abs(f) <= enough) break;
-    }
-    flow.note(k, k < max_iterations);
-    if (theta < S(1) && theta < first.theta) first = {theta, Switch::zero_wind, static_cast<int>(i)};
+      return real::abs(f) <= round_off ? S(0) : -f;
+    };
+    const BracketedRoot<S> root =
+        false_position(against_first, S(0), -f_low, S(1), -f_high, real::epsilon<S>(), max_iterations);
+    flow.note(root.evaluations, root.converged);
+    if (root.high < S(1) && root.high < first.theta) first = {root.high, Switch::zero_wind, static_cast<int>(i)};
   }
 }
 
