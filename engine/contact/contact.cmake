@@ -66,6 +66,7 @@ target_sources(atwood_engine PRIVATE
   contact/stepping/candidate_pairs.cpp
   contact/stepping/contact_report.cpp
   contact/stepping/direct.cpp
+  contact/stepping/impact_prediction.cpp
   contact/stepping/impacts.cpp
   contact/stepping/manifold_contacts.cpp
   contact/stepping/narrow_phase.cpp
