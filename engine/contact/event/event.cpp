@@ -68,57 +68,73 @@ template <class S> std::unique_ptr<Stepper<S>> required_stepper(RigidModel<S>& m
   return stepper;
 }
 
-// Once a run: sets sizes of all vectors, poses, candidates, edges, drag bodies and inverse inertias; adds contact
-// forces to the rates; sets tolerances and the steppers for contacts and for slip.
-template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const Scene& scene) {
-  const auto size = static_cast<std::size_t>(run.bodies.model.state_size());
-  StateBuffers<S>& states = run.states;
+template <class S> void size_states(const Bodies<S>& bodies, StateBuffers<S>& states) {
+  const auto size = static_cast<std::size_t>(bodies.model.state_size());
   for (State<S>* state : {&states.y, &states.y_new, &states.y_probe, &states.y_kept}) state->values.resize(size);
   states.dydt.resize(size);
-  run.bodies.model.initial_state(states.overwrite(states.y));
-  const auto bodies = static_cast<std::size_t>(run.bodies.model.body_count());
-  run.bodies.poses.resize(bodies);
-  run.bodies.moves.resize(bodies);
-  run.bodies.isotropic.resize(bodies);
-  for (auto* v : {&run.proximity.travel, &run.proximity.excursions}) v->resize(bodies);
-  for (int i = 0; i < run.bodies.model.body_count(); ++i) {
-    const BodyState<S> state = run.bodies.model.body(i, run.states.y.data());
-    Pose<S>& pose = run.bodies.poses[i];
+  bodies.model.initial_state(states.overwrite(states.y));
+}
+
+// Poses of all bodies in the state y, of fixed ones for good, and which bodies are isotropic.
+template <class S> void initialize_poses(Bodies<S>& bodies, const S* y) {
+  const auto count = static_cast<std::size_t>(bodies.model.body_count());
+  bodies.poses.resize(count);
+  bodies.moves.resize(count);
+  bodies.isotropic.resize(count);
+  for (int i = 0; i < bodies.model.body_count(); ++i) {
+    const BodyState<S> state = bodies.model.body(i, y);
+    Pose<S>& pose = bodies.poses[i];
     pose.p = state.p_WB;
     const Vec3<S> axes[3] = {{S(1), S(0), S(0)}, {S(0), S(1), S(0)}, {S(0), S(0), S(1)}};
     for (int k = 0; k < 3; ++k) pose.axis[k] = rotate(state.q_WB, axes[k]);
-    const MassProperties<S>& mass = run.bodies.model.mass(i);
-    run.bodies.isotropic[i] = run.bodies.model.offset(i) >= 0 && run.bodies.model.rotates(i) && mass.diagonal &&
-                              mass.I_row[0].x == mass.I_row[1].y && mass.I_row[0].x == mass.I_row[2].z;
+    const MassProperties<S>& mass = bodies.model.mass(i);
+    bodies.isotropic[i] = bodies.model.offset(i) >= 0 && bodies.model.rotates(i) && mass.diagonal &&
+                          mass.I_row[0].x == mass.I_row[1].y && mass.I_row[0].x == mass.I_row[2].z;
   }
+}
+
+// Sizes what is indexed by bodies, and reserves what grows to the number of pairs, bodies or candidates.
+template <class S> void reserve_memory(EventRun<S>& run) {
+  const auto bodies = static_cast<std::size_t>(run.bodies.model.body_count());
+  for (auto* v : {&run.proximity.travel, &run.proximity.excursions}) v->resize(bodies);
+  for (auto* v : {&run.constraints.free_acceleration, &run.constraints.acceleration}) v->resize(bodies);
+  run.constraints.loaded.resize(bodies);
+  run.active.contacts_on_body.resize(bodies);
+  run.active.bodies.reserve(bodies);
+  run.proximity.near.reserve(run.proximity.pairs.size());
+  const std::size_t candidates = run.proximity.candidates.size();
+  run.impacts.points.reserve(candidates);
+  run.impacts.applied.reserve(candidates);
+  for (auto* v : {&run.active.contacts, &run.active.previous, &run.active.kept}) v->reserve(candidates);
+  run.active.previous_states.reserve(candidates);
+}
+
+// Tolerances, and the steppers for contacts and for slip where the method's own will not do.
+template <class S> void choose_steppers(EventRun<S>& run, const MethodId& id) {
+  Integration<S>& integration = run.integration;
+  if (id.rtol) {
+    integration.rtol = S(*id.rtol);
+    integration.atol = S(id.atol.value_or(*id.rtol / 100));
+    integration.stepper.set_tolerance(integration.rtol, integration.atol);
+  }
+  if (!evaluates_rates(run))
+    integration.contact_stepper = required_stepper(run.bodies.model, id.rtol ? "dopri5" : "rk4");
+  if (std::any_of(run.proximity.pairs.begin(), run.proximity.pairs.end(),
+                  [](const ShapePair<S>& pair) { return pair.friction > S(0); }))
+    integration.fine_stepper = required_stepper(run.bodies.model, "dop853");
+}
+
+// Once a run.
+template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const Scene& scene) {
+  size_states(run.bodies, run.states);
+  initialize_poses(run.bodies, run.states.y.data());
   build_candidates(run.bodies, run.proximity, scene);
   list_edges(run.proximity, scene);
   find_drag_bodies(run, scene);
   initialize_inverse_inertia(run.bodies);
-  for (auto* v : {&run.constraints.free_acceleration, &run.constraints.acceleration}) v->resize(bodies);
-  run.active.contacts_on_body.resize(bodies);
-  run.constraints.loaded.resize(bodies);
-  run.proximity.near.reserve(run.proximity.pairs.size());
-  run.active.bodies.reserve(bodies);
-  run.impacts.points.reserve(run.proximity.candidates.size());
-  run.active.contacts.reserve(run.proximity.candidates.size());
-  run.active.previous.reserve(run.proximity.candidates.size());
-  run.active.kept.reserve(run.proximity.candidates.size());
-  run.active.previous_states.reserve(run.proximity.candidates.size());
-  run.impacts.applied.reserve(run.proximity.candidates.size());
+  reserve_memory(run);
   install_contact_forces(run);
-  if (id.rtol) {
-    run.integration.rtol = S(*id.rtol);
-    run.integration.atol = S(id.atol.value_or(*id.rtol / 100));
-    run.integration.stepper.set_tolerance(run.integration.rtol, run.integration.atol);
-  }
-  if (!evaluates_rates(run)) {
-    run.integration.contact_stepper = required_stepper(run.bodies.model, id.rtol ? "dopri5" : "rk4");
-  }
-  if (std::any_of(run.proximity.pairs.begin(), run.proximity.pairs.end(),
-                  [](const ShapePair<S>& pair) { return pair.friction > S(0); })) {
-    run.integration.fine_stepper = required_stepper(run.bodies.model, "dop853");
-  }
+  choose_steppers(run, id);
 }
 
 // Back to the initial state: what earlier runs left is cleared, so that repeats give the same bits.
