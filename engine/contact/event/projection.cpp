@@ -59,22 +59,27 @@ void project_positions(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveS
   }
 }
 
-// Do the velocities obey the constraints up to round-off?
+// Do the velocities obey the constraints up to round-off? Angular velocities count as those of points at the bodies'
+// bounding radii.
 template <class S>
 bool velocities_consistent(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active) {
   S worst = S(0), size = S(0);  // squares
+  const auto speed_square = [&](int body) {
+    const Pose<S>& pose = bodies.poses[body];
+    const S radius = bodies.bounding_radius[body];
+    return dot(pose.v, pose.v) + radius * radius * dot(pose.w, pose.w);
+  };
   for (const Contact<S>& contact : active.contacts) {
     if (!contact.active) continue;
     const Candidate<S>& candidate = proximity.candidates[contact.candidate];
-    const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
     const Vec3<S>& n = contact.kinematics.normal;
     const S normal = dot(contact.u, n);
     worst = real::max(worst, contact.mode == FrictionMode::stick ? dot(contact.u, contact.u) : normal * normal);
     if (contact.rolling == RollingMode::hold) {
-      const Vec3<S> roll = contact.w - dot(contact.w, n) * n;
+      const Vec3<S> roll = proximity.pairs[candidate.pair].bounding_radii * (contact.w - dot(contact.w, n) * n);
       worst = real::max(worst, dot(roll, roll));
     }
-    size = real::max(size, dot(of.v, of.v) + dot(on.v, on.v) + dot(of.w, of.w) + dot(on.w, on.w));
+    size = real::max(size, speed_square(candidate.feature_body) + speed_square(candidate.surface_body));
   }
   const S round_off = S(4) * real::epsilon<S>();
   return worst <= round_off * round_off * real::max(size, bodies.speed_scale * bodies.speed_scale);
