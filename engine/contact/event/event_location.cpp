@@ -100,6 +100,15 @@ template <class S> S impact_theta(Flow<S>& flow, const Candidate<S>& candidate) 
   return locate_zero_gap(flow, candidate, separated_until(flow, candidate, overlap.theta), overlap.theta, overlap.gap);
 }
 
+// Does the candidate, whose gap falls through zero at theta, leave its face there without a strike?
+template <class S> bool leaves_face_at(Flow<S>& flow, const Candidate<S>& candidate, S theta) {
+  EventRun<S>& run = flow.run;
+  if (candidate.feature.edge || run.proximity.surfaces[candidate.surface].kind != SurfaceKind::slab) return false;
+  const S* y = theta > S(0) ? flow.at(theta).data() : run.states.y.data();
+  const S rate = gap_at(run.bodies, run.proximity, candidate, y).rate;
+  return leaves_without_strike(run.bodies, run.proximity, candidate, rate);
+}
+
 // Two edges are candidates from where they cross: if they overlap there, another candidate has touched before.
 template <class S> S impact_theta_of_edges(Flow<S>& flow, const Candidate<S>& candidate) {
   const S theta = impact_theta(flow, candidate);
@@ -208,7 +217,8 @@ template <class S> void locate_impact(Flow<S>& flow, Crossing<S>& first) {
       if (candidate.in_contact || (candidate.gap > S(0) && candidate.gap_end > S(0) && candidate.rate_end <= S(0)))
         continue;
       const S theta = candidate.feature.edge ? impact_theta_of_edges(flow, candidate) : impact_theta(flow, candidate);
-      if (theta <= S(1) && theta < first.theta) first = {theta, Switch::gap, f};
+      if (theta <= S(1) && theta < first.theta && !leaves_face_at(flow, candidate, theta))
+        first = {theta, Switch::gap, f};
     }
   }
 }

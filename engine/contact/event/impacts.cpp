@@ -44,6 +44,9 @@ void find_impact_points(Bodies<S>& bodies, const Proximity<S>& proximity, Impact
       const Candidate<S>& candidate = proximity.candidates[f];
       GapKinematics<S> kinematics = gap_at(bodies, proximity, candidate, states.y.data());
       if (!(kinematics.gap <= bodies.gap_round_off())) continue;
+      if (!candidate.in_contact && kinematics.rate < -bodies.approach_round_off() &&
+          leaves_without_strike(bodies, proximity, candidate, kinematics.rate))
+        continue;
       ImpactPoint<S> point;
       point.candidate = f;
       point.pair = p;
@@ -95,13 +98,13 @@ template <class S> bool solve_impacts(ImpactProblem<S>& problem) {
                                 count);  // what ever smaller impacts have left
 }
 
-// False: a vertex approaches a face on whose boundary it leaves the face, within round-off. Whether it strikes is not
-// decided there; the run ends.
+// False: a vertex approaches a face steeply on whose boundary it leaves the face, within round-off. Whether it strikes is
+// not decided there; the run ends.
 template <class S> bool refuse_leaving_vertices(EventRun<S>& run, S t_s) {
   for (const ImpactPoint<S>& point : run.impacts.points) {
     const Candidate<S>& candidate = run.proximity.candidates[point.candidate];
     if (candidate.in_contact || !(point.kinematics.rate < -run.bodies.approach_round_off())) continue;
-    if (leaves_face(run.bodies, run.proximity, candidate))
+    if (leaving_speed(run.bodies, run.proximity, candidate) > S(0))
       return refuse_at(run.report, static_cast<double>(t_s),
                        "a vertex leaves a face over its boundary while it approaches the face, within round-off");
   }

@@ -102,25 +102,33 @@ template <class S> S depth_inside_facet(const Bodies<S>& bodies, const Proximity
 }
 
 template <class S>
-bool leaves_face(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate) {
+S leaving_speed(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate) {
   const Surface<S>& surface = proximity.surfaces[candidate.surface];
-  if (surface.kind != SurfaceKind::slab || candidate.feature.edge || !has_edges(proximity, candidate.pair))
-    return false;
+  if (surface.kind != SurfaceKind::slab || candidate.feature.edge || !has_edges(proximity, candidate.pair)) return S(0);
   S outside_m{};
   const Facet<S> facet = facet_below(bodies, proximity, candidate, outside_m);
-  if (facet.dimension != 2) return false;
+  if (facet.dimension != 2) return S(0);
   const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
   const Vec3<S> x = reference_point(bodies, proximity, candidate);
   const Vec3<S> at = turned_back(on, x - on.p),
                 u = turned_back(on, (of.v + cross(of.w, x - of.p)) - (on.v + cross(on.w, x - on.p)));
+  S fastest = S(0);
   for (int i = 0; i < 3; ++i) {
     if (component(facet.direction_B, i) != S(0)) continue;
     const S place = component(at, i), outward = place < S(0) ? -component(u, i) : component(u, i);
     if (real::abs(component(surface.half_extents, i) - real::abs(place)) <= bodies.gap_round_off() &&
         outward > bodies.slip_round_off())
-      return true;
+      fastest = real::max(fastest, outward);
   }
-  return false;
+  return fastest;
+}
+
+template <class S>
+bool leaves_without_strike(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
+                           S rate) {
+  constexpr S steepest = S(16);  // clear_of_boundary() allows four times as much
+  const S speed = leaving_speed(bodies, proximity, candidate);
+  return speed > S(0) && -rate <= steepest * speed;
 }
 
 template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact) {
@@ -239,7 +247,8 @@ bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, 
   template bool may_cross_boundary<S>(const Bodies<S>&, const Proximity<S>&, const S*, const S*);                      \
   template bool has_boundary<S>(const Proximity<S>&, const Contact<S>&);                                               \
   template S depth_inside_facet<S>(const Bodies<S>&, const Proximity<S>&, Contact<S>&);                                \
-  template bool leaves_face<S>(const Bodies<S>&, const Proximity<S>&, const Candidate<S>&);                            \
+  template S leaving_speed<S>(const Bodies<S>&, const Proximity<S>&, const Candidate<S>&);                             \
+  template bool leaves_without_strike<S>(const Bodies<S>&, const Proximity<S>&, const Candidate<S>&, S);               \
   template bool change_facet<S>(EventRun<S>&, Contact<S>&);
 ATWOOD_SURFACE_BOUNDARIES(float)
 ATWOOD_SURFACE_BOUNDARIES(double)

@@ -9,10 +9,15 @@ namespace atwood::event {
 template <class S> bool has_boundary(const Proximity<S>& proximity, const Contact<S>& contact);
 // The distance [m] of a contact's feature from the boundary of its facet; negative outside. From bodies.poses.
 template <class S> S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact);
-// True if the feature of a pair of boxes or rectangles is over a face, within round-off of its boundary, and moves out
-// over it: it leaves the face at this instant. From bodies.poses.
+// Of a feature of a pair of boxes or rectangles that is over a face, within round-off of its boundary, and moves out over
+// it: the speed [m/s] at which it leaves the face at this instant; else 0. From bodies.poses.
 template <class S>
-bool leaves_face(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate);
+S leaving_speed(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate);
+// Does a feature that approaches the face by `rate` leave it at this instant without a strike? While it crosses what
+// round-off leaves of the face, its gap falls by no more than round-off.
+template <class S>
+bool leaves_without_strike(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
+                           S rate);
 // Sets the facet that a contact moves on to, or marks the contact as having left its facet (Contact::left_facet).
 // False: no contact is known there; report.outcome says why.
 template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact);

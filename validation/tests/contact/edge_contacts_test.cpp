@@ -188,15 +188,11 @@ TEST_CASE("a box that slides off a table's end does not strike the end") {
       box("top", 2, half, {0.6, -0.002286732986194251, half[2]}, {3.2689239198943505, -0.3355387256285536, 0}),
       fixed("table", Box{{1, 0.5, 0.1}}, {0, 0, -0.1})};
   scene.bodies[0].angular_velocity_body_rad_per_s = {0, 0, -0.2010459200479744};
-  int ended = 0;
   for (const int steps : {500, 512, 513, 520, 524}) {
-    const Recorded it = try_run("atwood/rk4+event", scene, {1, steps, 1});
-    INFO(steps << " steps: " << it.outcome.reason);
-    CHECK((it.outcome.status == Status::ok || it.outcome.reason.find("leaves a face") != std::string::npos));
+    const Recorded it = run("atwood/rk4+event", scene, {1, steps, 1});
+    INFO(steps << " steps");
     CHECK(it.count(EventKind::impact) == 0);
-    ended += it.outcome.status == Status::ok;
   }
-  CHECK(ended >= 3);
 }
 
 TEST_CASE("boxes that fall on pedestals never sink in, nor gain energy") {
