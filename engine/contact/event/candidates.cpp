@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "collision/contacts.hpp"
+#include "collision/hull_triangles.hpp"
 
 namespace atwood::event {
 
@@ -111,6 +112,12 @@ template <class S> bool surface_for_spheres(const Shape& shape, Surface<S>& surf
   if (const auto* mesh = std::get_if<Mesh>(&shape)) {
     surface = mesh_surface<S>(*mesh);
     return true;
+  }
+  if (const auto* hull = std::get_if<Convex>(&shape)) {
+    surface = mesh_surface<S>(Mesh{{}, hull->points_m, hull_triangles(hull->points_m)});
+    surface.convex = true;
+    surface.flat = false;
+    return !surface.mesh.empty();
   }
   return false;
 }

@@ -133,6 +133,20 @@ template <class S> Facet<S> nearest_of_mesh(const std::vector<Triangle<S>>& mesh
   return best;
 }
 
+// A point inside is nearest to the face of least depth.
+template <class S> Facet<S> nearest_of_hull(const std::vector<Triangle<S>>& hull, const Vec3<S>& c) {
+  const Triangle<S>* shallowest = nullptr;
+  S most{};
+  for (const Triangle<S>& triangle : hull) {
+    const S above = dot(triangle.normal_B, c - triangle.corner_B[0]);
+    if (shallowest != nullptr && above <= most) continue;
+    most = above;
+    shallowest = &triangle;
+  }
+  if (most > S(0)) return nearest_of_mesh(hull, c);
+  return {2, shallowest->corner_B[0], shallowest->normal_B};
+}
+
 template <class S>
 Facet<S> face_of_mesh(const std::vector<Triangle<S>>& mesh, const Vec3<S>& c, const Vec3<S>& side, S& outside_m) {
   Facet<S> facet = nearest_of_mesh(mesh, c);
@@ -250,6 +264,7 @@ Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool 
     case SurfaceKind::mesh:
     case SurfaceKind::edge: break;
   }
+  if (surface.convex) return nearest_of_hull(surface.mesh, center_B);
   return corner ? face_of_mesh(surface.mesh, center_B, side_B, outside_m) : nearest_of_mesh(surface.mesh, center_B);
 }
 

@@ -41,7 +41,8 @@ template <class S> struct Surface {
   S radius{};            // point: of the sphere about it; segment: of the capsule
   Vec3<S> half_extents;  // slab: of a box, or of a rectangle with z = 0; segment: z only
   std::vector<Triangle<S>> mesh;
-  bool flat = false;  // mesh: all triangles lie in one plane
+  bool flat = false;    // mesh: all triangles lie in one plane
+  bool convex = false;  // mesh: of a convex hull, normals outwards
 };
 
 // The gap function g [m] of a feature over a facet, its rate g' [m/s], the unit normal n from the surface to the
