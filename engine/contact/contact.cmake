@@ -46,6 +46,7 @@ target_sources(atwood_engine PRIVATE
   contact/event/gauss_seidel.cpp
   contact/event/impact_problem.cpp
   contact/event/impacts.cpp
+  contact/event/impulse_newton.cpp
   contact/event/kinematics.cpp
   contact/event/linear_solve.cpp
   contact/event/modes.cpp

@@ -39,8 +39,8 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "smaller body",
        "gap over the bounding radius of the smaller body"},
       {"simultaneous-impacts",
-       "impulses of all points of an instant, by projected Gauss-Seidel; converged: the last sweep changed them by at "
-       "most four roundings",
+       "impulses of all points of an instant, by projected Gauss-Seidel, then by Newton's method; converged: the last "
+       "sweep changed them by at most four roundings; stagnated: Newton's method left at most 64",
        "largest change of an impulse in the last sweep over the largest impulse"},
       {"contact-forces",
        "forces of all lasting contacts where the modes of contact are searched for, by projected Gauss-Seidel; converged: "

@@ -136,6 +136,21 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
   choose_steppers(run, id);
 }
 
+// Why a step has failed: what its stage equations were left with, and, of several contacts, how well the forces are
+// known that the stages share.
+template <class S> std::string unsolved_step(const ActiveSet<S>& active, const SolverTallies& solvers, S from_s) {
+  std::string reason =
+      "an implicit step has no solution, in the step from t = " + format_double(static_cast<double>(from_s)) + " s";
+  if (solvers.refused.iterations == 0) return reason;
+  reason += ": after " + std::to_string(solvers.refused.iterations) + " iterations its stages still change by " +
+            format_double(solvers.refused.residual) + " of their size";
+  const SolveTally& redundant = solvers.of[static_cast<std::size_t>(IterativeSolver::redundant_contacts)];
+  if (active.count < 2 || redundant.capped == 0) return reason;
+  return reason + "; " + std::to_string(active.count) +
+         " redundant contacts act, whose forces were solved to a residual of no less than " +
+         format_double(redundant.residual_max) + " at a stage off their constraints";
+}
+
 // Back to the initial state: what earlier runs left is cleared, so that repeats give the same bits.
 template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   run.report.outcome = {};
@@ -213,7 +228,7 @@ template <class S> Outcome run_once(EventRun<S>& run, const Plan& plan, const Ob
           std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - begin).count());
     if (!stepped) {
       if (run.report.outcome.status == Status::ok) {
-        run.report.outcome = {Status::diverged, "an implicit step has no solution", 0, 0, {}};
+        run.report.outcome = {Status::diverged, unsolved_step(run.active, model.system().solvers, from_s), 0, 0, {}};
         model.system().solvers.keep_capped();
       }
       break;

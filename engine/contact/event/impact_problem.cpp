@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "contact/event/impulse_newton.hpp"
+
 namespace atwood::event {
 
 template <class S> ImpactLaw<S> law_of(const Proximity<S>& proximity, const EventOptions& options, int pair) {
@@ -92,8 +94,6 @@ template <class S> bool collide_as_one_point(ImpactProblem<S>& problem, int firs
   return true;
 }
 
-namespace {
-
 // ---- several points at once ---------------------------------------------------------------------------------------
 template <class S> void apply_impulse(ImpactProblem<S>& problem, ImpactPoint<S>& point, const Vec3<S>& impulse) {
   const Candidate<S>& f = problem.candidate(point);
@@ -108,9 +108,11 @@ template <class S> void apply_impulse(ImpactProblem<S>& problem, ImpactPoint<S>&
   apply(f.feature_body, point.feature, impulse);
 }
 
+namespace {
+
 // Projected Gauss-Seidel, point after point, friction on a round cone, until v_n >= target wherever p_n = least, and
 // p_n >= least. Residual: the last sweep's largest change of an impulse relative to the largest impulse; converged: to
-// 4 eps, or after the last sweep to sqrt(eps).
+// 4 eps. Where it does not converge, Newton's method goes on; usable: to sqrt(eps).
 template <class S>
 Convergence solve_impulses(ImpactProblem<S>& problem, std::vector<ImpactPoint<S>>& points, int first, int count) {
   constexpr int max_sweeps = 20000;
@@ -143,7 +145,10 @@ Convergence solve_impulses(ImpactProblem<S>& problem, std::vector<ImpactPoint<S>
     }
     if (!(change > S(4) * real::epsilon<S>() * size)) return end(sweep + 1, SolveEnd::converged, true);
   }
-  return end(max_sweeps, SolveEnd::capped, change <= real::sqrt(real::epsilon<S>()) * size);
+  const Convergence newton = refine_impulses(problem, points, first, count);
+  change = S(newton.residual) * size;
+  return end(max_sweeps + newton.iterations, newton.converged ? SolveEnd::stagnated : SolveEnd::capped,
+             change <= real::sqrt(real::epsilon<S>()) * size);
 }
 
 template <class S> void record_impulses(ImpactProblem<S>& problem, int first, int count) {
@@ -244,10 +249,11 @@ template <class S> bool collide_simultaneously(ImpactProblem<S>& problem, int fi
   return true;
 }
 
-#define ATWOOD_IMPACT_PROBLEM(S)                                                  \
-  template ImpactLaw<S> law_of<S>(const Proximity<S>&, const EventOptions&, int); \
-  template void collide_point<S>(ImpactProblem<S>&, ImpactPoint<S>&);             \
-  template bool collide_as_one_point<S>(ImpactProblem<S>&, int, int);             \
+#define ATWOOD_IMPACT_PROBLEM(S)                                                      \
+  template ImpactLaw<S> law_of<S>(const Proximity<S>&, const EventOptions&, int);     \
+  template void collide_point<S>(ImpactProblem<S>&, ImpactPoint<S>&);                 \
+  template void apply_impulse<S>(ImpactProblem<S>&, ImpactPoint<S>&, const Vec3<S>&); \
+  template bool collide_as_one_point<S>(ImpactProblem<S>&, int, int);                 \
   template bool collide_simultaneously<S>(ImpactProblem<S>&, int, int);
 ATWOOD_IMPACT_PROBLEM(float)
 ATWOOD_IMPACT_PROBLEM(double)

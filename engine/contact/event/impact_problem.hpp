@@ -41,6 +41,9 @@ template <class S> int end_of_pair(const Impacts<S>& impacts, int first) {
 }
 
 template <class S> ImpactLaw<S> law_of(const Proximity<S>& proximity, const EventOptions& options, int pair);
+// Changes both bodies' velocities by an impulse [N s] on the feature's body, the opposite on the surface's. Needs
+// point.surface and point.feature.
+template <class S> void apply_impulse(ImpactProblem<S>& problem, ImpactPoint<S>& point, const Vec3<S>& impulse);
 // Applies the impact law at one point: changes both bodies' velocities and the point's impulses.
 template <class S> void collide_point(ImpactProblem<S>& problem, ImpactPoint<S>& point);
 // Several points of one pair that have the same normal velocity and response, as one point. False: they have not;
