@@ -1,5 +1,5 @@
-// advise: runs the ladders of every method that may compete, as `compare` does, and recommends a method and its step (or
-// tolerance) for a scene by the judgement that `compare` prints.
+// advise: runs the ladders of every method that may compete, as `compare` does, and recommends a method and its step
+// (or tolerance) for a scene by the judgement that `compare` prints.
 #include "reports/command_line/advise.hpp"
 
 #include <fmt/format.h>
@@ -111,7 +111,8 @@ bool AdviceSearch::over() const {
   return !cells_.empty() && std::chrono::duration<double>(Clock::now() - start_).count() >= options_.search_s;
 }
 
-// An engine that steps no contacts refuses by every method of it: one is asked. Empty: it may compete.
+// Why an engine cannot compete: one of its methods is asked, because all refuse where the engine steps no contacts.
+// Empty: it can.
 std::string AdviceSearch::refusal(const std::string& engine) const {
   if (!advice_.motion.contacts || !engines_run_.contains(engine)) return "";
   std::string reason;
@@ -130,8 +131,9 @@ bool AdviceSearch::had_turn(const std::string& engine) const {
   });
 }
 
-// Every engine's first method that it supports is tried, whatever the time. A ladder takes at most about three limits (its rungs double,
-// and the first that hangs ends it), so that with a limit of an engine's share of the time they end within twice of it.
+// Every engine's first method that it supports is tried, whatever the time. A ladder takes at most about three limits
+// (its rungs double, and the first that hangs ends it), so that with a limit of an engine's share of the time they end
+// within twice of it.
 bool AdviceSearch::run(const Candidates& candidates) {
   const std::vector<std::string>& ids = candidates.ids;
   const std::size_t jobs = static_cast<std::size_t>(std::clamp(study_options(place_, options_).jobs, 1, kMostAtOnce));
@@ -155,7 +157,7 @@ bool AdviceSearch::run(const Candidates& candidates) {
     } else {
       some.push_back(ids[i]);
     }
-    // One of each of the large libraries first: it tells whether the others need be asked.
+    // One method of each large library first: if the scene is unsupported, the others are not run.
     const bool alone = solver && advice_.motion.contacts && !engines_run_.contains(engine_of(ids[i]));
     if (!some.empty() && (some.size() >= jobs || alone || i + 1 == ids.size())) {
       if (!run_some(some)) return false;
@@ -194,7 +196,7 @@ Neighbours neighbours(const std::vector<WorkCurve>& all, const Reached& reached)
   return found;
 }
 
-// Why no coarser rung stands beside the advised one.
+// Why there is no coarser rung to compare the advised one with.
 std::string no_coarser_words(const std::vector<WorkCurve>& all, const AdviceRung& best, const Scenario& scenario) {
   std::string ran;
   for (const WorkCurve& curve : all) {
@@ -212,7 +214,7 @@ std::string no_coarser_words(const std::vector<WorkCurve>& all, const AdviceRung
   return fmt::format("none was run: the ladder begins at {} steps", best.steps);
 }
 
-// Who ran and is not recommended, and why.
+// The methods that ran and are not recommended, with reasons.
 void AdviceSearch::tell_losers(const std::vector<WorkCurve>& all, const Contest& contest) {
   std::map<std::string, std::string> reasons;
   const auto tell = [&](const std::string& reason, const std::string& family) {

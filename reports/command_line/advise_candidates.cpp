@@ -1,4 +1,4 @@
-// Who may compete on a scene, and what it is judged by.
+// Candidates for a scene, and the truth that they are compared with.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ bool contacts_dissipate(const Scene& scene) {
 // Gravity of the world, and nothing that changes with place, time or velocity.
 bool constant_forces(const Scene& scene) { return scene.forces.empty(); }
 
-// The engines take turns, in the order in which they are first named, a method each a round.
+// Interleaves the engines in the order in which they are first named: one method of each per round.
 std::vector<std::string> in_turns(const std::vector<std::string>& ids) {
   std::vector<std::pair<std::string, std::vector<std::string>>> engines;
   std::size_t rounds = 0;
@@ -65,8 +65,8 @@ std::vector<std::string> in_turns(const std::vector<std::string>& ids) {
   return turns;
 }
 
-// The first `short_list` ids in turns, then the others in turns. An engine that has none among the first sends its
-// first other one there.
+// Interleaves the first `short_list` ids, then the others. An engine without a method in the short list gets its first
+// method into it.
 void take_turns(Candidates& chosen, std::size_t short_list) {
   std::vector<std::string> early, late;
   std::set<std::string> engines;
@@ -81,8 +81,8 @@ void take_turns(Candidates& chosen, std::size_t short_list) {
   chosen.ids.insert(chosen.ids.end(), others.begin(), others.end());
 }
 
-// Who is tried first: ours by what they are good at, rivals, and of the large libraries the ones of high order. Globs,
-// suffixes included; what this build does not have falls away.
+// The methods that are tried first: ours for the kind of motion, rivals, and methods of high order of the large
+// libraries. Globs with suffixes; methods that this build does not have are left out.
 std::vector<std::string> first_ids(const MotionClass& motion, const Scene& scene) {
   const std::vector<std::string> rivals{"ode/*",    "bullet64/*", "bullet32/*", "dart/*",
                                         "mujoco/*", "simbody/*",  "cvode/*"};
@@ -319,7 +319,7 @@ double largest_difference(const SelfConvergence& runs) {
   return std::isfinite(largest) ? largest : INFINITY;
 }
 
-// Finer and finer while the difference still falls.
+// Refines as long as the difference decreases.
 std::optional<SelfConvergence> converge(const Scenario& scenario, const std::string& method, const Worker& worker,
                                         double limit_s) {
   std::optional<SelfConvergence> best;

@@ -1,4 +1,4 @@
-// Advice in words, and as JSON.
+// Advice as text and as JSON.
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 

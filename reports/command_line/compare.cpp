@@ -1,5 +1,5 @@
-// compare: methods side by side on each scenario: error, order, cost; who is cheapest, what a budget buys, what is
-// stable.
+// compare: methods side by side on each scenario: error, order and cost, the cheapest for each error, the most accurate
+// within each budget, stable steps.
 #include <unistd.h>
 
 #include <algorithm>

@@ -28,7 +28,7 @@ char letter(std::size_t index) {
 std::string fit_to(const std::string& text, std::size_t width) {
   return text.size() <= width ? text : text.substr(0, width - 3) + "...";
 }
-// Of a long id the end tells most.
+// Shortens a long id at its beginning: the end distinguishes it.
 std::string fit_id(const std::string& id, std::size_t width) {
   return id.size() <= width ? id : "..." + id.substr(id.size() - width + 3);
 }
@@ -134,7 +134,7 @@ std::string mark(const Reached& reached) {
   return std::string(reached.coarsest ? "<" : " ") + (reached.at_bar ? "*" : " ");
 }
 
-// How many times as much the next one costs.
+// The cost of the next method relative to the first.
 std::string over_next(const Contest& contest, const Letters& letters) {
   if (contest.ranked.size() < 2) return "alone";
   const Reached& next = contest.ranked[1];
@@ -207,7 +207,7 @@ std::string compare_text(const ReportData& data, const Scenario& scenario, const
   if (!data.rates.empty()) text += wrapped(data.rates, 2, 80);
   const std::string metric = question.metric.empty() ? telling_metric(data.rows, scenario.id) : question.metric;
   if (metric.empty()) {
-    // Nothing was measured against a truth: what there is to say is why.
+    // Nothing was compared with a truth: prints the reasons.
     for (const WorkCurve& curve : work_curves(data.rows, scenario.id, "error-position-max"))
       text += fmt::format("  {}\n{}", curve.family, failed_lines(curve.failed));
     return text + "  no run of this scenario was measured\n\n";

@@ -1,4 +1,4 @@
-// describe: a scene in words, a method with its claims and settings, or a metric's definition.
+// describe: a scene, a method with its claims and settings, or a metric's definition.
 #include <algorithm>
 #include <filesystem>
 
@@ -42,7 +42,7 @@ void print_method(const MethodInfo& info, const Engine& engine, const std::strin
   fmt::print("{}", settings_text(info, width));
 }
 
-// What the words after the plus name; null: the method is named without any.
+// The contact response after the plus; null where the id has none.
 const MethodInfo* response_of(const Engine& engine, const MethodId& id, const std::string& asked) {
   if (id.response.empty()) return nullptr;
   std::vector<std::string> known;

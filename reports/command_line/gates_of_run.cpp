@@ -1,4 +1,4 @@
-// Which gates a run is judged by, and what becomes of those that match nothing.
+// The gates that judge a run, and the verdicts of gates that match no cell.
 #include <algorithm>
 #include <filesystem>
 #include <limits>
@@ -144,7 +144,7 @@ bool left_out_of_catalogue(const Options& options, const Selection& selection, c
   if (!filtered(options) && !gate.study.empty()) return false;
   if (!has_rival(gate, cells)) return true;
   return std::none_of(cells.begin(), cells.end(), [&](const CellName& cell) {
-    if (cell.probe && gate.study.empty()) return false;  // a probe asks only what its study's gates are about
+    if (cell.probe && gate.study.empty()) return false;  // probes are judged only by gates of their study
     return glob_match(gate.scenario, cell.scenario) && glob_match(gate.method, cell.method) &&
            (!gate.steps || *gate.steps == cell.steps);
   });
@@ -220,7 +220,7 @@ SiftedGates sift_gates(const Place& place, const Options& options, const Selecti
   const std::vector<CellName> kept = names_of(selection.cells);
   std::optional<std::vector<CellName>> whole;  // planned when the first gate asks
   for (const Gate& gate : gates) {
-    // A trace that is checked belongs to no study: what is not about it is not asked.
+    // A trace that is checked belongs to no study: gates that do not match it are left out.
     if (!gate.named || selection.study.empty()) {
       if (!left_out_of_catalogue(options, selection, kept, gate)) sifted.judged.push_back(gate);
       continue;

@@ -1,4 +1,4 @@
-// gate and bless: judge what the store holds, or make it the baseline.
+// gate and bless: judge the rows of the store, or make them the baseline.
 #include <unistd.h>
 
 #include <algorithm>
@@ -82,7 +82,7 @@ int command_bless(const Place& place, const Options& options) {
   if (options.reason.find_first_not_of(" \t\n") == std::string::npos)
     throw InputError("bless: --reason is empty; expected why");
   const Selection selection = select_cells(place, options);
-  std::signal(SIGXFSZ, SIG_IGN);  // under a file-size limit writes answer EFBIG, which can be told
+  std::signal(SIGXFSZ, SIG_IGN);  // under a file-size limit writes then fail with EFBIG
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);
   if (!fs::exists(options.out_dir + "/store.db"))
     throw InputError(
@@ -95,7 +95,7 @@ int command_bless(const Place& place, const Options& options) {
         fmt::format("bless: {}; `{}` makes them, and then they can be blessed", missing, same_call(options, "run")));
   const std::string path = selection.baseline.empty() ? "atwood-baseline.tsv" : selection.baseline;
   const BaselineText text = baseline_text(stored.rows, options.reason);
-  // The figures last: an environment that is newer than they are only makes their comparison more careful.
+  // The figures last: if the second write fails, old figures with a newer environment are only compared more carefully.
   write_file(path + ".env", text.environment);
   write_file(path, text.figures);
   if (options.json) {

@@ -42,7 +42,7 @@ void tell_no_numbers(Judged& judged) {
                     count == 1 ? " was" : "s were", count == 1 ? "is" : "are"));
 }
 
-// Figures that only a filter of this call leaves without a cell are no loss.
+// Figures that are missing only because of a filter of this call are not losses.
 int leave_out_filtered(const Place& place, const Options& options, const Selection& selection, Baseline& baseline) {
   if (options.scenarios.empty() && options.methods.empty() && options.steps.empty()) return 0;
   std::vector<CellName> kept;

@@ -1,4 +1,4 @@
-// What a run is held against, and what came of it: gates, a baseline, and how each cell ended.
+// Judges a run by gates, by a baseline and by the statuses of its cells.
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -76,7 +76,7 @@ Verdict cells_missing(const std::string& text, const std::vector<std::string>& w
 bool is_failure(Status status) { return status == Status::crashed || status == Status::timeout; }
 bool blew_up(Status status) { return status == Status::diverged || status == Status::not_finite; }
 
-// An engine of the user's own, or a method that was asked for by its name, must come to its end.
+// Runs of a user's own engine, and of methods that are named by id, must end ok.
 bool must_end_well(const Cell& cell, const Selection& selection) {
   const bool foreign = cell.worker >= 0 && selection.workers[static_cast<std::size_t>(cell.worker)].foreign;
   return foreign || (!cell.pattern.empty() && !has_glob(cell.pattern));

@@ -1,4 +1,4 @@
-// Figures that a law predicts, beside the law. Each law is derived at its function; the report prints both numbers.
+// Figures that a formula predicts. Each formula is derived at its function; the report prints prediction and figure.
 #include <algorithm>
 #include <cmath>
 
@@ -48,7 +48,7 @@ void semi_implicit_fall(const Scenario& scenario, const Row& row, std::vector<La
                   predicted, row.value, row.unit});
 }
 
-// What float costs: the same engine and step in both precisions.
+// The error by float: the same engine and step in both precisions.
 void cost_of_float(const std::vector<Row>& rows, std::vector<Law>& laws) {
   std::map<std::tuple<std::string, std::int64_t, std::string>, const Row*> wide;
   for (const auto& row : rows) {

@@ -14,7 +14,7 @@
 namespace atwood {
 namespace {
 
-// What the words after an option are, by its long name. Numbers are named by CLI11.
+// The name of an option's value in help texts, by the option's long name. CLI11 names numbers.
 const std::map<std::string, std::string>& value_names() {
   static const std::map<std::string, std::string> names{
       {"--scenario", "SCENE"}, {"--method", "METHOD"},    {"--as", "METHOD"},
@@ -49,7 +49,7 @@ std::string one_line(std::string text) {
   return text;
 }
 
-// A name at the left, what it means at the right, or below where the name is long or the room small.
+// A name on the left and its meaning on the right, or below where the name is long or the terminal narrow.
 std::string entry(const std::string& name, const std::string& doc, std::size_t column, std::size_t width) {
   std::string text = wrapped(one_line(doc), column, width);
   if (name.size() + 4 > column || width < column + 24)

@@ -1,4 +1,4 @@
-// Methods as the command line names them, spelled out.
+// Expands the names of methods on the command line to ids.
 #include <algorithm>
 #include <set>
 

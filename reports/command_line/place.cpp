@@ -1,4 +1,4 @@
-// Where things are on this machine: sources, workers, the CPU, the terminal.
+// Paths of sources and workers, the CPU, the terminal.
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -38,7 +38,7 @@ std::string environment_or(const char* name, const std::string& otherwise) {
   return value && *value ? value : otherwise;
 }
 
-// Engines that the default set-up does without: found when configuring, or not built.
+// Optional engines: built where CMake finds their libraries.
 struct OptionalEngine {
   const char *name, *library, *packages;
 };

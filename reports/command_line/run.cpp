@@ -72,8 +72,8 @@ void print_result(const Options& options, const Selection& selection, const Repo
              options.out_dir);
 }
 
-// A pipe without a reader would hang, a disk would be overwritten: only files, and what stands for the standard streams
-// or takes all (/dev/stdout, /dev/null).
+// Outputs must be regular files, or /dev/stdout, /dev/stderr, /dev/null: a pipe without a reader would hang, and a
+// block device would be overwritten.
 void require_ordinary(const std::string& file) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);

@@ -1,4 +1,4 @@
-// Which cells an invocation is about, what its gates say, and the report of it.
+// The cells of a call of the program: its study, narrowed by its options.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Two files with one id would be one scenario to the store, to gates and to baselines.
+// InputError where two files have one id: store, gates and baselines could not distinguish them.
 void require_one_file_each(const std::vector<Scenario>& scenarios) {
   std::map<std::string, std::string> files;
   for (const auto& scenario : scenarios) {
@@ -237,7 +237,7 @@ void require_answers(const std::vector<Worker>& workers, const Study* study) {
 
 namespace {
 
-// What a study's blocks name, without the probes.
+// The scenarios that the blocks of a study name, without probes.
 std::vector<std::string> scenarios_of(const Study& study) {
   std::vector<std::string> names;
   std::set<std::string> seen;
@@ -402,7 +402,7 @@ StudyOptions study_options(const Place& place, const Options& options) {
   how.truth_worker = place.truth_worker;
   how.jobs = options.jobs > 0 ? options.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   how.cell_limit_s = options.cell_limit_s;
-  // A truth is solved in quad, several times over.
+  // A truth is solved several times in quad.
   how.truth_limit_s = options.limit_given ? 6 * options.cell_limit_s : std::max(120.0, 6 * options.cell_limit_s);
   how.timing = !options.no_timing;
   how.fresh = options.fresh;

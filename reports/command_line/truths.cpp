@@ -1,4 +1,4 @@
-// Truths that refuse a scene, and what covers it instead; orders that methods claim, beside what they show.
+// Scenes whose truth is unsupported, with the kinds of truth that cover them; claimed and observed orders of methods.
 #include <algorithm>
 #include <cmath>
 #include <map>

@@ -1,4 +1,4 @@
-// Who is better, at equal time, and what is kept.
+// Compares settings at equal time, and decides which are kept.
 #include <algorithm>
 #include <cmath>
 #include <limits>

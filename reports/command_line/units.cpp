@@ -30,7 +30,7 @@ constexpr Unit kUnits[] = {
     {"kJ", "J", 1e3},        {"%", "1", 1e-2}};
 // clang-format on
 
-// What a unit alone asks for.
+// The metric that a unit stands for where none is named.
 const std::map<std::string, std::string>& metrics_of_units() {
   static const std::map<std::string, std::string> metrics{{"m", "error-position-max"},
                                                           {"rad", "error-attitude-max"},

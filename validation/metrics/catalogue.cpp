@@ -63,22 +63,22 @@ const std::vector<MetricInfo>& all_metrics() {
        "Condition number of the flow: growth over the run of an initial perturbation relative to each vector's own "
        "size, in units of the trajectory's size."},
       {"energy-scale", "J",
-       "E_scale, one a scene for all methods and steps: max of kinetic + |V - V0| over the truth's samples, or, "
-       "without a truth, over a run of the reference whose energy has converged under refinement (the reason says which)."},
+       "E_scale, one per scene for all methods and steps: largest kinetic energy + |V - V0| over the truth's "
+       "samples, or, without a truth, over a run of the reference with converged energy (the reason says which)."},
       {"energy-max", "1", "Largest |E - E0| / E_scale."},
       {"energy-drift", "1/s",
        "Slope of (E - E0) / E_scale by Theil and Sen, after an oscillation of any shape is fitted and removed. "
        "Positive: the energy grows. Bar: 95 %, corrected for autocorrelation; if the residual is not stationary, the "
-       "range of the slopes of the run's halves and of its mean slopes. NaN: round-off dominates, and one run is a "
-       "single sample of it."},
+       "range of the slopes of the run's halves and of its mean slopes. NaN: round-off dominates, and its drift cannot "
+       "be found from one run (see energy-drift-round-off)."},
       {"energy-oscillation", "1", "Half the range of (E - E0) / E_scale about its drift."},
       {"energy-change-max", "J", "Largest |E - E0|, of scenes without E_scale."},
       {"energy-change-drift", "W", "energy-drift of scenes without E_scale: slope of E - E0."},
       {"energy-change-oscillation", "J", "Half the range of E - E0 about its drift, of scenes without E_scale."},
       {"energy-drift-round-off", "1/s",
-       "Ensemble of 96 runs perturbed in the last place, beside wider arithmetic: mean slope of round-off in energy "
-       "over E_scale; bar = 95 % by bootstrap over runs."},
-      {"energy-change-drift-round-off", "W", "The same of scenes without E_scale, in joules a second."},
+       "Mean slope of the round-off in energy over E_scale, from 96 runs perturbed in the last place and their "
+       "differences from the same runs in wider arithmetic; bar = 95 % by bootstrap over runs."},
+      {"energy-change-drift-round-off", "W", "energy-drift-round-off of scenes without E_scale, in joules per second."},
       {"momentum-error", "kg m/s",
        "Largest |P(t) - P(0) - M g t|: linear momentum, uniform gravity's impulse accounted for."},
       {"momentum-error-relative", "1", "momentum-error over the largest sum of m |v|."},
@@ -99,42 +99,44 @@ const std::vector<MetricInfo>& all_metrics() {
       {"growth-exponent-energy", "1",
        "Exponent of the law by which |E - E0| grows (reason: its name); bar = 95 %; NaN: inconclusive."},
       {"growth-exponent-round-off-energy", "1",
-       "Ensemble of 96 runs perturbed in the last place, beside wider arithmetic: exponent of the law that the root "
-       "mean square of round-off in energy grows by (reason: its name; Brouwer's: t^1/2); bar = 95 % by bootstrap over "
-       "runs; NaN: inconclusive. If the method's energy error oscillates far above round-off, phase shifts of "
-       "that oscillation are included."},
+       "Exponent of the law by which the root mean square of the round-off in energy grows (reason: its name; "
+       "Brouwer's law: t^1/2), from 96 runs perturbed in the last place and their differences from the same runs in "
+       "wider arithmetic; bar = 95 % by bootstrap over runs; NaN: inconclusive. If the method's energy error "
+       "oscillates far above round-off, phase shifts of that oscillation are included."},
       {"growth-exponent-round-off-position", "1",
-       "The same of round-off in position (Brouwer's law of the phase: t^3/2)."},
-      {"growth-exponent-round-off-attitude", "1", "The same of round-off in attitude."},
+       "The same exponent for the round-off in position (Brouwer's law of the phase: t^3/2)."},
+      {"growth-exponent-round-off-attitude", "1", "The same exponent for the round-off in attitude."},
       {"round-off-rms-position", "m",
-       "Root mean square over the ensemble of round-off in position at the last sample; the worst body."},
+       "Root mean square, over the 96 runs, of the round-off in position at the last sample; the worst body."},
       {"round-off-best-error", "m",
-       "Least error-position-end along the ladder, seen on both sides: two finer steps have a larger error."},
+       "Least error-position-end along the ladder; only where two finer steps have larger errors."},
       {"round-off-best-step", "s", "The step of round-off-best-error."},
       {"reversal-error-position", "m",
-       "Distance from the start after the run, velocities reversed, and as many steps back; the worst body."},
+       "Distance from the initial position after the run, a reversal of velocities, and as many steps back; the "
+       "worst body."},
       {"reversal-error-velocity", "m/s",
-       "Norm of the velocity's difference from the start after the run there and back; the worst body."},
+       "Norm of the difference from the initial velocity after the run forward and back; the worst body."},
       {"reversal-error-attitude", "rad",
-       "Angle from the attitude at the start after the run there and back; the worst body."},
+       "Angle from the initial attitude after the run forward and back; the worst body."},
       {"reversal-error-body-rate", "rad/s",
-       "Norm of the body rate's difference from the start after the run there and back; the worst body."},
+       "Norm of the difference from the initial body rate after the run forward and back; the worst body."},
       {"reversal-over-round-off", "1",
        "The reversal error divided by the expected round-off of both passes, u sqrt(steps) size condition; the largest "
-       "of its kinds."},
+       "of position, velocity, attitude and body rate."},
       {"symplecticity-defect", "1",
-       "Frobenius norm of M^T J M - J, M the end's derivatives by the start in scaled canonical variables; bar: from "
-       "the difference step."},
+       "Frobenius norm of M^T J M - J, where M is the derivative of the final by the initial state in scaled canonical "
+       "variables; bar: from the step of the differences."},
       {"poisson-defect", "1",
-       "Of a freely rotating body: Frobenius norm of M hat(L0) M^T - hat(L) over |L|, M the derivatives of L in body "
-       "axes; bar: from the difference step."},
+       "For a freely rotating body: Frobenius norm of M hat(L0) M^T - hat(L) over |L|, where M is the derivative of "
+       "L by L0 in body axes; bar: from the step of the differences."},
       {"horizon", "s",
-       "Predictability horizon: when two runs that start 1e-10 of the scale apart are 1e-3 of it apart; the run's end "
-       "where they never are."},
+       "Predictability horizon: the time at which two runs that start 1e-10 of the scale apart are 1e-3 of it apart; "
+       "the run's end where they stay closer."},
       {"lyapunov-exponent", "1/s",
-       "Mean exponential rate at which two neighbouring runs separate, their distance reset after each sample (Benettin "
-       "et al. 1980); bar = 95 % from means of ten blocks."},
-      {"tolerance-ratio", "1", "error-position-max over size-position and over the relative tolerance of the run."},
+       "Mean exponential rate at which two neighbouring runs separate, their distance reset after each sample "
+       "(Benettin et al. 1980); bar = 95 % from means of ten blocks."},
+      {"tolerance-ratio", "1",
+       "Relative position error (error-position-max over size-position) divided by the relative tolerance of the run."},
       {"tolerance-exponent", "1",
        "Slope of log error-position-max on log rtol, tolerances within 30 x the floor left out; 1: proportional; bar = "
        "95 %; NaN: inconclusive."},
@@ -144,9 +146,10 @@ const std::vector<MetricInfo>& all_metrics() {
        "order of the next coarser three, and the formal one where it is known, agree. Three steps alone do not test "
        "the asymptotic range."},
       {"richardson-order-position", "1",
-       "Order p that the differences between those three steps show; negative: they grow as h shrinks."},
+       "Order p from the differences of positions between the finest three usable steps; negative where the "
+       "differences grow as h decreases."},
       {"gci-effectivity", "1",
-       "True error of the finest of those steps over gci-position: at most 1 where the index holds."},
+       "True error at the finest step of gci-position, over gci-position: at most 1 where the index bounds the error."},
       {"order-position", "1",
        "Slope of log error-position-end on log h over the asymptotic window; bar = 95 % half-width; NaN: "
        "inconclusive."},
@@ -252,12 +255,12 @@ const std::vector<MetricInfo>& all_metrics() {
       {"step-time-p95", "s",
        "Time of one step: 95th percentile over the repeats of the timed pass, from 20 repeats on."},
       {"run-time", "s",
-       "Time of the whole run: the same median as step-time's, times the steps that were taken, with the same bar."},
+       "Time of the whole run: the same median as step-time's, times the number of steps taken, with the same bar."},
       {"solver-capped", "1",
        "Solves that ended without reaching their tolerance or round-off: at the iteration limit, or because the "
-       "iteration diverged. Of the run: of all its solvers; with a solver's name in `body`: of that one. contact-sweeps "
-       "always takes a fixed number of sweeps, so most of its solves count as capped: all but those whose last sweep "
-       "changed almost nothing."},
+       "iteration diverged. A row without `body` counts all solvers of the run; with a solver's name in `body`, that "
+       "one. contact-sweeps always takes a fixed number of sweeps, so most of its solves count as capped: all but "
+       "those whose last sweep changed almost nothing."},
       {"solver-residual-max", "1",
        "Largest residual that a solve ended with; the solver's name stands in `body`, its scale in the reason. Of the "
        "run: that of the solver where it is largest. Solves of a step that was refused and taken again are left out. "

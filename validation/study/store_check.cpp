@@ -1,4 +1,6 @@
 // Verifies the checksum of every entry of a store, and names the damaged entries as far as their names can be read.
+#include <algorithm>
+
 #include "validation/study/process.hpp"
 #include "validation/study/store_database.hpp"
 #include "validation/study/study.hpp"
@@ -62,7 +64,8 @@ std::vector<std::string> Store::check() {
     try {
       database_->guarded(work);
     } catch (const std::runtime_error& error) {
-      found.push_back(error.what());
+      // A damaged file fails every table with the same message.
+      if (std::find(found.begin(), found.end(), error.what()) == found.end()) found.emplace_back(error.what());
     }
   };
   attempt([&] {

@@ -110,8 +110,11 @@ Outcome WorkerClient::explain(Wait wait, double limit_s) {
     case Wait::interrupted: give_up(Status::crashed, "interrupted"); throw Interrupted{};
     default: break;
   }
-  const std::string half = process_->half_a_line() ? " in the middle of a line" : "";
-  return give_up(Status::crashed, process_->ending() + half);
+  const std::string ending = process_->ending();
+  const char* when = process_->half_a_line()          ? " in the middle of a line"
+                     : ending == "exited with code 0" ? " before the end of its answer"
+                                                      : "";
+  return give_up(Status::crashed, ending + when);
 }
 
 Outcome WorkerClient::start() {

@@ -1,4 +1,4 @@
-// Our methods on the reference's rate beside odeint's: the same equations, the same count, the same results.
+// Our methods with the reference's rate compared with odeint's: the same equations, counts and results.
 #include "benchmarks/same_rate/same_rate.hpp"
 #include "odeint/odeint.hpp"
 

@@ -1,4 +1,4 @@
-// Beside the borders of validity a closed form refuses, or its bar holds both sides.
+// Near the limits of its validity a closed form refuses, or its bar contains the motions on both sides.
 #include <catch2/catch.hpp>
 
 #include "scene/files.hpp"

@@ -1,5 +1,6 @@
-// Each closed form is given, one at a time, everything that a scene may hold. It refuses, or the certified solver, which
-// shares nothing with it, answers the same; where that has no answer, what changes nothing is on a list.
+// Each feature of scenes is added to the scene of each closed form. The closed form refuses it, or agrees with the
+// certified solver, which shares no code with it; features without effect, for which that solver has no answer, are
+// listed.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <functional>

@@ -1,5 +1,5 @@
-// Balls that hit balls, planes, rectangles and boxes, against integration in small steps that finds overlaps one step late
-// and strikes by the matrix of the contact point.
+// Balls that hit balls, planes, rectangles and boxes, against integration in small steps that finds overlaps one step
+// late and strikes by the matrix of the contact point.
 #include <algorithm>
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,5 @@
-// Boxes and round bodies on a floor, against a march in small steps that knows nothing of slip, roll or straight lines.
+// Boxes and round bodies on a floor, compared with an integration in small steps that assumes neither slip, roll nor
+// straight lines.
 #include <catch2/catch.hpp>
 
 #include "scene/files.hpp"

@@ -1,6 +1,6 @@
-// Random scenes, half of them beside the borders of the formulas, against Taylor series of the equations of motion in 60
-// digits, which share nothing with the closed forms. ATWOOD_FUZZ_COUNT asks for more scenes of each kind, ATWOOD_FUZZ_SEED
-// for others.
+// Random scenes, half of them beside the borders of the formulas, against Taylor series of the equations of motion in
+// 60 digits, which share nothing with the closed forms. ATWOOD_FUZZ_COUNT asks for more scenes of each kind,
+// ATWOOD_FUZZ_SEED for others.
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <catch2/catch.hpp>
 #include <cstdlib>

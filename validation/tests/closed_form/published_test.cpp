@@ -1,4 +1,4 @@
-// Digits from elsewhere: certified in quad by two other methods, or published.
+// Reference values: certified in quad by two other methods, or published.
 #include <catch2/catch.hpp>
 
 #include "closed_form/elliptic.hpp"

@@ -1,4 +1,4 @@
-// Seven broad phases, one set of pairs: on ordinary clouds, moving heaps and whatever else a scene may hold.
+// Seven broad phases find the same pairs: on random clouds, moving heaps and degenerate scenes.
 #include <rapidcheck.h>
 #include <catch2/catch.hpp>
 
@@ -25,7 +25,7 @@ template <class S> BroadItem<S> ball(double x, double y, double z, double radius
   return {{c - r, c + r}, c, S(radius), true};
 }
 
-// A box around one corner of its bounding sphere's: what a turned rectangle or rod looks like.
+// A box around one corner of the bounding box of its sphere, as a rotated rectangle or rod has it.
 template <class S> BroadItem<S> brick(double x, double y, double z, double a, double b, double c) {
   BroadItem<S> item;
   item.center = {S(x), S(y), S(z)};
@@ -35,7 +35,7 @@ template <class S> BroadItem<S> brick(double x, double y, double z, double a, do
   return item;
 }
 
-// The definition, in words of its own: intervals on three axes, and spheres.
+// The definition, written independently: overlap of intervals on three axes, and of spheres.
 template <class S> std::vector<BodyPair> true_pairs(const Cloud<S>& items) {
   std::vector<BodyPair> pairs;
   for (int i = 0; i < int(items.size()); ++i) {
@@ -138,7 +138,7 @@ template <class S> void every_kind_agrees(Team* team) {
   }
 }
 
-// A heap that trembles, falls, is stirred, loses and wins bodies: one broad phase through all of it.
+// One broad phase for a heap that jitters, falls, is stirred, loses and gains bodies.
 template <class S> void every_kind_follows(Team* team) {
   std::vector<std::unique_ptr<BroadPhase<S>>> phases;
   for (int kind = 0; kind < int(broad_phase_names().size()); ++kind)

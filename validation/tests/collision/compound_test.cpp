@@ -28,7 +28,7 @@ std::vector<Manifold<double>> contacts(const Geometry<double>& a, const Placemen
   find_contacts(a, place_a, b, place_b, margin, out);
   return out;
 }
-// The compound's boxes as bodies of their own.
+// The compound's boxes as separate bodies.
 struct Piece {
   Geometry<double> shape;
   Placement<double> place;
@@ -86,7 +86,7 @@ TEST_CASE("a compound touches what its boxes touch, with one manifold for each b
         const double gap = separation(other, place, parts[i].shape, parts[i].place).gap;
         least = std::min(least, gap);
         const auto alone = contacts(other, place, parts[i].shape, parts[i].place);
-        if (std::abs(gap) < 1e-12) return;  // as good as touching: round-off may say either
+        if (std::abs(gap) < 1e-12) return;  // touching to round-off: either answer is right
         expected += alone.size();
         for (const auto& m : found)
           if (m.piece_b == static_cast<int>(i)) RC_ASSERT(same_contact(m, alone.at(0)));

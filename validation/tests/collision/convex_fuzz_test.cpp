@@ -1,5 +1,5 @@
-// Hulls, cylinders, meshes, and everything swept, over inputs that break others: nothing is ever not finite, normals
-// are unit vectors, the deepest point is the gap, swapping changes nothing but signs, and every answer comes soon. Runs
+// Hulls, cylinders, meshes, and sweeps of all shapes, on degenerate inputs: all values are finite, normals are unit
+// vectors, the deepest point has the gap, swapping changes only signs, and every query ends soon. Runs
 // under the sanitizers too. (The other pairs: fuzz_test.cpp.)
 #include <rapidcheck.h>
 #include <catch2/catch.hpp>
@@ -93,7 +93,7 @@ Pose hostile_pose(ShapeKind kind_a, ShapeKind kind_b, std::uint64_t seed, double
   return pose;
 }
 
-// Shapes that are flat or empty have no gap: what has no triangle with area or no point is told by an infinite one.
+// Meshes without a triangle with area and shapes without points have no gap: it is infinite.
 template <class S> void check_pair(const Pose& pose) {
   const Geometry<S> a = make_geometry<S>(pose.a), b = make_geometry<S>(pose.b);
   if (no_contact_test(a.kind, b.kind)) return;
@@ -132,7 +132,7 @@ template <class S> void check_pair(const Pose& pose) {
   if (!manifolds.empty() && !surfaces) RC_ASSERT(real::abs(least - found.gap) <= round_off);
 }
 
-// Soon, whatever the pose: a thousand times what such a query takes, for builds that check every access.
+// A limit for every pose: a thousand times the usual time of a query, for builds with sanitizers.
 constexpr double kSoon_s = 10;
 
 template <class S> void check_swept(const Pose& pose, Random& random) {

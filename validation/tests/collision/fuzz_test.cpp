@@ -1,5 +1,5 @@
-// Pairs of primitives and compounds, in every scalar, over inputs that break others: nothing is ever not finite,
-// normals are unit vectors, the deepest point is the gap, what is far apart has no contact. Runs under the sanitizers
+// Pairs of primitives and compounds, in every scalar, on degenerate inputs: all values are finite, normals are unit
+// vectors, the deepest point has the gap, bodies far apart have no contact. Runs under the sanitizers
 // too. (Hulls, and cylinders but against spheres and planes, go by support functions: gjk_test.cpp.)
 #include <rapidcheck.h>
 #include <catch2/catch.hpp>
@@ -14,7 +14,7 @@ namespace {
 const ShapeKind kAll[] = {ShapeKind::sphere,  ShapeKind::plane,    ShapeKind::rectangle, ShapeKind::box,
                           ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::compound};
 
-// Sizes from a billionth to a billion times each other, and none at all.
+// Sizes with ratios from 1e-9 to 1e9, and sizes of 0.
 Shape hostile_shape(ShapeKind kind, Random& random, double scale) {
   const auto size = [&] {
     const auto how = random() % 8;

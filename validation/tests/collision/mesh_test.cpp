@@ -1,4 +1,4 @@
-// Meshes: who is whose neighbour, contacts of closed and open ones, no bumps at inner edges.
+// Meshes: neighbours of triangles, contacts of closed and open meshes, no bumps at inner edges.
 #include <rapidcheck.h>
 #include <catch2/catch.hpp>
 
@@ -91,7 +91,7 @@ TEST_CASE("a box's surface is closed, with six flat edges and twelve convex ones
       build_triangle_mesh<double>({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, 0, 1}, {1, 1, 1}, {1, 1, 1}},
                                   {{0, 1, 2}, {0, 2, 3}, {1, 4, 6}, {1, 6, 2}, {0, 0, 1}});
   CHECK_FALSE(stair.closed);
-  CHECK(stair.points.size() == 6);     // one came twice
+  CHECK(stair.points.size() == 6);     // one point is given twice
   CHECK(stair.triangles.size() == 4);  // one had no area
   int concave = 0, border = 0;
   for (const auto& t : stair.triangles)

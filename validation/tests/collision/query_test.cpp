@@ -1,5 +1,6 @@
-// What a scene's bodies touch, as the command asks it: every pair answered or refused by name, touching as decimals
-// round, each point once, and the same contact however the world is turned, moved or numbered.
+// Contact queries of a scene, as the command `contacts` makes them: every pair is answered or refused by name, rounded
+// decimals that touch do touch, each point is reported once, and contacts do not depend on the world's pose or the
+// order of bodies.
 #include <rapidcheck.h>
 #include <catch2/catch.hpp>
 

@@ -276,7 +276,7 @@ TEST_CASE("a body held until its release: a wall to others, then free") {
     CHECK(time_of(it.events[0]) == Approx(0.5 + std::sqrt(1 / g)).epsilon(1e-13));
     CHECK(static_cast<double>(it.samples[2].bodies[1].p_m[2]) == r + 0.5);
   }
-  Scene struck = world({}, 1, 0);  // struck while held, and not moved by it; released into motion of its own
+  Scene struck = world({}, 1, 0);  // struck while held, and not moved by it; then released with its own velocity
   struck.bodies = {ball("a", 1, r, {-1, 0, 0}, {1, 0, 0}), ball("b", 1, r, {0, 0, 0}, {0, 2, 0})};
   struck.bodies[1].release_s = 1.5;
   for (const int steps : {4, 40}) {

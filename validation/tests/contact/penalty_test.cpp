@@ -1,4 +1,4 @@
-// Contacts that give way: bounces and sliding by hand, the restitution that was asked for, what is refused.
+// Compliant contacts: bounces and sliding compared with formulas, the restitution that results, refusals.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

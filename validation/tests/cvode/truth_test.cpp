@@ -122,7 +122,7 @@ TEST_CASE("A bouncing ball: impacts at roots, restitution, the end of the bounce
 
 TEST_CASE("Two balls collide; so do two so small that a step jumps over the impact") {
   for (const auto& [speed, size] : {std::pair{1.0, 1.0}, std::pair{1000.0, 1.0}, std::pair{1.0, 1e-4}}) {
-    // Between two samples: CVODE looks at its root functions where a sample is asked for, too.
+    // Between two samples: CVODE evaluates its root functions at samples too.
     Scenario given = scenario("sphere-impact", 4 / speed);
     given.scene.pairs[0].restitution = 0.7;
     given.scene.bodies = {ball("a", 1, 0.1 * size, {0, 0.05 * size, 0}, {0, 0, 0}),

@@ -14,7 +14,7 @@ using namespace atwood;
 namespace {
 
 // Largest difference of the two rates, in units of the last place of the largest rate of the same kind: sums of
-// forces cancel, so a component near zero is not asked for digits of its own.
+// forces cancel, so a component near zero is compared relative to the others.
 double disagreement_ulp(const Scene& scene, double t_s, const std::vector<double>& y) {
   const dynamics::Dynamics<Wide> reference(scene, 2);
   const std::vector<Wide> wide(y.begin(), y.end());
@@ -55,7 +55,7 @@ double disagreement_ulp(const Scene& scene, double t_s, const std::vector<double
   return worst;
 }
 
-// A body that waits for its release is where the scene put it.
+// A held body is at its initial position.
 void stand_still(const Scene& scene, double t_s, std::vector<double>& y) {
   const dynamics::Layout layout = dynamics::layout(scene);
   const std::vector<double> initial = dynamics::pack<double>(scene);

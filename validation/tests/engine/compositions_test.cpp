@@ -53,8 +53,8 @@ TEST_CASE("every composition meets the order conditions of its order, and no mor
   }
 }
 
-// The parts, not their sums: chi and chi* of fractions c1, c2, ... in turns, for a chi of three flows, A then B then C.
-// Its leapfrogs are symmetric of order 2, and every list is of its order for three flows that do not commute either.
+// The parts, not their sums: chi and chi* of fractions c1, c2, ... alternately, for a chi of three flows, A then B then
+// C. Its leapfrogs are symmetric of order 2, and every list is of its order for three flows that do not commute either.
 TEST_CASE("the parts of each substep keep the order for a map of order 1 and its adjoint") {
   for (const Composition& composition : compositions()) {
     if (composition.order > 6) continue;  // 3^8 words

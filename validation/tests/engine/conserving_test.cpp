@@ -169,7 +169,7 @@ TEST_CASE("a free body keeps its rotational energy; projection keeps its momentu
   }
 }
 
-// The relaxed state stands at t + gamma h; were it reported as that of t + h, order 3 would be left.
+// The relaxed state belongs to t + gamma h; reported as that of t + h it would have order 3.
 TEST_CASE("relaxation and projection keep order 4") {
   const auto end = [](const char* scheme, std::int64_t steps) {
     return run(scheme, kepler(0.6), {10, steps, 1}, "quad").samples.at(1).bodies[0].p_m;

@@ -254,7 +254,7 @@ TEST_CASE("a run carries how its implicit steps ended") {
   CHECK(unsolved.capped == 1);
   CHECK(!(unsolved.residual_max <= 1e-10));
 
-  // A step that is refused and taken again shorter leaves nothing capped behind.
+  // A step that is rejected and repeated with a smaller h does not count as capped.
   const Recorded adaptive = run("radau5", kepler(0.9), {10, 1, 1}, "", 1e-6);
   REQUIRE(adaptive.outcome.status == Status::ok);
   CHECK(adaptive.outcome.solvers.at("implicit-stages").capped == 0);

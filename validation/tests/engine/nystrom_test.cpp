@@ -1,4 +1,4 @@
-// Runge-Kutta-Nystrom tables by their order conditions in quad; what the methods refuse; a body that waits.
+// Runge-Kutta-Nystrom tables by their order conditions in quad; refusals of the methods; a held body.
 #include <catch2/catch.hpp>
 #include <cmath>
 

@@ -84,7 +84,7 @@ TEST_CASE("implicit Euler solves a stiff step to round-off") {
   }
 }
 
-// An order-1 method keeps its order with its force at the wrong end of the step; the recurrence tells.
+// A method of order 1 keeps its order with the force at the wrong end of the step; the recurrence shows the fault.
 TEST_CASE("the Euler methods see a driving force at their own instants") {
   const double h = 3.0 / 64;
   const auto drive = [](double t) { return 3.0 / 2 * std::cos(2.7 * t + 0.4); };
@@ -104,7 +104,7 @@ TEST_CASE("the Euler methods see a driving force at their own instants") {
   CHECK(end("explicit-euler") == Approx(forward.x).epsilon(1e-12));
 }
 
-// A falling body with quadratic drag, v' = f(v): tells midpoint from Heun, and uses v_n in symplectic Euler.
+// A falling body with quadratic drag, v' = f(v): distinguishes midpoint from Heun, and uses v_n in symplectic Euler.
 TEST_CASE("on a nonlinear velocity-dependent force each scheme is its recurrence") {
   Scene scene = quadratic_drag();
   scene.bodies[0].velocity_m_per_s = {0, 0, 0};

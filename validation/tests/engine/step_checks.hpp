@@ -1,4 +1,4 @@
-// What is asked of more than one family's steps: there and back, taken again, sampled or not.
+// Checks of steps for several families: reversal, repeated steps, samples inside steps.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Baselines: written sorted, read back to the bit, regressions told from improvements.
+// Baselines: sorted output, exact reading, regressions and improvements.
 #include <unistd.h>
 
 #include <algorithm>

@@ -207,7 +207,7 @@ TEST_CASE("regimes: stick at another time, and a stick that never comes") {
   for (Sample& bar : truth.bars) bar.bodies.resize(2);
   truth.events = {stick};
   truth.event_bar_s = {1e-15};
-  CHECK(value_of(measure(s, truth, run), "transition-time-error") == -999);  // nothing told
+  CHECK(value_of(measure(s, truth, run), "transition-time-error") == -999);  // no event reported
   run.events = {stick};
   run.events[0].t_s = 0.625;
   CHECK(value_of(measure(s, truth, run), "transition-time-error") == 0.125);

@@ -159,8 +159,7 @@ TEST_CASE("bounce: energy that comes back after it was lower is a gain, from sta
     Recording run = good;
     for (std::size_t k = 0; k < run.values.size(); ++k) {
       run.values[k].bodies[1] = good.values.front().bodies[1];
-      run.values[k].bodies[1].v_m_per_s = {Wide(speeds[std::min(k, speeds.size() - 1)]), 0,
-                                           0};  // of which no event tells
+      run.values[k].bodies[1].v_m_per_s = {Wide(speeds[std::min(k, speeds.size() - 1)]), 0, 0};  // without an event
     }
     return value_of(measure(s, truth_of(good), run), "energy-gain");
   };

@@ -399,7 +399,7 @@ TEST_CASE(
   CHECK(value_of(timing_rows(outcome, 10), "run-time") == Approx(2000e-9));  // the same median
   outcome.busy_ns = {1000};
   CHECK(value_of(timing_rows(outcome, 10), "step-time") == Approx(100e-9));
-  CHECK(std::isnan(find(timing_rows(outcome, 10), "step-time")->truth_bar));  // one repeat tells nothing of the next
+  CHECK(std::isnan(find(timing_rows(outcome, 10), "step-time")->truth_bar));  // one repeat has no interval
 }
 
 TEST_CASE("timing: of twenty repeats the 6th and the 15th enclose the median, and the 19th is the 95th percentile") {

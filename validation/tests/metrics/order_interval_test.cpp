@@ -78,7 +78,7 @@ TEST_CASE("order interval: of deterministic families 95 % hold the order or are 
     CAPTURE(static_cast<int>(bar), held, conclusive, wide);
     CHECK(held >= 0.95 * conclusive);
     CHECK(conclusive >= 0.8 * kLadders);  // inconclusive: at most a fifth
-    CHECK(wide <= 0.05 * conclusive);     // and what is told is worth telling
+    CHECK(wide <= 0.05 * conclusive);     // and conclusive orders have narrow intervals
   }
 }
 

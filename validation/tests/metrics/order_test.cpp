@@ -32,7 +32,7 @@ TEST_CASE("order: 95 % intervals cover the true order in 93 to 97 % of noisy ser
       covered += fit.conclusive && std::fabs(fit.order - 4) <= fit.half_width_95;
     }
     CAPTURE(rungs, covered, conclusive);
-    // On four rungs scatter looks like slopes that run away one time in seven, on five one time in fifty.
+    // On four rungs scatter looks like slopes that do not converge one time in seven, on five one time in fifty.
     CHECK(conclusive > (rungs == 4 ? 0.8 : 0.97) * 2000);
     CHECK(covered >= 0.93 * conclusive);
     CHECK(covered <= 0.97 * conclusive);

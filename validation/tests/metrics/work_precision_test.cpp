@@ -78,7 +78,7 @@ TEST_CASE("what an error costs: the cheapest measured rung that reaches it, and 
   CHECK(on_rung->cost == Approx(1e-4));
   CHECK(on_rung->worst_finer == Approx(1e-6));
 
-  const auto easy = cheapest(curve, 0.5, Cost::seconds);  // the coarsest rung is better than asked: an upper limit
+  const auto easy = cheapest(curve, 0.5, Cost::seconds);  // the coarsest rung is better than wanted: an upper limit
   CHECK(easy->coarsest);
   CHECK(easy->cost == Approx(1e-5));
   CHECK_FALSE(cheapest(curve, 1e-7, Cost::seconds));  // below the finest: never extrapolated
@@ -108,7 +108,7 @@ TEST_CASE("an error that rises again at fine steps costs what the coarse rung co
   const WorkCurve curve = only(rows);
   const auto dip = cheapest(curve, 1e-7, Cost::seconds);
   CHECK(dip->cost == Approx(1e-4));
-  CHECK(dip->worst_finer == 1e-6);  // more than was asked: it may be luck, and is told
+  CHECK(dip->worst_finer == 1e-6);  // more than wanted: reported, because the smaller error may be chance
   CHECK(most_accurate(curve, 1, Cost::seconds)->error == 1e-8);
   CHECK(most_accurate(curve, 1, Cost::seconds)->steps == 100);
 }
@@ -261,7 +261,7 @@ TEST_CASE("the telling metric is the one with the larger error relative to the m
   add(rows, "a/m", 10, "size-position", 100);
   add(rows, "a/m", 10, "error-position-max", 1);
   CHECK(telling_metric(rows, "s") == "error-position-max");
-  add(rows, "a/m", 10, "error-attitude-max", 1e-14);  // a ball that bounces: its attitude tells nothing
+  add(rows, "a/m", 10, "error-attitude-max", 1e-14);  // a ball that bounces: its attitude does not matter
   CHECK(telling_metric(rows, "s") == "error-position-max");
   add(rows, "b/m", 10, "error-attitude-max", 0.5);  // 0.5 of a radian against 0.01 of the motion
   CHECK(telling_metric(rows, "s") == "error-attitude-max");

@@ -1,4 +1,4 @@
-// The worker's loop in a process of its own: requests from a file, answers to a file.
+// The worker's loop in a separate process: requests from a file, answers to a file.
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -20,7 +20,7 @@ using namespace atwood;
 
 namespace {
 
-// One body that stands still; what its methods do besides is in their names.
+// One body at rest; the names of the methods say what else they do.
 Outcome demo(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   std::printf("chatter of the engine on standard output\n");
   if (id.scheme == "throws") throw std::runtime_error("the engine gave up");

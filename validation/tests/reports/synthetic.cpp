@@ -305,7 +305,7 @@ Verdict verdict(const std::string& scenario, const std::string& method, const st
   v.gate.low = v.allowed_low = low;
   v.gate.high = v.allowed_high = high;
   v.gate.reason = "Classical order, with the fit's interval.";
-  v.gate.origin = "/home/somebody/atwood/validation/gates/default.toml:12";  // shown from the project's root
+  v.gate.origin = "/home/user/atwood/validation/gates/default.toml:12";  // shown from the project's root
   v.judgement = judgement;
   v.scenario = scenario;
   v.method = method;

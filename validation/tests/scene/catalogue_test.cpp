@@ -151,10 +151,10 @@ TEST_CASE("each scenario is complete and follows the rules") {
     REQUIRE(!s.title.empty());
     REQUIRE(!s.claim.empty());
     REQUIRE(!s.source.empty());
-    if (has(s, "statistics")) continue;   // asked for statistics alone: a truth or a ladder may be missing on purpose
+    if (has(s, "statistics")) continue;   // for statistics only: a truth or a ladder may be missing
     if (has(s, "many-bodies")) continue;  // its studies look at sums and conservation, not along a ladder
     if (has(s, "geometry")) continue;     // poses, not motion
-    if (has(s, "hypotheses")) continue;   // laws that differ, each with an answer of its own
+    if (has(s, "hypotheses")) continue;   // scenes on which impact laws differ
     if (has(s, "pile")) {                 // many bodies in contact: cost, overlap and rest, no ladder of errors
       REQUIRE(std::all_of(s.steps.begin(), s.steps.end(), [&](std::int64_t steps) { return steps % s.samples == 0; }));
       REQUIRE((s.truth.kind == TruthKind::closed_form) == has(s, "rest"));

@@ -3,6 +3,7 @@
 
 #include <fstream>
 
+#include "scene/files.hpp"
 #include "validation/study/worker_client.hpp"
 #include "validation/tests/study/free_flight.hpp"
 

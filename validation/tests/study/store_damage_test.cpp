@@ -1,4 +1,4 @@
-// Stores that a disk, a kill or another program has changed: told or mended, never read as if nothing had happened; and
+// Stores that a disk, a kill or another program has changed: damage is reported or repaired, never ignored; and
 // stores of an older program.
 #include <catch2/catch.hpp>
 
@@ -104,7 +104,7 @@ void execute(const std::string& path, const std::string& statements) {
   sql.exec(statements);
 }
 
-// What an SQLite call gives, in a process whose death is told.
+// What an SQLite call gives, in a process whose end is reported.
 int ending_of(const std::function<int()>& work) {
   const pid_t child = fork();
   if (child == 0) _exit(work());
