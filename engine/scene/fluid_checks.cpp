@@ -48,6 +48,10 @@ void check_field(Reading& r, const Value& table, const char* key, const Fluid& f
     fail(r, place, "the field `elliptic-drop` in " + r.where + " starts as a circle; expected `region.circle`");
   if (field.name == "square-patch" && !std::holds_alternative<BoxRegion>(fluid.region))
     fail(r, place, "the field `square-patch` in " + r.where + " is a square's; expected `region.box`");
+  if ((field.name == "mms-3d") != (r.scene->domain.dimensions == 3) && field.name.starts_with("mms-"))
+    fail(r, place,
+         "the field `" + field.name + "` in " + r.where + " has " + (field.name == "mms-3d" ? "three" : "two") +
+             " dimensions; the domain has " + std::to_string(r.scene->domain.dimensions) + "; expected the same");
   for (const FieldParameter& parameter : info.parameters) {
     const auto found = field.parameters.find(parameter.name);
     const double value =

@@ -135,6 +135,58 @@ FluidState manufactured_2d(const Fluid& fluid, const Real3& x) {
   return {{speed * sx * cy, -speed * cx * sy, 0}, fluid.density_kg_per_m3 * (1 + a * sx * sy), fluid.temperature_K};
 }
 
+// The same in three dimensions: f = sin kx sin ky sin kz, u = U cos(wt) / k^2 grad f x grad(cos kx + cos ky + cos kz).
+FluidState manufactured_3d(const Fluid& fluid, const Real3& x) {
+  const double k = wave_number(fluid.initial), speed = parameter(fluid.initial, "speed_m_per_s");
+  const double sx = sin(k * x[0]), cx = cos(k * x[0]), sy = sin(k * x[1]), cy = cos(k * x[1]);
+  const double sz = sin(k * x[2]), cz = cos(k * x[2]), a = parameter(fluid.initial, "density_amplitude");
+  return {{speed * sx * (cz * sy * sy - cy * sz * sz), speed * sy * (cx * sz * sz - cz * sx * sx),
+           speed * sz * (cy * sx * sx - cx * sy * sy)},
+          fluid.density_kg_per_m3 * (1 + a * sx * sy * sz),
+          fluid.temperature_K};
+}
+
+// Two planes with temperatures that face each other, one along +axis and one along -axis; false: the scene has none.
+struct HeatedPlates {
+  std::size_t axis = 0;
+  double low_m = 0, high_m = 0, low_K = 0, high_K = 0;
+  Real3 low_m_per_s{}, high_m_per_s{};
+};
+bool find_plates(const Scene& scene, HeatedPlates& plates) {
+  bool low = false, high = false;
+  for (const FluidBoundary& boundary : scene.fluid_boundaries) {
+    const Body& body = scene.bodies[static_cast<std::size_t>(boundary.body)];
+    const auto* plane = std::get_if<Plane>(&body.shape);
+    if (!plane || !boundary.temperature_K) return false;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (std::abs(plane->normal[axis]) != 1) continue;
+      plates.axis = axis;
+      if (plane->normal[axis] > 0)
+        plates.low_m = plane->offset_m, plates.low_K = *boundary.temperature_K,
+        plates.low_m_per_s = body.velocity_m_per_s, low = true;
+      else
+        plates.high_m = -plane->offset_m, plates.high_K = *boundary.temperature_K,
+        plates.high_m_per_s = body.velocity_m_per_s, high = true;
+    }
+  }
+  return low && high;
+}
+
+// Steady flow between plates of two temperatures whose viscosity is exp(-decay (T - T0)): T linear, and with
+// s = (x - low) / (high - low), b = decay (T_high - T_low): u = u_low + (u_high - u_low) (exp(b s) - 1) / (exp(b) - 1).
+FluidState couette_thermal(const Scene& scene, const Fluid& fluid, const Real3& x) {
+  HeatedPlates plates;
+  FluidState state{{}, fluid.density_kg_per_m3, fluid.temperature_K};
+  if (!find_plates(scene, plates)) return state;
+  const double s = (x[plates.axis] - plates.low_m) / (plates.high_m - plates.low_m);
+  const double b = fluid.viscosity_decay_per_K * (plates.high_K - plates.low_K);
+  const double share = b == 0 ? s : std::expm1(b * s) / std::expm1(b);
+  for (std::size_t i = 0; i < 3; ++i)
+    state.velocity_m_per_s[i] = plates.low_m_per_s[i] + (plates.high_m_per_s[i] - plates.low_m_per_s[i]) * share;
+  state.temperature_K = plates.low_K + (plates.high_K - plates.low_K) * s;
+  return state;
+}
+
 }  // namespace
 
 const std::vector<FieldInfo>& fluid_fields() {
@@ -161,8 +213,22 @@ const std::vector<FieldInfo>& fluid_fields() {
       {"hydrostatic",
        "at rest under gravity, with the density of the equation of state",
        {{"surface_m", "height of the free surface against gravity [m]; the region's top unless given", 0, true}}},
+      {"couette-thermal",
+       "steady flow between two planes of given temperatures, viscosity exp(-decay (T - T0))",
+       {},
+       false,
+       true},
       {"mms-2d",
        "a manufactured motion: u = U cos(wt) sin kx cos ky, v = -U cos(wt) cos kx sin ky, rho = rho0 (1 + a sin kx sin ky)",
+       {speed(),
+        length("x"),
+        mode(),
+        {"angular_frequency_rad_per_s", "w [rad/s]; 1 unless given", 1},
+        {"density_amplitude", "a, relative; 0 unless given", 0}},
+       true},
+      {"mms-3d",
+       "a manufactured motion in three dimensions: u = U cos(wt) / k^2 grad f x grad(cos kx + cos ky + cos kz), "
+       "f = sin kx sin ky sin kz, rho = rho0 (1 + a f)",
        {speed(),
         length("x"),
         mode(),
@@ -200,6 +266,8 @@ FluidState initial_state(const Scene& scene, const Fluid& fluid, const Real3& x)
   if (name == "heat-step") return heat_step(fluid, x);
   if (name == "hydrostatic") return hydrostatic(scene, fluid, x);
   if (name == "mms-2d") return manufactured_2d(fluid, x);
+  if (name == "mms-3d") return manufactured_3d(fluid, x);
+  if (name == "couette-thermal") return couette_thermal(scene, fluid, x);
   FluidState state{fluid.initial.velocity_m_per_s, fluid.density_kg_per_m3, fluid.temperature_K};
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j)

@@ -116,6 +116,10 @@ int command_schema(const Place&, const Options& options) {
   }
   json required = json::array();
   for (const auto& [name, value] : properties.items()) required.push_back(name);
+  for (const char* name : {"spacing_m", "sound_speed_m_per_s"}) {  // of scenes with fluids alone
+    properties[name] = number_or_empty;
+    properties[name]["description"] = "of the particles of fluids; empty, or absent in JSON, without fluids";
+  }
   const json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
                        {"title", "A row of results"},
                        {"type", "object"},

@@ -73,7 +73,11 @@ void append_rows(JsonText& json, const std::vector<const Row*>& rows, StringTabl
   };
   json.begin_object();
   text("scenario", [](const Row& row) { return row.scenario; });
-  text("method", [](const Row& row) { return row.method; });
+  // A fluid's ladder of steps is one of its resolution.
+  text("method", [](const Row& row) {
+    const std::string at = resolution_text(resolution_of(row));
+    return at.empty() ? row.method : row.method + " at " + at;
+  });
   append_column(json, "steps", rows, [&](const Row& row) { json.integer(row.steps); });
   append_column(json, "h_s", rows, [&](const Row& row) { json.number(row.h_s, 6); });
   text("body", [](const Row& row) { return row.body; });

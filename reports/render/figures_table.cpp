@@ -9,6 +9,7 @@
 #include <set>
 #include <tuple>
 
+#include "fluid_table.hpp"
 #include "text.hpp"
 #include "validation/metrics/metrics.hpp"
 
@@ -45,7 +46,7 @@ struct Ladders {
 Ladders ladders_of(const std::vector<Row>& rows) {
   Ladders result;
   for (const Row& row : rows) {
-    if (!row.body.empty() || row.t_s) continue;
+    if (!row.body.empty() || row.t_s || row.spacing_m || row.sound_speed_m_per_s) continue;  // fluids: fluid_table.hpp
     const auto [place, is_new] = result.all.try_emplace({row.scenario, row.method});
     if (is_new) result.order.push_back(place->first);
     Ladder& ladder = place->second;
@@ -150,7 +151,7 @@ std::string claim_words(const ClaimedOrder& order) {
 
 std::string figures_table(const ReportData& data, const Palette& palette, std::size_t room) {
   const Ladders ladders = ladders_of(data.rows);
-  if (ladders.order.empty() || ladders.order.size() > kMostPairs) return "";
+  if (ladders.order.empty() || ladders.order.size() > kMostPairs) return fluid_text(data.rows);
   constexpr std::array<const char*, 7> heads{"method", "steps", "error", "order", "energy", "step time", "verdict"};
   std::string out;
   std::set<std::string> told;
@@ -187,6 +188,7 @@ std::string figures_table(const ReportData& data, const Palette& palette, std::s
     out += print(head, palette.dim);
     for (const auto& line : lines) out += print(line, line[6].starts_with("FAIL") ? palette.red : "");
   }
+  if (const std::string fluids = fluid_text(data.rows); !fluids.empty()) out += "\n" + fluids;
   return out;
 }
 

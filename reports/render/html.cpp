@@ -7,6 +7,7 @@
 
 #include "assets.hpp"
 #include "embedded_data.hpp"
+#include "fluid_table.hpp"
 #include "reports/report.hpp"
 #include "text.hpp"
 
@@ -71,8 +72,8 @@ std::string render_html(const ReportData& data) {
       "<meta name=\"color-scheme\" content=\"light dark\">\n<title>{}</title>\n<style>",
       kPolicy, escape_html(one_line(data.title)));
   page += report_style;
-  page += "</style></head>\n<body>\n" + header(data) +
-          "\n<main id=\"app\"><noscript><p>Tables and plots need JavaScript; the verdict above does not.</p></noscript>"
+  page += "</style></head>\n<body>\n" + header(data) + "\n" + fluid_html(data.rows) +
+          "<main id=\"app\"><noscript><p>Tables and plots need JavaScript; the verdict above does not.</p></noscript>"
           "</main>\n<script type=\"text/plain\" id=\"data\">";
   const std::string end = "</script>\n<script>" + std::string(report_script) + "</script>\n</body></html>\n";
   const std::size_t used = page.size() + end.size();

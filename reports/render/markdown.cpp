@@ -10,6 +10,7 @@
 #include "baseline_table.hpp"
 #include "bench_table.hpp"
 #include "figures_table.hpp"
+#include "fluid_table.hpp"
 #include "markdown_contests.hpp"
 #include "ran_methods.hpp"
 #include "reports/report.hpp"
@@ -213,16 +214,16 @@ std::string render_markdown(const ReportData& data) {
   return heading(data) + failing_section(data.verdicts, data.verdicts.size()) + truths_section(data.refused_truths) +
          baseline_section(data) + claims_section(data.claimed_orders) + audit_section(data.audit) +
          goals_section(data.goals) + tables_section(data.tables) + dominance_section(data.dominance) +
-         laws_section(data.laws) + solvers_section(data.rows, 200) + statistics_section(data.rows) +
-         orders_section(data.rows, "order-position", "Observed order of position") +
+         laws_section(data.laws) + fluid_markdown(data.rows) + solvers_section(data.rows, 200) +
+         statistics_section(data.rows) + orders_section(data.rows, "order-position", "Observed order of position") +
          orders_section(data.rows, "order-attitude", "Observed order of attitude") + engines_section(data) +
          provenance_section(data);
 }
 
 std::string render_step_summary(const ReportData& data) {
   return heading(data) + failing_section(data.verdicts, 50) + truths_section(data.refused_truths) +
-         baseline_section(data) + claims_section(data.claimed_orders) + solvers_section(data.rows, 10) +
-         notes_section(data.notes);
+         baseline_section(data) + claims_section(data.claimed_orders) + fluid_markdown(data.rows) +
+         solvers_section(data.rows, 10) + notes_section(data.notes);
 }
 
 }  // namespace atwood

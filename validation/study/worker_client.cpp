@@ -123,7 +123,7 @@ Outcome WorkerClient::start() {
   } catch (const std::runtime_error& error) {
     return give_up(Status::not_built, error.what());
   }
-  process_->send(wire::to_line({}));
+  process_->send(wire::to_line(wire::Request{}));
   std::string line;
   const Wait wait = process_->next_line(line, in_seconds(kHelloLimitS), wire::kLongestHello);
   if (wait != Wait::line) {

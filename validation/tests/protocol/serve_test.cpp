@@ -109,7 +109,7 @@ std::string run_request(std::int64_t cell, const std::string& method, int repeat
 
 TEST_CASE("hello, accuracy and timing are answered, and output of the engine does not reach the pipe") {
   const auto lines =
-      answers(wire::to_line({}) + "\n" + run_request(3, "demo/still", 0) + run_request(4, "demo/still", 2),
+      answers(wire::to_line(wire::Request{}) + "\n" + run_request(3, "demo/still", 0) + run_request(4, "demo/still", 2),
               [] { return serve(demo_engine()); });
   REQUIRE(lines.size() == 1 + 6 + 1);
   CHECK(wire::read_hello(lines[0]).name == "demo");
@@ -178,7 +178,7 @@ TEST_CASE("what an engine throws ends the cell, what a request lacks is said, an
                   run_request(2, "demo/unknown", 0) + run_request(3, "nonsense", 0) +
                   "{\"request\":\"truth\",\"cell\":6,\"samples\":4,\"scenario\":{}}\n" +
                   R"({"request":"run","cell":7,"method":"demo/still","t_end_s":1,"steps":4,"samples":4,"scene":7})" +
-                  "\n\n" + wire::to_line({}),
+                  "\n\n" + wire::to_line(wire::Request{}),
               [] { return serve(demo_engine()); });
   REQUIRE(lines.size() == 8);
   const auto outcome = [&](std::size_t i) { return wire::read_answer(lines[i]); };

@@ -199,13 +199,17 @@ TEST_CASE("CSV has the contract's columns and reads back exactly") {
   const ReportData data = small_report();
   const auto records = parse_csv(render_csv(data.rows));
   REQUIRE(records.size() == data.rows.size() + 1);
-  CHECK(records[0] == std::vector<std::string>{"scenario", "method", "steps", "h_s", "body", "t_s", "metric", "unit",
-                                               "value", "truth_bar", "status", "reason", "settings_hash",
-                                               "engine_version", "commit", "compiler", "flags", "cpu", "run_id"});
+  CHECK(records[0] ==
+        std::vector<std::string>{
+            "scenario", "method",   "steps",     "h_s",    "body",   "t_s",           "metric",
+            "unit",     "value",    "truth_bar", "status", "reason", "settings_hash", "engine_version",
+            "commit",   "compiler", "flags",     "cpu",    "run_id", "spacing_m",     "sound_speed_m_per_s"});
   for (std::size_t i = 0; i < data.rows.size(); ++i) {
     const Row& row = data.rows[i];
     const auto& record = records[i + 1];
-    REQUIRE(record.size() == 19);
+    REQUIRE(record.size() == 21);
+    CHECK(record[19].empty());  // of fluids alone
+    CHECK(record[20].empty());
     CHECK(record[1] == row.method);
     CHECK(record[4] == row.body);
     CHECK(record[5].empty() == !row.t_s.has_value());
@@ -215,6 +219,35 @@ TEST_CASE("CSV has the contract's columns and reads back exactly") {
     CHECK(record[17] == row.provenance.cpu);
   }
   CHECK(records[3][11] == "line one\nline \xEF\xBF\xBD[31m two, \"quoted\" \xEF\xBF\xBD");
+}
+
+TEST_CASE("rows of fluids carry their resolution; the table says what is lost to what") {
+  ReportData data = small_report();
+  const auto add = [&](const char* metric, std::int64_t steps, double value, const char* body = "") {
+    Row& row = data.rows.emplace_back();
+    row.scenario = "vortices", row.method = "atwood/rk4+sph", row.metric = metric, row.unit = "1";
+    row.steps = steps, row.value = value, row.body = body;
+    row.spacing_m = 0.02, row.sound_speed_m_per_s = 20;
+  };
+  add("velocity-l1", 640, 0.011);
+  add("velocity-l1", 320, 0.099);
+  add("model-error", 640, 0.001);
+  add("space-error", 640, 0.012);
+  add("space-error", 640, 0.77, "linf");
+  add("time-error", 640, 3.3e-7);
+  add("order-time", 0, 4.01);
+  add("fluid-momentum-error", 640, 2e-16);
+  const auto records = parse_csv(render_csv(data.rows));
+  CHECK(records.back()[19] == "0.02");
+  CHECK(records.back()[20] == "20");
+  const auto json = nlohmann::json::parse(render_json(data));
+  CHECK(json["rows"].back()["spacing_m"] == 0.02);
+  CHECK_FALSE(json["rows"][0].contains("spacing_m"));
+  const std::string markdown = render_markdown(data);
+  CHECK(markdown.find("| vortices | atwood/rk4+sph | 0.02 | 20 | 640 | 0.011 | 0.001 | 0.012 | 3.3e-07 | time 4.01 | "
+                      "momentum 2e-16 |") != std::string::npos);
+  CHECK(render_html(data).find("<section id=\"fluids\">") != std::string::npos);
+  CHECK(render_markdown(small_report()).find("## Fluids") == std::string::npos);
 }
 
 TEST_CASE("JSON parses, keeps every digit, and spells non-finite numbers as strings") {

@@ -2,8 +2,10 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <set>
+#include <tuple>
 
 #include "scene/files.hpp"
 #include "validation/tests/study/free_flight.hpp"
@@ -358,4 +360,84 @@ TEST_CASE("a study file is read, and its errors have a place") {
   }
   CHECK_THROWS_AS(read_study("/nowhere/study.toml"), InputError);
   CHECK_THROWS_AS(plan({{"one"}, {"demo/a"}, {12}, 5, {}}), InputError);  // 8 samples do not divide 12 steps
+}
+
+namespace {
+
+Scenario fluid() {
+  return read_scenario_text(
+      "id = \"flow\"\n[run]\nt_end_s = 1\nsteps = [8, 16]\nsamples = 4\nspacings_m = [0.5, 0.25, 0.2]\n"
+      "sound_speeds_m_per_s = [10, 20]\n[domain]\ndimensions = 2\nperiodic_m = [1, 1]\n[[fluid]]\nname = \"w\"\n"
+      "density_kg_per_m3 = 1\nregion.box = { min_m = [0, 0], max_m = [1, 1] }\n[truth]\nkind = \"none\"\n",
+      "t.toml", ".");
+}
+
+std::vector<Worker> flowing() {
+  std::vector<Worker> workers = table();
+  workers[0].engine.fluids = true;
+  return workers;
+}
+
+std::vector<Cell> plan_fluid(StudyCells cells) {
+  return plan_cells({"test", {std::move(cells)}}, {fluid()}, flowing(), "cpu");
+}
+
+}  // namespace
+
+TEST_CASE("a fluid's cells are spacings x sound speeds x rungs, with steps that keep the Courant number") {
+  const std::vector<Cell> cells = plan_fluid({{"flow"}, {"demo/a"}, {}, 5, {}});
+  std::set<std::tuple<double, double, std::int64_t>> found;
+  std::set<std::string> hashes;
+  for (const Cell& cell : cells) {
+    found.insert({*cell.spacing_m, *cell.sound_speed_m_per_s, cell.plan.steps});
+    hashes.insert(cell.accuracy_hash);
+    const Fluid& fluid = cell.scenario.scene.fluids[0];
+    CHECK(fluid.spacing_m == cell.spacing_m);
+    CHECK(fluid.sound_speed_m_per_s == cell.sound_speed_m_per_s);
+    CHECK(fluid.particles.position_m.size() ==
+          static_cast<std::size_t>(std::llround(1 / (fluid.spacing_m * fluid.spacing_m))));
+  }
+  CHECK(cells.size() == 12);
+  CHECK(hashes.size() == 12);
+  // 8 x 0.5 / 0.2 = 20, 16 x 2.5 = 40; 0.25 at 20 m/s takes as many steps as 0.125 at 10 m/s would, and is another cell.
+  CHECK(found == std::set<std::tuple<double, double, std::int64_t>>{{0.5, 10, 8},
+                                                                    {0.5, 10, 16},
+                                                                    {0.5, 20, 16},
+                                                                    {0.5, 20, 32},
+                                                                    {0.25, 10, 16},
+                                                                    {0.25, 10, 32},
+                                                                    {0.25, 20, 32},
+                                                                    {0.25, 20, 64},
+                                                                    {0.2, 10, 20},
+                                                                    {0.2, 10, 40},
+                                                                    {0.2, 20, 40},
+                                                                    {0.2, 20, 80}});
+}
+
+TEST_CASE("steps that are given with a spacing are that spacing's own; rounded up to whole samples") {
+  StudyCells one{{"flow"}, {"demo/a"}, {24}, 5, {}};
+  one.spacings_m = {0.25};
+  const std::vector<Cell> cells = plan_fluid(one);
+  REQUIRE(cells.size() == 2);
+  CHECK(cells[0].plan.steps == 24);
+  CHECK(cells[1].plan.steps == 24);
+  StudyCells odd{{"flow"}, {"demo/a"}, {}, 5, {}};
+  odd.spacings_m = {1.0 / 3};
+  odd.sound_speeds_m_per_s = {10};
+  const std::vector<Cell> thirds = plan_fluid(odd);
+  REQUIRE(thirds.size() == 2);
+  CHECK(thirds[0].plan.steps == 12);  // 8 x 1.5
+  odd.spacings_m = {0.1};
+  odd.sound_speeds_m_per_s = {11};
+  CHECK(plan_fluid(odd)[0].plan.steps == 44);  // 8 x 5.5
+  odd.spacings_m = {0.3};
+  CHECK_THROWS_WITH(plan_fluid(odd), Catch::Contains("does not fill"));
+}
+
+TEST_CASE("an engine that knows no fluids refuses them by name") {
+  const std::vector<Cell> cells = plan_fluid({{"flow"}, {"other/a"}, {}, 5, {}});
+  REQUIRE(cells.size() == 12);
+  CHECK(cells[0].worker == -1);
+  CHECK(cells[0].absent == Status::unsupported);
+  CHECK(cells[0].absent_reason == "other simulates no fluids");
 }

@@ -89,6 +89,30 @@ TEST_CASE("contacts are packed with their samples") {
     CHECK_THROWS_AS(unpack_samples(bytes.substr(0, size)), BadBlob);
 }
 
+TEST_CASE("particles are packed with their samples; recordings without any are as they were") {
+  for (const bool wide : {false, true}) {
+    std::vector<Sample> flowing = samples(wide);
+    const std::string without = pack_samples(flowing);
+    ParticleSample& p = flowing[1].particles.emplace_back();
+    p.p_m = {1, 2, 3}, p.v_m_per_s = {4, 5, 6};
+    p.density_kg_per_m3 = 7, p.pressure_Pa = 8, p.temperature_K = wide ? static_cast<Wide>(1) / 3 : Wide(9);
+    const std::string bytes = pack_samples(flowing);
+    CHECK(static_cast<int>(without[0]) == (wide ? 16 : 8));
+    const std::vector<Sample> back = unpack_samples(bytes);
+    check_equal(back, flowing);
+    CHECK(back[0].particles.empty());
+    REQUIRE(back[1].particles.size() == 1);
+    CHECK(back[1].particles[0].p_m == p.p_m);
+    CHECK(back[1].particles[0].v_m_per_s == p.v_m_per_s);
+    CHECK(back[1].particles[0].density_kg_per_m3 == 7);
+    CHECK(back[1].particles[0].pressure_Pa == 8);
+    CHECK(back[1].particles[0].temperature_K == flowing[1].particles[0].temperature_K);
+    for (std::size_t size = 0; size < bytes.size(); ++size)
+      CHECK_THROWS_AS(unpack_samples(bytes.substr(0, size)), BadBlob);
+    CHECK_THROWS_AS(unpack_samples(bytes + "x"), BadBlob);
+  }
+}
+
 TEST_CASE("a cell, its rows, its truth and its times come back as they went in") {
   const Folder folder;
   RunRecord run;

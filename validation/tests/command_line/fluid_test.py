@@ -1,0 +1,180 @@
+"""Fluids through the built program: the ladders of spacing and sound speed, errors and orders of an engine whose errors are
+known, particles, probes and files for ParaView. Called with the program and the project's root."""
+import base64
+import csv
+import io
+import json
+import os
+import re
+import struct
+import sys
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from case import Case  # noqa: E402
+
+ENGINE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "fluid_engine.py")
+SCENE = """
+id = "vortices"
+[run]
+t_end_s = 0.1
+steps = [10]
+samples = 2
+spacings_m = [0.25, 0.125, 0.0625, 0.03125]
+sound_speeds_m_per_s = [10, 20]
+[domain]
+dimensions = 2
+periodic_m = [1, 1]
+[[fluid]]
+name = "water, still"
+region.box = { min_m = [0, 0], max_m = [1, 1] }
+arrangement = "disturbed"
+density_kg_per_m3 = 1
+viscosity_m2_per_s = 0.01
+initial = "taylor-green"
+[[probe]]
+kind = "pressure"
+position_m = [0.5, 0.5]
+[truth]
+kind = "closed-form"
+solution = "taylor-green"
+""".replace("water, still", "water")
+
+
+class Fluids(Case):
+    def rows(self, *words, code=0, scene=SCENE):
+        self.path("scene.toml", scene)
+        out = self.path("rows.csv")
+        self.ask("run", "--scenario", "scene.toml", "--engine", ENGINE, "--out", "out", "-o", "csv:" + out, "--no-timing",
+                 *words, code=code)
+        with open(out) as file:
+            return list(csv.DictReader(file))
+
+    def test_every_spacing_and_speed_is_a_cell_with_as_many_steps(self):
+        rows = self.rows("--method", "known/vortices")
+        cells = {(r["spacing_m"], r["sound_speed_m_per_s"], r["steps"]) for r in rows if r["metric"] == "velocity-l1"}
+        self.assertEqual(cells, {(dx, c, str(10 * n * m)) for dx, n in (("0.25", 1), ("0.125", 2), ("0.0625", 4), ("0.03125", 8))
+                                 for c, m in (("10", 1), ("20", 2))})
+
+    def test_known_errors(self):
+        rows = self.rows("--method", "known/vortices{space=1.0}")
+        for r in rows:
+            if r["metric"] in ("velocity-l1", "velocity-l2", "velocity-linf") and r["t_s"] in ("", "0.1"):
+                self.assertAlmostEqual(float(r["value"]), float(r["spacing_m"])**2, delta=1e-12)
+                self.assertIn("of the exact field's own norm", r["reason"])
+            if r["metric"] == "pressure-l2":
+                self.assertLess(float(r["value"]), 1e-12)
+            if r["metric"] == "kinetic-energy-error":
+                grown = (1 + float(r["spacing_m"])**2)**2 - 1
+                self.assertGreater(float(r["value"]), 0.5 * grown)
+                self.assertLess(float(r["value"]), grown)
+            if r["metric"] == "closing-residual":
+                self.assertLess(float(r["value"]), 1e-14)
+
+    def test_order_in_space(self):
+        rows = self.rows("--method", "known/vortices{space=1.0}", scene=SCENE.replace(
+            'kind = "closed-form"\nsolution = "taylor-green"', 'kind = "closed-form"\nsolution = "taylor-green"'))
+        orders = {r["sound_speed_m_per_s"]: r for r in rows if r["metric"] == "order-space"}
+        self.assertEqual(set(orders), {"10", "20"})
+
+    def test_a_cell_runs_again_alone(self):
+        rows = self.rows("--method", "known/vortices", "--spacing", "0.125", "--sound-speed", "20", "--steps", "40")
+        cells = {(r["spacing_m"], r["sound_speed_m_per_s"], r["steps"]) for r in rows if r["metric"] == "velocity-l1"}
+        self.assertEqual(cells, {("0.125", "20", "40")})
+
+    def test_gates_of_one_resolution(self):
+        self.path("gates.toml", """
+[[gate]]
+scenario = "vortices"
+method = "*"
+metric = "velocity-l1"
+spacing_m = 0.25
+sound_speed_m_per_s = 20
+max = 0.07
+reason = "0.25^2 = 0.0625"
+[[gate]]
+scenario = "vortices"
+method = "*"
+metric = "velocity-l1"
+spacing_m = 0.125
+max = 0.01
+reason = "0.125^2 = 0.015625 is above it"
+""")
+        self.path("scene.toml", SCENE)
+        told = self.ask("run", "--scenario", "scene.toml", "--engine", ENGINE, "--out", "out", "--no-timing", "--method",
+                        "known/vortices", "--tolerances", "gates.toml", "--json", code=1)
+        verdicts = [v for v in json.loads(told.stdout)["verdicts"] if v["metric"] == "velocity-l1"]
+        self.assertEqual(sorted(v["judgement"] for v in verdicts), ["fail", "fail", "pass"])
+        rerun = next(v for v in verdicts if v["judgement"] == "fail")["rerun"]
+        self.assertIn("--spacing 0.125", rerun)
+        self.assertRegex(rerun, "--sound-speed (10|20)")
+
+    def test_other_engines_refuse_by_name(self):
+        rows = self.rows("--method", "atwood/rk4", "--spacing", "0.25")
+        self.assertEqual({r["status"] for r in rows}, {"unsupported"})
+
+    def test_a_number_that_is_not_finite_ends_the_cell(self):
+        rows = self.rows("--method", "known/vortices{nan_at=2}", "--spacing", "0.25", "--sound-speed", "10", code=[0, 1])
+        status = [r for r in rows if r["metric"] == "status"]
+        self.assertEqual([r["status"] for r in status], ["not finite"])
+        self.assertIn("particle 3 of the fluid `water` at t = 0.1 s", status[0]["reason"])
+
+    def trace(self, *words, code=0, told=()):
+        self.path("scene.toml", SCENE)
+        return self.ask("trace", "scene.toml", "--engine", ENGINE, "--method", "known/vortices", *words, code=code, told=told)
+
+    def test_particles(self):
+        rows = list(csv.reader(io.StringIO(self.trace("--particles", "--spacing", "0.125").stdout)))
+        self.assertEqual(",".join(rows[0]),
+                         "t_s,fluid,particle,px_m,py_m,pz_m,vx_m_per_s,vy_m_per_s,vz_m_per_s,density_kg_per_m3,pressure_Pa,"
+                         "temperature_K")
+        self.assertEqual(len(rows), 1 + 3 * 64)
+        self.assertEqual(rows[1][:3], ["0", "water", "0"])
+        self.assertEqual(rows[-1][:3], ["0.1", "water", "63"])
+
+    def test_probes(self):
+        rows = list(csv.reader(io.StringIO(self.trace("--probes", "--spacing", "0.03125").stdout)))
+        self.assertEqual(rows[0], ["t_s", "probe", "value", "unit"])
+        self.assertEqual([r[1] for r in rows[1:]], ["pressure"] * 3)
+        self.assertAlmostEqual(float(rows[1][2]), -0.5, delta=0.02)  # -rho U^2 / 4 (1 + 1)
+        self.assertEqual(rows[1][3], "Pa")
+
+    def test_files_for_paraview(self):
+        self.trace("-o", "vtk:pv", "--spacing", "0.25")
+        self.assertEqual(sorted(os.listdir(self.path("pv"))),
+                         ["vortices-0000.vtp", "vortices-0001.vtp", "vortices-0002.vtp", "vortices.pvd"])
+        with open(self.path("pv/vortices.pvd")) as file:
+            self.assertIn('timestep="0.05" part="0" file="vortices-0001.vtp"', file.read())
+        with open(self.path("pv/vortices-0002.vtp")) as file:
+            text = file.read()
+        self.assertIn('NumberOfPoints="16" NumberOfVerts="16"', text)
+        arrays = {name: base64.b64decode(data) for name, data in
+                  re.findall(r'Name="(\w+)"[^>]*format="binary">([^<]*)<', text)}
+        self.assertEqual(struct.unpack("<Q", arrays["position"][:8])[0], 16 * 3 * 8)
+        self.assertEqual(len(arrays["position"]), 8 + 16 * 3 * 8)
+        csv_rows = list(csv.DictReader(io.StringIO(self.trace("--particles", "--spacing", "0.25").stdout)))[-16:]
+        velocities = struct.unpack("<48d", arrays["velocity"][8:])
+        self.assertEqual(list(velocities[::3]), [float(r["vx_m_per_s"]) for r in csv_rows])
+        self.assertEqual(list(struct.unpack("<16q", arrays["offsets"][8:])), list(range(1, 17)))
+
+    def test_the_exact_field_where_particles_start(self):
+        self.path("scene.toml", SCENE)
+        told = self.ask("trace", "scene.toml", "--method", "truth", "--particles", "--spacing", "0.25")
+        rows = list(csv.DictReader(io.StringIO(told.stdout)))
+        self.assertEqual(len(rows), 3 * 16)
+        self.assertIn("vx_m_per_s_bar", rows[0])
+
+    def test_words_that_make_no_sense(self):
+        self.trace("--particles", "--probes", code=2)
+        self.trace("-o", "csv:x", code=2, told=["expected vtk:DIR"])
+        self.trace("--particles", "--spacing", "0.3", code=2, told=["0.3", "does not fill"])
+        self.ask("trace", "kepler-e0.6", "--method", "atwood/rk4", "--particles", code=2, told=["has no fluid"])
+
+    def test_describe(self):
+        self.path("scene.toml", SCENE)
+        self.ask("describe", "scene.toml", told=["`water`: 16 particles on a disturbed lattice", "starts as `taylor-green`",
+                                                 "period 1 m along x"])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])

@@ -1,0 +1,281 @@
+// Figures of fluids against answers known by hand.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "scene/files.hpp"
+#include "scene/fluid_points.hpp"
+#include "validation/metrics/fluid.hpp"
+
+using namespace atwood;
+using Catch::Contains;
+
+namespace {
+
+// Four particles of 1, 2, 1, 2 kg on a square of 1 m in the plane; three samples at 0, 1, 2 s.
+Scenario four_particles() {
+  Scenario s;
+  s.id = "four";
+  s.t_end_s = 2, s.steps = {2}, s.samples = 2;
+  s.scene.materials.push_back({"default", 0, 0, 0});
+  s.scene.domain.dimensions = 2;
+  Fluid fluid;
+  fluid.name = "water";
+  fluid.region = BoxRegion{{0, 0, 0}, {2, 2, 0}};
+  fluid.spacing_m = 1;
+  fluid.density_kg_per_m3 = 1000;
+  fluid.sound_speed_m_per_s = 10;
+  fluid.particles.position_m = {{0.5, 0.5, 0}, {0.5, 1.5, 0}, {1.5, 0.5, 0}, {1.5, 1.5, 0}};
+  fluid.particles.velocity_m_per_s.assign(4, {1, 0, 0});
+  fluid.particles.mass_kg = {1, 2, 1, 2};
+  fluid.particles.density_kg_per_m3.assign(4, 1000);
+  fluid.particles.temperature_K.assign(4, 0);
+  s.scene.fluids.push_back(fluid);
+  s.truth = {TruthKind::closed_form, "a-field", ""};
+  return s;
+}
+
+Recording still(const Scenario& s) {
+  Recording run;
+  for (int k = 0; k <= 2; ++k) {
+    Sample& sample = run.values.emplace_back();
+    sample.t_s = k;
+    const Particles& p = s.scene.fluids[0].particles;
+    for (std::size_t i = 0; i < p.position_m.size(); ++i) {
+      ParticleSample& one = sample.particles.emplace_back();
+      for (std::size_t a = 0; a < 3; ++a) one.p_m[a] = p.position_m[i][a], one.v_m_per_s[a] = p.velocity_m_per_s[i][a];
+      one.density_kg_per_m3 = p.density_kg_per_m3[i];
+    }
+  }
+  return run;
+}
+
+// A field of this velocity along x everywhere, and of the pressure 100 Pa.
+FieldAtParticles field(double u, const std::vector<Wide>& t_s, const std::vector<std::vector<FieldPosition>>& at) {
+  FieldAtParticles made;
+  made.known.velocity = made.known.pressure = true;
+  made.source = "a test";
+  for (std::size_t k = 0; k < t_s.size(); ++k) {
+    FieldSample& sample = made.samples.emplace_back();
+    sample.t_s = t_s[k];
+    sample.values.resize(at[k].size());
+    sample.bars.resize(at[k].size());
+    for (ParticleSample& p : sample.values) p.v_m_per_s[0] = u, p.pressure_Pa = 100;
+    for (ParticleSample& p : sample.bars) p.v_m_per_s[0] = 0.001;
+  }
+  return made;
+}
+
+double value_of(const std::vector<Row>& rows, const std::string& metric, const std::string& body = "") {
+  for (const Row& row : rows)
+    if (row.metric == metric && row.body == body && !row.t_s) return row.value;
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+const AskField kNoField = [](TruthKind, const std::vector<Wide>&, const std::vector<std::vector<FieldPosition>>&) {
+  FieldAtParticles none;
+  none.outcome.status = Status::unsupported;
+  return none;
+};
+const auto kNoTruth = [] {
+  Truth none;
+  none.outcome.status = Status::unsupported;
+  return none;
+};
+
+}  // namespace
+
+TEST_CASE("norms of fields: weighted by the masses, over the exact field's own") {
+  const Scenario s = four_particles();
+  Recording run = still(s);
+  auto& end = run.values.back().particles;
+  end[0].v_m_per_s = {3, 0, 0};  // off by 1 from the field of 2, its mass 1
+  end[1].v_m_per_s = {2, 3, 0};  // off by 3, its mass 2
+  end[2].v_m_per_s = end[3].v_m_per_s = {2, 0, 0};
+  for (auto& p : end) p.pressure_Pa = 110;
+  const AskField ask = [](TruthKind kind, const std::vector<Wide>& t_s, const auto& at) {
+    return kind == TruthKind::closed_form ? field(2, t_s, at) : kNoField(kind, t_s, at);
+  };
+  const std::vector<Row> rows = measure_fluid(s, fluid_truths(s, run, ask, kNoTruth), run);
+  CHECK(value_of(rows, "velocity-l1") == Approx((1 * 1 + 2 * 3) / 12.0));
+  CHECK(value_of(rows, "velocity-l2") == Approx(std::sqrt(19.0 / 24)));
+  CHECK(value_of(rows, "velocity-linf") == Approx(1.5));
+  CHECK(value_of(rows, "pressure-l1") == Approx(0.1));
+  CHECK(std::isnan(value_of(rows, "temperature-l1")));
+  CHECK(std::isnan(value_of(rows, "model-error")));
+  CHECK(value_of(rows, "space-error") == Approx(value_of(rows, "velocity-l1")));
+  CHECK(value_of(rows, "kinetic-energy-error") == Approx((0.5 * (9 + 2 * 13 + 3 * 4) - 12) / 12));
+  int timed = 0;
+  for (const Row& row : rows) {
+    timed += row.metric == "velocity-l1" && row.t_s ? 1 : 0;
+    if (row.metric == "velocity-l1") CHECK_THAT(row.reason, Contains("of the exact field's own norm, 2 m/s"));
+    if (row.metric == "velocity-l1") CHECK(row.truth_bar == Approx(0.0005));
+  }
+  CHECK(timed == 2);
+}
+
+TEST_CASE("an exact field of zero: relative to the fluid's own scale") {
+  const Scenario s = four_particles();
+  const Recording run = still(s);  // 1 m/s everywhere; the sound speed is 10
+  const AskField ask = [](TruthKind, const std::vector<Wide>& t_s, const auto& at) { return field(0, t_s, at); };
+  const std::vector<Row> rows = measure_fluid(s, fluid_truths(s, run, ask, kNoTruth), run);
+  CHECK(value_of(rows, "velocity-linf") == Approx(0.1));
+  CHECK(value_of(rows, "velocity-l1") == Approx(0.1));
+  CHECK(value_of(rows, "velocity-l2") == Approx(0.1));
+}
+
+TEST_CASE("model, space and time add to the whole, particle by particle") {
+  Scenario s = four_particles();
+  s.truth.kind = TruthKind::semi_discrete;
+  Recording run = still(s);
+  const std::array<double, 4> u{2.5, 2.75, 3, 1};
+  for (std::size_t i = 0; i < 4; ++i) run.values.back().particles[i].v_m_per_s = {u[i], 0, 0};
+  const AskField ask = [](TruthKind kind, const std::vector<Wide>& t_s, const auto& at) {
+    return field(kind == TruthKind::closed_form ? 2 : 2.1, t_s, at);
+  };
+  const auto particles = [&] {
+    Truth truth;
+    truth.values = still(s).values;
+    truth.bars = truth.values;
+    for (Sample& bar : truth.bars)
+      for (ParticleSample& p : bar.particles) p = {};
+    for (ParticleSample& p : truth.values.back().particles) p.v_m_per_s = {2.4, 0, 0};
+    return truth;
+  };
+  const std::vector<Row> rows = measure_fluid(s, fluid_truths(s, run, ask, particles), run);
+  CHECK(value_of(rows, "model-error") == Approx(0.1 / 2));
+  CHECK(value_of(rows, "space-error") == Approx(0.3 / 2));
+  CHECK(value_of(rows, "time-error") == Approx((0.1 + 2 * 0.35 + 0.6 + 2 * 1.4) / 12));
+  CHECK(value_of(rows, "time-error", "linf") == Approx(1.4 / 2));
+  CHECK(value_of(rows, "closing-residual") < 1e-15);
+}
+
+TEST_CASE("a particle that is not finite ends the cell with where and when") {
+  const Scenario s = four_particles();
+  Recording run = still(s);
+  run.values[1].particles[2].density_kg_per_m3 = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<Row> rows = measure_fluid(s, fluid_truths(s, run, kNoField, kNoTruth), run);
+  REQUIRE(rows.size() == 1);
+  CHECK(rows[0].status == Status::not_finite);
+  CHECK(rows[0].reason == "particle 2 of the fluid `water` at t = 1 s");
+}
+
+TEST_CASE("momenta: an imbalance of one particle, of the sum of sizes") {
+  const Scenario s = four_particles();
+  Recording run = still(s);
+  run.values[1].particles[0].v_m_per_s[1] += 0.006;  // 0.006 kg m/s of 6 kg m/s and 0.003 of |m x v| = 7 kg m^2/s
+  const std::vector<Row> rows = measure_fluid(s, fluid_truths(s, run, kNoField, kNoTruth), run);
+  CHECK(value_of(rows, "fluid-momentum-error") == Approx(0.001).epsilon(1e-4));
+  const double sizes = 0.5 + 2 * 1.5 + 0.5 + 2 * 1.5;
+  CHECK(value_of(rows, "fluid-angular-momentum-error") == Approx(0.003 / sizes).epsilon(1e-2));
+}
+
+TEST_CASE("the budget of energy: elastic energy by its integral, heat, gravity") {
+  Scenario s = four_particles();
+  s.scene.gravity_m_per_s2 = {0, -10, 0};
+  Fluid& fluid = s.scene.fluids[0];
+  for (const EquationOfState state : {EquationOfState::linear, EquationOfState::tait}) {
+    fluid.equation_of_state = state;
+    Recording run = still(s);
+    // Particle 0 is compressed to 1010 kg/m^3; the work of p against 1/rho by Simpson's rule.
+    const auto pressure = [&](double rho) {
+      return state == EquationOfState::linear ? 100 * (rho - 1000) : 1e5 / 7 * (std::pow(rho / 1000, 7) - 1);
+    };
+    double work = 0;
+    constexpr int kParts = 1000;
+    for (int i = 0; i <= kParts; ++i) {
+      const double rho = 1000 + 10.0 * i / kParts, weight = i == 0 || i == kParts ? 1 : i % 2 == 1 ? 4 : 2;
+      work += weight * pressure(rho) / (rho * rho) * (10.0 / kParts) / 3;
+    }
+    auto& end = run.values.back().particles;
+    end[0].density_kg_per_m3 = 1010;
+    end[1].v_m_per_s = {0, 0, 0};      // 2 kg lose 1 J
+    end[2].p_m[1] += (1 - work) / 10;  // 1 kg takes what is not elastic
+    const std::vector<Row> rows = measure_fluid(s, fluid_truths(s, run, kNoField, kNoTruth), run);
+    CHECK(value_of(rows, "energy-budget") < 1e-12);
+    end[2].p_m[1] += 0.1;  // 1 J from nowhere
+    const std::vector<Row> open = measure_fluid(s, fluid_truths(s, run, kNoField, kNoTruth), run);
+    CHECK(value_of(open, "energy-budget") == Approx(1 / (2 + (1 - work) + 1 + work)).epsilon(0.2));
+  }
+}
+
+TEST_CASE("a budget that something from outside feeds is not told") {
+  Scenario s = four_particles();
+  s.scene.fluids[0].viscosity_m2_per_s = 0.1;
+  const Recording run = still(s);
+  CHECK(std::isnan(value_of(measure_fluid(s, fluid_truths(s, run, kNoField, kNoTruth), run), "energy-budget")));
+}
+
+TEST_CASE("how particles lie") {
+  const Scenario s = four_particles();
+  Recording run = still(s);
+  CHECK(value_of(measure_fluid(s, fluid_truths(s, run, kNoField, kNoTruth), run), "particle-order") ==
+        Approx(0).margin(1e-15));
+  run.values.back().particles[0].p_m[0] = 1.0;  // 0.5 m from particle 2; particle 1 keeps 1 m to particle 3
+  const std::vector<Row> rows = measure_fluid(s, fluid_truths(s, run, kNoField, kNoTruth), run);
+  CHECK(value_of(rows, "spacing-min") == Approx(0.5));
+  CHECK(value_of(rows, "particle-order") == Approx(0.25 / 0.75));
+  CHECK(value_of(rows, "speed-max") == Approx(1));
+  CHECK(value_of(rows, "volume-error") == Approx(0).margin(1e-15));
+}
+
+TEST_CASE("probes: exact for linear fields, in a corner and across a period") {
+  Scene scene = four_particles().scene;
+  scene.domain.periodic_m = {8, 0, 0};
+  Sample sample;
+  for (int i = 0; i < 8; ++i)
+    for (int j = 0; j < 8; ++j) {
+      ParticleSample& p = sample.particles.emplace_back();
+      p.p_m = {Wide(i + 0.5), Wide(j + 0.5 + 0.1 * std::sin(3.0 * i + j)), 0};
+      p.pressure_Pa = 3 + 2 * p.p_m[1];
+      p.v_m_per_s = {3, 4 * p.p_m[1], 0};
+    }
+  FluidProbe probe;
+  probe.position_m = {0, 0, 0};
+  CHECK(probe_value(scene, probe, sample) == Approx(3).epsilon(1e-12));
+  probe.kind = ProbeKind::velocity;
+  probe.position_m = {8, 2, 0};
+  CHECK(probe_value(scene, probe, sample) == Approx(std::hypot(3, 8)).epsilon(1e-12));
+  probe.kind = ProbeKind::front;
+  CHECK(probe_value(scene, probe, sample) == 8);
+  probe.kind = ProbeKind::column_height;
+  double highest = 0;
+  for (int i : {0, 7}) highest = std::max(highest, 7.5 + 0.1 * std::sin(3.0 * i + 7) + 0.5);
+  probe.position_m = {0, 0, 0};
+  CHECK(probe_value(scene, probe, sample) == Approx(highest));
+  probe.kind = ProbeKind::pressure;
+  probe.position_m = {0, 20, 0};
+  CHECK(std::isnan(probe_value(scene, probe, sample)));
+}
+
+TEST_CASE("orders along the three ladders") {
+  std::vector<Row> rows;
+  const auto add = [&](const char* metric, double spacing, double speed, std::int64_t steps, double value) {
+    Row row;
+    row.scenario = "s", row.method = "m", row.metric = metric, row.steps = steps,
+    row.h_s = 1.0 / static_cast<double>(steps);
+    row.spacing_m = spacing, row.sound_speed_m_per_s = speed, row.value = value;
+    rows.push_back(row);
+  };
+  for (const double speed : {10.0, 20.0, 40.0, 80.0})
+    for (int n : {8, 16, 32, 64, 128})
+      for (const int finer : {1, 2}) {
+        const double dx = 1.0 / n;
+        add("space-error", dx, speed, finer * n, (finer == 1 ? 100 : 1) * dx * dx);  // the finest steps count
+        add("model-error", dx, speed, finer * n, 0.1 / (speed * speed));
+      }
+  for (int n : {10, 20, 40, 80, 160}) add("time-error", 0.125, 10, n, std::pow(n, -4));
+  std::map<std::string, int> found;
+  for (const Row& row : fit_fluid_orders(rows)) {
+    ++found[row.metric];
+    CHECK(row.steps == 0);
+    if (row.metric == "order-space") CHECK(row.value == Approx(2).margin(1e-6));
+    if (row.metric == "order-space") CHECK((row.sound_speed_m_per_s && !row.spacing_m));
+    if (row.metric == "order-model") CHECK(row.value == Approx(2).margin(1e-6));
+    if (row.metric == "order-time") CHECK(row.value == Approx(4).margin(1e-6));
+    if (row.metric == "order-time") CHECK((row.spacing_m == 0.125 && row.sound_speed_m_per_s == 10));
+  }
+  CHECK(found["order-space"] == 4);
+  CHECK(found["order-model"] == 5);
+  CHECK(found["order-time"] == 1);
+}
