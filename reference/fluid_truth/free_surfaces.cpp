@@ -1,5 +1,5 @@
 // Fluids with a free surface: a column in equilibrium, a rotating square, a dam on a dry bed.
-#include "fluid/solution.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood::fluid_truth {
 
