@@ -1,0 +1,259 @@
+#include "fluid/polynomial.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "protocol/sample.hpp"
+
+namespace atwood::fluid {
+namespace {
+
+constexpr int kLeastShared = 500;  // particles
+
+// Why the equations of docs/fluids.md do not describe this scene; empty: they do.
+std::string scene_fault(const Scene& scene, const PolynomialOptions& options) {
+  const auto number = [](double x) { return format_double(x); };
+  if (options.degree != 2 && options.degree != 4)
+    return "+polynomial fits polynomials of degree 2 or 4, not " + std::to_string(options.degree);
+  if (!(options.smoothing > 0)) return "+polynomial needs a smoothing above 0, not " + number(options.smoothing);
+  const Fluid& fluid = scene.fluids.front();
+  const std::string whose = " of the fluid `" + fluid.name + "`";
+  if (scene.fluids.size() > 1)
+    return "+polynomial differentiates across particles of one fluid; this scene has several";
+  if (!(fluid.sound_speed_m_per_s > 0)) return "the sound speed" + whose + " is 0; +polynomial needs one above 0";
+  if (!(fluid.density_kg_per_m3 > 0) || !(fluid.spacing_m > 0))
+    return "the density and the spacing" + whose + " must be above 0";
+  if (fluid.particles.mass_kg.empty()) return "the fluid `" + fluid.name + "` has no particles";
+  if (!fluid.source.name.empty())
+    return "+polynomial has no body acceleration by the named field `" + fluid.source.name + "`";
+  if (!scene.fluid_boundaries.empty()) return "+polynomial has no walls yet";
+  const double support = support_ratio(options.kernel) * options.smoothing * fluid.spacing_m;
+  for (int axis = 0; axis < scene.domain.dimensions; ++axis) {
+    const double period = scene.domain.periodic_m[axis];
+    if (period > 0 && period < 2 * support)
+      return "the support of the fits, " + number(support) + " m, is more than half the period of " + number(period) +
+             " m along " + "xyz"[axis] + ": a particle would meet another twice";
+  }
+  return "";
+}
+
+// U of docs/fluids.md [m/s].
+double shift_speed(const Scene& scene, const PolynomialOptions& options) {
+  if (options.shift_speed_m_per_s > 0) return options.shift_speed_m_per_s;
+  double most2 = 0, sound = 0;
+  for (const Fluid& fluid : scene.fluids) {
+    sound = std::max(sound, fluid.sound_speed_m_per_s);
+    for (const auto& v : fluid.particles.velocity_m_per_s)
+      most2 = std::max(most2, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  }
+  return most2 > 0 ? std::sqrt(most2) : sound / 20;
+}
+
+// dp / drho: of Tait's law c^2 (rho / rho0)^(gamma - 1) = (c^2 + gamma p / rho0) rho0 / rho.
+template <class S> S pressure_slope(const FluidLaw<S>& law, S density) {
+  const S c2 = law.sound_speed * law.sound_speed;
+  return law.tait ? (c2 * law.density0 + law.gamma * law.pressure(density)) / density : c2;
+}
+
+template <class S> S nan() { return S(std::numeric_limits<double>::quiet_NaN()); }
+
+}  // namespace
+
+PolynomialOptions resolved(PolynomialOptions options) {
+  if (options.smoothing == 0) options.smoothing = options.degree == 2 ? 1.5 : 1.55;
+  if (options.filter < 0) options.filter = options.degree == 2 ? 0.005 : 0.1;
+  return options;
+}
+
+template <class S>
+Polynomial<S>::Polynomial(const Scene& scene, const PolynomialOptions& options)
+    : scene_(scene), options_(resolved(options)), unsupported_(scene_fault(scene, options_)) {
+  if (!unsupported_.empty()) return;
+  set_ = make_particle_set<S>(scene, true, 0);
+  team_ = std::make_unique<Team>(std::max(1, options_.threads));
+  const int d = set_.layout.dimensions;
+  const S spacing = S(scene.fluids.front().spacing_m);
+  support_ = S(support_ratio(options_.kernel)) * S(options_.smoothing) * spacing;
+  fits_.shape = options_.kernel;
+  fits_.dimensions = d;
+  fits_.degree = options_.degree;
+  fits_.fields = set_.layout.temperature ? d + 2 : d + 1;
+  fits_.spacing = spacing;
+  fits_.lane_by_lane = options_.lane_by_lane;
+  for (const FluidLaw<S>& law : set_.laws) filter_rate_.push_back(S(options_.filter) * law.sound_speed / spacing);
+  // u = 3 A U R_s sum D^d (-F) x_ij with -F = 20 b (1 - s)^3, x_ij = -(x_j - x_i).
+  S volume = S(1);
+  for (int c = 0; c < d; ++c) volume = volume * spacing;
+  const Kernel<S> near = make_kernel<S>(KernelShape::wendland_c2, d, spacing);
+  shift_factor_ =
+      S(-60) * S(options_.shift) * S(shift_speed(scene, options_)) * near.support * volume * near.slope_factor;
+  for (int c = 0; c < d; ++c) gravity_[c] = S(scene.gravity_m_per_s2[c]);
+  const S reach = std::max(support_, near.support);
+  lists_ = std::make_unique<Neighbours<S>>(scene.domain, reach, S(options_.skin) * reach);
+  system_.size = set_.layout.size();
+  system_.context = this;
+  system_.rate_of = rate_of;
+}
+
+// ---- records --------------------------------------------------------------------------------------------------------
+template <class S> void Polynomial<S>::pack(const S* y, int first_block, int last_block) {
+  const Layout& at = set_.layout;
+  const int d = at.dimensions, count = lists_->count();
+  for (int slot = first_block * kLaneCount; slot < last_block * kLaneCount; ++slot) {
+    const int i = lists_->order()[std::min(slot, count - 1)];
+    S* const record = &records_[std::size_t(slot) * kFitRecord];
+    for (int c = 0; c < d; ++c) {
+      record[c] = lists_->wrapped(y[at.positions() + std::ptrdiff_t(i) * d + c], c);
+      record[d + c] = y[at.velocities() + std::ptrdiff_t(i) * d + c];
+    }
+    record[2 * d] = y[at.densities() + i];
+    if (at.temperature) record[2 * d + 1] = y[at.temperatures() + i];
+    supports_[slot] = support_;
+  }
+}
+
+// ---- rates ----------------------------------------------------------------------------------------------------------
+template <class S>
+void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int last_slot, int& singular) const {
+  const Layout& at = set_.layout;
+  const std::ptrdiff_t d = at.dimensions;
+  const int density = static_cast<int>(d), temperature = density + 1, last = std::min(last_slot, lists_->count());
+  for (int slot = first_slot; slot < last; ++slot) {
+    const Fit<S>& fit = fits_of_[slot];
+    if (!(fit.least_pivot >= S(kLeastPivot))) singular = slot;
+    const int i = lists_->order()[slot];
+    const FluidLaw<S>& law = set_.law(i);
+    const S filter = filter_rate_[set_.fluid_of[i]];
+    const S rho = y[at.densities() + i];
+    const S T = at.temperature ? y[at.temperatures() + i] : law.temperature0;
+    const S mu = at.temperature ? law.dynamic_viscosity(T) : law.viscosity;
+    const S* const v = y + at.velocities() + i * d;
+
+    S u[3]{}, divergence{}, gradient2{};
+    for (int c = 0; c < d; ++c) {
+      u[c] = shift_factor_ * fit.crowding[c];
+      divergence += fit.gradient[c][c];
+    }
+    const auto along_u = [&](int f) {  // (u . grad) f
+      S sum{};
+      for (int c = 0; c < d; ++c) sum += u[c] * fit.gradient[f][c];
+      return sum;
+    };
+    const S push = pressure_slope(law, rho) / rho;
+    const S weight = at.temperature ? S(1) - law.expansion * (T - law.temperature0) : S(1);
+    for (int a = 0; a < d; ++a) {
+      S diffused = fit.laplacian[a];
+      for (int c = 0; c < d; ++c) {
+        gradient2 += fit.gradient[a][c] * fit.gradient[a][c];
+        if (at.temperature) diffused -= law.viscosity_decay * fit.gradient[temperature][c] * fit.gradient[a][c];
+      }
+      dydt[at.positions() + i * d + a] = v[a] + u[a];
+      dydt[at.velocities() + i * d + a] = -push * fit.gradient[density][a] + mu / rho * diffused + along_u(a) +
+                                          filter * fit.change[a] + weight * gravity_[a];
+    }
+    dydt[at.densities() + i] = -rho * divergence + along_u(density) + filter * fit.change[density];
+    if (at.temperature) {
+      S& rate = dydt[at.temperatures() + i];
+      rate = along_u(temperature) + filter * fit.change[temperature];
+      if (law.heat_capacity > S(0)) {
+        const S heat = law.conductivity * fit.laplacian[temperature] + (law.viscous_heat ? mu * gradient2 : S(0));
+        rate += heat / (rho * law.heat_capacity);
+      }
+    }
+  }
+}
+
+template <class S> void Polynomial<S>::rate_of(void* context, S, const S* y, S* dydt) {
+  Polynomial& self = *static_cast<Polynomial*>(context);
+  const Layout& at = self.set_.layout;
+  if (!self.lists_->update(y + at.positions(), at.particles, self.team_.get())) {
+    std::fill(dydt, dydt + at.size(), nan<S>());
+    return;
+  }
+  const int blocks = self.lists_->blocks(), slots = blocks * kLaneCount;
+  self.records_.resize(std::size_t(slots) * kFitRecord);
+  self.supports_.resize(slots);
+  self.fits_of_.resize(slots);
+  const int threads = self.team_->size();
+  const int parts = threads == 1 || at.particles < kLeastShared ? 1 : std::min(blocks, 4 * threads);
+  self.scratch_.resize(std::max<std::size_t>(self.scratch_.size(), parts));
+  self.singular_.assign(parts, -1);
+  const auto blocks_of = [&](int part) { return share(blocks, part, parts); };
+  self.team_->run(parts, [&](int part) {
+    const Share own = blocks_of(part);
+    self.pack(y, own.first, own.last);
+  });
+  self.team_->run(parts, [&](int part) {
+    const Share own = blocks_of(part);
+    self.fits_.fit(*self.lists_, self.records_.data(), self.supports_.data(), own.first, own.last, self.scratch_[part],
+                   self.fits_of_.data());
+    self.rate_of_particles(y, dydt, own.first * kLaneCount, own.last * kLaneCount, self.singular_[part]);
+  });
+  for (const int slot : self.singular_) {
+    if (slot < 0) continue;
+    if (self.faulty_ < 0) {
+      self.faulty_ = self.lists_->order()[slot];
+      self.faulty_pivot_ = self.fits_of_[slot].least_pivot;
+    }
+    std::fill(dydt, dydt + at.size(), nan<S>());
+    return;
+  }
+}
+
+// ---- samples --------------------------------------------------------------------------------------------------------
+template <class S> void Polynomial<S>::write(S, const S* y, Sample& sample) {
+  write_particles(set_, scene_, y, y + set_.layout.densities(), sample);
+}
+
+template <class S> std::string Polynomial<S>::fault(const S* y) const {
+  const Layout& at = set_.layout;
+  if (faulty_ >= 0) {
+    const double pivot = static_cast<double>(faulty_pivot_);
+    return "the neighbourhood of " + particle_name(set_, scene_, faulty_) +
+           " does not determine a polynomial of degree " + std::to_string(options_.degree) +
+           ": the condition of its fit is " + (pivot > 0 ? "about " + format_double(1 / pivot) : "beyond round-off") +
+           ", at most " + format_double(1 / kLeastPivot) + " is accepted";
+  }
+  for (int i = 0; i < at.particles; ++i) {
+    bool finite = real::is_finite(y[at.densities() + i]);
+    for (int c = 0; c < at.dimensions; ++c)
+      finite = finite && real::is_finite(y[at.positions() + i * at.dimensions + c]) &&
+               real::is_finite(y[at.velocities() + i * at.dimensions + c]);
+    if (at.temperature) finite = finite && real::is_finite(y[at.temperatures() + i]);
+    if (!finite) return particle_name(set_, scene_, i) + " is not finite";
+    if (!(y[at.densities() + i] > S(0)))
+      return particle_name(set_, scene_, i) + " has a density of " +
+             format_double(static_cast<double>(y[at.densities() + i])) + " kg/m^3";
+  }
+  return "";
+}
+
+template <class S> S Polynomial<S>::mean_neighbours(const S* y) {
+  const Layout& at = set_.layout;
+  if (!lists_->update(y + at.positions(), at.particles, team_.get())) return S(0);
+  const std::ptrdiff_t d = at.dimensions;
+  S pairs{};
+  for (int slot = 0; slot < lists_->count(); ++slot) {
+    const NeighbourBlock block = lists_->block(slot / kLaneCount);
+    const int lane = slot % kLaneCount;
+    for (int n = 0; n < block.counts[lane]; ++n) {
+      const int other = block.entries[n * kLaneCount + lane];
+      S r2{};
+      for (int c = 0; c < d; ++c) {
+        S x = lists_->wrapped(y[at.positions() + lists_->order()[slot] * d + c], c) -
+              lists_->wrapped(y[at.positions() + lists_->order()[other] * d + c], c);
+        if (lists_->period(c) > S(0)) x = nearest_image(x, lists_->period(c));
+        r2 += x * x;
+      }
+      if (r2 < support_ * support_) pairs += S(1);
+    }
+  }
+  return pairs / S(at.particles);
+}
+
+template class Polynomial<float>;
+template class Polynomial<double>;
+template class Polynomial<long double>;
+template class Polynomial<Quad>;
+
+}  // namespace atwood::fluid

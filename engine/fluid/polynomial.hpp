@@ -1,0 +1,76 @@
+// `+polynomial`: weakly compressible flow with derivatives by moving least squares, on shifted particles
+// (docs/fluids.md).
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fluid/particle_set.hpp"
+#include "fluid/particle_system.hpp"
+#include "fluid/polynomial_fit.hpp"
+#include "parallel/team.hpp"
+
+namespace atwood::fluid {
+
+struct PolynomialOptions {
+  int degree = 4;  // of the fitted polynomials: 2 or 4
+  KernelShape kernel = KernelShape::wendland_c2;
+  double smoothing = 0;            // h over the particles' spacing; 0: 1.5 (degree 2), 1.55 (degree 4)
+  double shift = 1;                // of the shifting velocity; 0: none
+  double shift_speed_m_per_s = 0;  // U of docs/fluids.md; 0: as said there
+  double filter = -1;              // of the dissipation of what changes from particle to particle; < 0: 0.005, 0.1
+  int threads = 1;
+  double skin = 0.08;         // of the support; results do not depend on it
+  bool lane_by_lane = false;  // the scalar loop; the same bits
+};
+// With the degree's own values in place of the placeholders above.
+PolynomialOptions resolved(PolynomialOptions options);
+
+// A pivot of a fit's scaled normal equations below this is a stencil that does not determine the polynomial.
+inline constexpr double kLeastPivot = 1e-10;
+
+template <class S> class Polynomial final : public ParticleSystem<S> {
+ public:
+  Polynomial(const Scene& scene, const PolynomialOptions& options);
+  Polynomial(const Polynomial&) = delete;
+  Polynomial& operator=(const Polynomial&) = delete;
+
+  const std::string& unsupported() const override { return unsupported_; }
+  const Layout& layout() const override { return set_.layout; }
+  System<S>& system() override { return system_; }
+  void initial_state(S* y) const override { initial_particles(set_, scene_, y); }
+  void write(S t_s, const S* y, Sample& sample) override;
+  // Also names the particle whose neighbourhood did not determine its polynomial, with its condition number.
+  std::string fault(const S* y) const override;
+
+  const ParticleSet<S>& particles() const { return set_; }
+  const PolynomialOptions& options() const { return options_; }
+  const Neighbours<S>& neighbours() const { return *lists_; }
+  S mean_neighbours(const S* y);  // within the support
+
+ private:
+  static void rate_of(void* context, S t_s, const S* y, S* dydt);
+  void pack(const S* y, int first_block, int last_block);
+  void rate_of_particles(const S* y, S* dydt, int first_slot, int last_slot, int& singular) const;
+
+  const Scene& scene_;
+  PolynomialOptions options_;
+  std::string unsupported_;
+  ParticleSet<S> set_;
+  std::unique_ptr<Team> team_;
+  std::unique_ptr<Neighbours<S>> lists_;
+  PolynomialFits<S> fits_;
+  System<S> system_;
+  S gravity_[3]{};
+  S support_{}, shift_factor_{};
+  std::vector<S> filter_rate_;         // F c / D of each fluid [1/s]
+  std::vector<S> records_, supports_;  // by slot
+  std::vector<Fit<S>> fits_of_;        // by slot
+  std::vector<LaneArray<S>> scratch_;  // one a part
+  std::vector<int> singular_;          // one a part: a slot whose fit is singular; -1: none
+  mutable int faulty_ = -1;            // a particle whose fit was singular in some rate
+  S faulty_pivot_{};
+};
+
+}  // namespace atwood::fluid

@@ -1,0 +1,43 @@
+// Fits of polynomials to the neighbourhoods of particles by moving least squares (docs/fluids.md, "The fit"):
+// derivatives of velocity, density and temperature, the filter's change, and the sum that shifting takes.
+//
+// One loop, written for a lane or for a pack of lanes (math/pack.hpp): lane by lane it is the readable reference, and
+// the pack gives each lane the same bits.
+//
+// Sources: Lancaster and Salkauskas, Math. Comp. 37 (1981) 141; Liszka and Orkisz, Computers & Structures 11 (1980) 83.
+#pragma once
+
+#include <vector>
+
+#include "fluid/kernel.hpp"
+#include "fluid/neighbours.hpp"
+#include "math/vector_width.hpp"
+
+namespace atwood::fluid {
+
+// The numbers of a slot: position (d), then the fields: velocity (d), density, temperature; filled up to 8.
+inline constexpr int kFitRecord = 8;
+inline constexpr int kMostFields = 5;
+
+// What the fits of a slot give. Field f is component f of velocity, density (f = d), temperature (f = d + 1).
+template <class S> struct Fit {
+  S gradient[kMostFields][3];
+  S laplacian[kMostFields];
+  S change[kMostFields];  // G f of docs/fluids.md
+  S crowding[3];          // sum of (1 - r / (2 D))^3 (x_j - x_i) [m]
+  S least_pivot;          // of the Cholesky factors of M, scaled to a unit diagonal; <= 0 or NaN: singular
+};
+
+template <class S> struct PolynomialFits {
+  KernelShape shape = KernelShape::wendland_c2;
+  int dimensions = 2, degree = 2, fields = 3;  // fields = d + 1, or d + 2 with temperature
+  S spacing{};                                 // D
+  VectorWidth width = widest_vectors();
+  bool lane_by_lane = false;  // the reference
+
+  // The fits of the slots of block b. supports: R of each slot [m]. scratch is resized where it is too small.
+  void fit(const Neighbours<S>& lists, const S* records, const S* supports, int first_block, int last_block,
+           LaneArray<S>& scratch, Fit<S>* out) const;
+};
+
+}  // namespace atwood::fluid
