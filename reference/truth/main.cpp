@@ -2,7 +2,7 @@
 #include <cstring>
 
 #include "closed_form/closed_form.hpp"
-#include "fluid/field.hpp"
+#include "fluid_truth/field.hpp"
 #include "geometry/geometry.hpp"
 #include "protocol/worker.hpp"
 #include "truth/truth.hpp"

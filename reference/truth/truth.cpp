@@ -3,7 +3,7 @@
 #include "closed_form/closed_form.hpp"
 #include "cvode/cvode.hpp"
 #include "extended/extended.hpp"
-#include "fluid/semi_discrete.hpp"
+#include "fluid_truth/semi_discrete.hpp"
 
 namespace atwood {
 

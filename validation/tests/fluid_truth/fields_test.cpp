@@ -2,10 +2,10 @@
 // its initial conditions; formulas that have a second form agree with it.
 #include <catch2/catch.hpp>
 
-#include "fluid/field.hpp"
-#include "fluid/manufactured.hpp"
-#include "fluid/slab.hpp"
 #include "fluid_scenes.hpp"
+#include "fluid_truth/field.hpp"
+#include "fluid_truth/manufactured.hpp"
+#include "fluid_truth/slab.hpp"
 
 using namespace atwood;
 using namespace atwood::fluid_truth;

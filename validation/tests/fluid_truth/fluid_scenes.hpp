@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "fluid/solution.hpp"
+#include "fluid_truth/solution.hpp"
 #include "scene/scene.hpp"
 #include "scene/split_mix.hpp"
 

@@ -1,9 +1,9 @@
 // The reference's kernels: unit integral, slope, support, smoothness; and the limits of the pair sums.
 #include <catch2/catch.hpp>
 
-#include "fluid/kernel.hpp"
-#include "fluid/particles.hpp"
 #include "fluid_scenes.hpp"
+#include "fluid_truth/kernel.hpp"
+#include "fluid_truth/particles.hpp"
 
 using namespace atwood;
 using namespace atwood::fluid_truth;

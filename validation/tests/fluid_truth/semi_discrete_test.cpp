@@ -1,9 +1,9 @@
 // The particles' own equations in the reference: a pair by hand, what they conserve, consistency, and the truth's bars.
 #include <catch2/catch.hpp>
 
-#include "fluid/particles.hpp"
-#include "fluid/semi_discrete.hpp"
 #include "fluid_scenes.hpp"
+#include "fluid_truth/particles.hpp"
+#include "fluid_truth/semi_discrete.hpp"
 
 using namespace atwood;
 using namespace atwood::fluid_truth;

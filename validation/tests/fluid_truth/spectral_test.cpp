@@ -2,9 +2,9 @@
 // error of the incompressible model.
 #include <catch2/catch.hpp>
 
-#include "fluid/field.hpp"
-#include "fluid/spectral.hpp"
 #include "fluid_scenes.hpp"
+#include "fluid_truth/field.hpp"
+#include "fluid_truth/spectral.hpp"
 
 using namespace atwood;
 using namespace atwood::fluid_truth;

@@ -1,9 +1,9 @@
 // Exact fields with a free surface, what fields refuse, and their bars.
 #include <catch2/catch.hpp>
 
-#include "fluid/elliptic_drop.hpp"
-#include "fluid/field.hpp"
 #include "fluid_scenes.hpp"
+#include "fluid_truth/elliptic_drop.hpp"
+#include "fluid_truth/field.hpp"
 
 using namespace atwood;
 using namespace atwood::fluid_truth;

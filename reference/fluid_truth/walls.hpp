@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "fluid/number.hpp"
+#include "fluid_truth/number.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood::fluid_truth {

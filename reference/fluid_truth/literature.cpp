@@ -4,7 +4,7 @@
 // The figures were read from a film; readings of the table and of figure 3 differ by up to 2 %, repeated columns by some
 // 5 %, which is the band. The start is that of the measurement: the column was released by a diaphragm, and the first
 // figure may be late by a time that is common to all (a delay).
-#include "fluid/literature.hpp"
+#include "fluid_truth/literature.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "fluid/solution.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood {
 

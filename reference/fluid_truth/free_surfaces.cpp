@@ -1,5 +1,5 @@
 // Fluids with a free surface: a column in equilibrium, a rotating square, a dam on a dry bed.
-#include "fluid/solution.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood::fluid_truth {
 
@@ -41,7 +41,7 @@ template <class S> Field<S> solve_column(const Asked& asked) {
       top = sign * S(up.sign > 0 ? box->max_m[up.axis] : box->min_m[up.axis]);
   S surface = floor + column.depth(g, column.rho0 * g * (top - floor));
   if (fluid.initial.name == "hydrostatic")
-    surface = sign * S(parameter(fluid.initial, "surface_m", static_cast<double>(sign * top)));
+    surface = parameter(fluid.initial, "surface_m", static_cast<double>(top));
   Field<S> made;
   made.note = "the settled state: waves that remain are the method's, or have not decayed yet";
   made.at = [=](S) -> FieldAt<S> {

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "fluid/solution.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood::fluid_truth {
 

@@ -1,11 +1,11 @@
-#include "fluid/weakly_compressible.hpp"
+#include "fluid_truth/weakly_compressible.hpp"
 
 #include <cmath>
 #include <memory>
 #include <numbers>
 
-#include "fluid/solution.hpp"
-#include "fluid/spectral.hpp"
+#include "fluid_truth/solution.hpp"
+#include "fluid_truth/spectral.hpp"
 
 namespace atwood {
 

@@ -3,7 +3,7 @@
 // P. J. Roache, J. Fluids Eng. 124 (2002) 4; K. Salari and P. Knupp, SAND2000-1444.
 #pragma once
 
-#include "fluid/number.hpp"
+#include "fluid_truth/number.hpp"
 #include "scene/fluid.hpp"
 #include "scene/scene.hpp"
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "fluid/number.hpp"
+#include "fluid_truth/number.hpp"
 #include "protocol/fluid_field.hpp"
 #include "scene/scene.hpp"
 

@@ -11,7 +11,7 @@ struct Response {
   std::map<std::string, std::string> settings;  // as they were written
 };
 
-// A word, then optional settings in braces. Throws Refused (fluid/solution.hpp) with what was expected.
+// A word, then optional settings in braces. Throws Refused (fluid_truth/solution.hpp) with what was expected.
 Response parse_response(const std::string& text);
 
 // The value of a setting, and `otherwise` where it was left out; a number that cannot be read is refused.

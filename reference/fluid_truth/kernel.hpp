@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "fluid/number.hpp"
+#include "fluid_truth/number.hpp"
 
 namespace atwood::fluid_truth {
 

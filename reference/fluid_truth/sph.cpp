@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <map>
 
-#include "fluid/particles.hpp"
-#include "fluid/solution.hpp"
-#include "fluid/walls.hpp"
+#include "fluid_truth/particles.hpp"
+#include "fluid_truth/solution.hpp"
+#include "fluid_truth/walls.hpp"
 
 namespace atwood::fluid_truth {
 
@@ -57,10 +57,12 @@ template <class S> class Sph final : public FluidSystem<S> {
 
 template <class S> Sph<S>::Sph(const Scene& scene, const Response& response) {
   for (const auto& [name, value] : response.settings) {
-    const char* known[] = {"kernel",    "smoothing", "density", "viscosity", "density_diffusion",
-                           "corrected", "shift",     "threads", "lanes"};
+    const char* known[] = {"kernel", "smoothing", "density", "viscosity", "density_diffusion", "corrected",
+                           "shift",  "threads",   "lanes",   "skin",      "reversible"};
     require(std::find(std::begin(known), std::end(known), name) != std::end(known),
             "the setting `" + name + "` of +sph is not covered");
+    require(name != "reversible" || value == "false",
+            "the integer lattice of `reversible` is no differential equation");
   }
   const std::string density = word(response, "density", "continuity");
   require(density == "continuity" || density == "summation", "expected density=continuity or summation");

@@ -1,7 +1,7 @@
 // Conduction in a fluid at rest, T_t = alpha lap T, alpha = conductivity / (rho0 heat capacity). H. S. Carslaw and J. C. Jaeger,
 // Conduction of Heat in Solids, 2nd ed. (1959), 2.4, 3.3 and 3.4.
-#include "fluid/slab.hpp"
-#include "fluid/solution.hpp"
+#include "fluid_truth/slab.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood::fluid_truth {
 

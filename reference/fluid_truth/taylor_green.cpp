@@ -2,7 +2,7 @@
 // (1937) 499; in this form A. J. Chorin, Math. Comp. 22 (1968) 745. With k = 2 pi mode / L and the decay e = exp(-2 nu k^2 t):
 //   u = -U cos(kx) sin(ky) e,   v = U sin(kx) cos(ky) e,   p = -rho0 U^2 / 4 (cos(2kx) + cos(2ky)) e^2
 // The convection u.grad u = -(k U^2 e^2 / 2) (sin 2kx, sin 2ky) is balanced by the gradient of p, and lap u = -2 k^2 u.
-#include "fluid/solution.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood::fluid_truth {
 

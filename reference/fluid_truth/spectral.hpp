@@ -9,8 +9,8 @@
 #include <map>
 #include <vector>
 
-#include "fluid/manufactured.hpp"
-#include "fluid/response.hpp"
+#include "fluid_truth/manufactured.hpp"
+#include "fluid_truth/response.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood::fluid_truth {

@@ -1,6 +1,6 @@
-#include "fluid/manufactured.hpp"
+#include "fluid_truth/manufactured.hpp"
 
-#include "fluid/solution.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood::fluid_truth {
 

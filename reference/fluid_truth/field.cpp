@@ -1,13 +1,13 @@
-#include "fluid/field.hpp"
+#include "fluid_truth/field.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <memory>
 #include <stdexcept>
 
-#include "fluid/literature.hpp"
-#include "fluid/solution.hpp"
-#include "fluid/weakly_compressible.hpp"
+#include "fluid_truth/literature.hpp"
+#include "fluid_truth/solution.hpp"
+#include "fluid_truth/weakly_compressible.hpp"
 
 namespace atwood {
 

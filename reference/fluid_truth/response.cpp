@@ -1,8 +1,8 @@
-#include "fluid/response.hpp"
+#include "fluid_truth/response.hpp"
 
 #include <charconv>
 
-#include "fluid/solution.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood::fluid_truth {
 

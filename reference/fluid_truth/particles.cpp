@@ -1,10 +1,10 @@
-#include "fluid/particles.hpp"
+#include "fluid_truth/particles.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "fluid/manufactured.hpp"
-#include "fluid/solution.hpp"
+#include "fluid_truth/manufactured.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood::fluid_truth {
 

@@ -4,8 +4,8 @@
 //   w_t = nu w_ss + g,   w = the plates' velocities at s = 0 and s = L,   w = 0 at t = 0
 // Nothing depends on the directions along the plates, so that the density stays uniform: the same field solves the
 // compressible equations.
-#include "fluid/slab.hpp"
-#include "fluid/solution.hpp"
+#include "fluid_truth/slab.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood::fluid_truth {
 

@@ -1,8 +1,8 @@
-#include "fluid/walls.hpp"
+#include "fluid_truth/walls.hpp"
 
 #include <stdexcept>
 
-#include "fluid/solution.hpp"
+#include "fluid_truth/solution.hpp"
 #include "scene/fluid_walls.hpp"
 
 namespace atwood::fluid_truth {

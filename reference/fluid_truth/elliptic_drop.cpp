@@ -5,8 +5,8 @@
 // 0 on the surface. a b and A^2 (a^2 + b^2) are constant (area and energy).
 #include <vector>
 
-#include "fluid/elliptic_drop.hpp"
-#include "fluid/solution.hpp"
+#include "fluid_truth/elliptic_drop.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood::fluid_truth {
 

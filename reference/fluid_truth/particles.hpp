@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "fluid/kernel.hpp"
-#include "fluid/response.hpp"
+#include "fluid_truth/kernel.hpp"
+#include "fluid_truth/response.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood::fluid_truth {

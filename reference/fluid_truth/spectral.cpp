@@ -1,4 +1,4 @@
-#include "fluid/spectral.hpp"
+#include "fluid_truth/spectral.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -3,8 +3,8 @@
 //   f'' + nu_L k^2 f' + c^2 k^2 f = 0,   f(0) = 1, f'(0) = 0:   f = exp(-d t) (cos w t + (d / w) sin w t),
 //   d = nu_L k^2 / 2,   w^2 = c^2 k^2 - d^2
 // nu_L is nu for Morris's term and 3 nu for Monaghan and Gingold's (lap u = grad div u in one dimension).
-#include "fluid/response.hpp"
-#include "fluid/solution.hpp"
+#include "fluid_truth/response.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood::fluid_truth {
 

@@ -1,7 +1,7 @@
 // The semi-axes of Monaghan's drop, for the solution and its tests.
 #pragma once
 
-#include "fluid/number.hpp"
+#include "fluid_truth/number.hpp"
 
 namespace atwood::fluid_truth {
 

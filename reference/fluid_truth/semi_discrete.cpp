@@ -1,4 +1,4 @@
-#include "fluid/semi_discrete.hpp"
+#include "fluid_truth/semi_discrete.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include "cvode/solver.hpp"
 #include "dynamics/state.hpp"
 #include "extended/extrapolation.hpp"
-#include "fluid/particles.hpp"
-#include "fluid/solution.hpp"
+#include "fluid_truth/particles.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood {
 

@@ -3,7 +3,7 @@
 // and 2.4; for the flow between plates J. P. Morris, P. J. Fox and Y. Zhu, J. Comput. Phys. 136 (1997) 214.
 #pragma once
 
-#include "fluid/number.hpp"
+#include "fluid_truth/number.hpp"
 
 namespace atwood::fluid_truth {
 

@@ -1,6 +1,6 @@
-#include "fluid/kernel.hpp"
+#include "fluid_truth/kernel.hpp"
 
-#include "fluid/solution.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood::fluid_truth {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "fluid/particles.hpp"
-#include "fluid/solution.hpp"
+#include "fluid_truth/particles.hpp"
+#include "fluid_truth/solution.hpp"
 
 namespace atwood::fluid_truth {
 
@@ -102,9 +102,16 @@ template <class S> class Polynomial final : public FluidSystem<S> {
   S H_{}, shift_{}, shift_speed_{}, filter_{};
 };
 
+// A setting of 0 stands for the default.
+double given(const Response& response, const char* name, double otherwise) {
+  const double value = number(response, name, 0);
+  return value > 0 ? value : otherwise;
+}
+
 template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response& response) {
   for (const auto& [name, value] : response.settings) {
-    const char* known[] = {"degree", "kernel", "smoothing", "shift", "shift_speed", "filter", "threads", "lanes"};
+    const char* known[] = {"degree", "kernel",  "smoothing", "shift", "shift_speed",
+                           "filter", "threads", "lanes",     "skin"};
     require(std::find(std::begin(known), std::end(known), name) != std::end(known),
             "the setting `" + name + "` of +polynomial is not covered");
   }
@@ -115,12 +122,13 @@ template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response&
   this->data = particle_data<S>(scene, true);
   const int d = this->data.layout.d;
   const KernelKind kind = kernel_named(word(response, "kernel", "wendland-c2"));
-  const S D = this->data.spacing, R = S(number(response, "smoothing", high ? 1.55 : 1.3)) * D * S(support_of(kind));
+  const S D = this->data.spacing, R = S(given(response, "smoothing", high ? 1.55 : 1.5)) * D * S(support_of(kind));
   weight_ = kernel_of<S>(kind, d, R);
   crowding_ = kernel_of<S>(KernelKind::wendland_c2, d, 2 * D);
   H_ = R / 2;
   shift_ = number(response, "shift", 1);
-  filter_ = number(response, "filter", high ? 0.1 : 0.02);
+  const double filter = number(response, "filter", -1);
+  filter_ = filter >= 0 ? filter : high ? 0.1 : 0.005;
   const double speed = number(response, "shift_speed", 0);
   shift_speed_ = speed > 0                      ? S(speed)
                  : this->data.largest_speed > 0 ? S(this->data.largest_speed)
