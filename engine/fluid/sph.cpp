@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 
+#include "fluid/corrections.hpp"
 #include "fluid/walls.hpp"
 
 namespace atwood::fluid {
@@ -36,8 +37,9 @@ std::string scene_fault(const Scene& scene, const SphOptions& options) {
              " m along " + "xyz"[axis] + ": a particle would meet another twice";
   }
   if (!scene.fluid_boundaries.empty() && scene.fluids.size() > 1) return "+sph has walls for a single fluid only";
-  if (options.corrected) return "+sph has no corrected gradients yet";
-  if (options.shift != 0) return "+sph has no shifting yet";
+  if (options.corrected && options.summation) return "corrected=true of +sph needs density=continuity";
+  if ((options.corrected || options.shift != 0) && !scene.fluid_boundaries.empty())
+    return "+sph has walls for corrected=false and shift=0 only";
   return "";
 }
 
@@ -59,7 +61,7 @@ Sph<S>::Sph(const Scene& scene, const SphOptions& options)
   sums_.kernel = make_kernel<S>(options.kernel, d, h);
   sums_.viscosity = options.viscosity;
   sums_.lane_by_lane = options.lane_by_lane;
-  sums_.continuity = !options.summation;
+  sums_.gradients = !options.corrected;
   sums_.several_fluids = scene.fluids.size() > 1;
   bool viscous = false;
   for (const FluidLaw<S>& law : set_.laws) {
@@ -71,6 +73,10 @@ Sph<S>::Sph(const Scene& scene, const SphOptions& options)
   if (!sums_.several_fluids) sums_.diffusion = sums_.diffusion * set_.laws.front().sound_speed;
   if (!viscous) sums_.viscosity = Viscosity::none;
   if (options.summation) sums_.diffusion = S(0);
+  for (const Fluid& fluid : scene.fluids)
+    for (const Real3& v : fluid.particles.velocity_m_per_s)
+      transport_strength_ = real::max(transport_strength_, norm(narrow3<S>(v)));
+  transport_strength_ = S(options.shift) * transport_strength_ * sums_.kernel.support;
   needs_heat_record_ = sums_.conduction || sums_.several_fluids;
   equal_masses_ = scene.fluid_boundaries.empty() &&
                   std::adjacent_find(set_.mass.begin(), set_.mass.end(), std::not_equal_to<>()) == set_.mass.end();
@@ -196,6 +202,45 @@ template <class S> SlotData<S> Sph<S>::slot_data() const {
           set_.laws.front().viscosity};
 }
 
+template <class S> void Sph<S>::set_sums(const S* y) {
+  over_blocks([&](int first, int last) {
+    sums_.add_forces(*lists_, set_.layout.dimensions, slot_data(), first, last, out_.data());
+    if (walls_ != nullptr)
+      walls_->add_forces(*lists_, slot_data().records, densities_.data(), y, first, last, out_.data());
+  });
+  if (options_.corrected || transport_strength_ > S(0)) set_corrections(y);
+}
+
+template <class S> void Sph<S>::set_corrections(const S* y) {
+  const Layout& at = set_.layout;
+  const std::size_t slots = masses_.size();
+  pressures_.resize(slots);
+  transport_.resize(slots * at.dimensions);
+  if (at.temperature) temperatures_.resize(slots), carried_heat_.resize(slots);
+  const auto for_slots = [&](const auto& work) {
+    over_blocks([&](int first, int last) { work(first * kLaneCount, std::min(last * kLaneCount, lists_->count())); });
+  };
+  for_slots([&](int first, int last) {
+    for (int slot = first; slot < last; ++slot) {
+      const int i = lists_->order()[slot];
+      pressures_[slot] = set_.law(i).pressure(densities_[slot]);
+      if (at.temperature) temperatures_[slot] = y[at.temperatures() + i];
+    }
+  });
+  const CorrectionData<S> data{*lists_,        sums_.kernel,      at.dimensions,    slot_data().records,
+                               masses_.data(), densities_.data(), pressures_.data()};
+  if (options_.corrected)
+    for_slots([&](int first, int last) { add_corrected_gradients(data, first, last, out_.data()); });
+  if (transport_strength_ == S(0)) return;
+  for_slots([&](int first, int last) {
+    set_transport_velocities(data, transport_strength_, first, last, transport_.data());
+  });
+  const S* const temperatures = at.temperature ? temperatures_.data() : nullptr;
+  for_slots([&](int first, int last) {
+    add_transport_fluxes(data, transport_.data(), temperatures, first, last, out_.data(), carried_heat_.data());
+  });
+}
+
 // ---- rates ----------------------------------------------------------------------------------------------------------
 template <class S> void Sph<S>::rate_of_particles(S, const S* y, S* dydt, int first_slot, int last_slot) const {
   const Layout& at = set_.layout;
@@ -210,12 +255,15 @@ template <class S> void Sph<S>::rate_of_particles(S, const S* y, S* dydt, int fi
     if (law.expansion != S(0) && at.temperature)
       weight = S(1) - law.expansion * (y[at.temperatures() + i] - law.temperature0);
     for (int c = 0; c < d; ++c) {
-      dydt[at.positions() + i * d + c] = y[at.velocities() + i * d + c];
+      const S carried = transport_strength_ > S(0) ? transport_[std::size_t(slot) * d + c] : S(0);
+      dydt[at.positions() + i * d + c] = y[at.velocities() + i * d + c] + carried;
       dydt[at.velocities() + i * d + c] = sum[SumRecord::acceleration + c] + weight * gravity_[c];
     }
     if (at.density) dydt[at.densities() + i] = sum[SumRecord::density];
-    if (at.temperature)
-      dydt[at.temperatures() + i] = law.heat_capacity > S(0) ? sum[SumRecord::heat] / law.heat_capacity : S(0);
+    if (!at.temperature) continue;
+    S warming = law.heat_capacity > S(0) ? sum[SumRecord::heat] / law.heat_capacity : S(0);
+    if (transport_strength_ > S(0)) warming += carried_heat_[slot];
+    dydt[at.temperatures() + i] = warming;
   }
 }
 
@@ -226,13 +274,9 @@ template <class S> void Sph<S>::rate_of(void* context, S t_s, const S* y, S* dyd
     std::fill(dydt, dydt + at.size(), S(std::numeric_limits<double>::quiet_NaN()));
     return;
   }
-  self.over_blocks([&](int first, int last) {
-    self.sums_.add_forces(*self.lists_, at.dimensions, self.slot_data(), first, last, self.out_.data());
-    if (self.walls_ != nullptr)
-      self.walls_->add_forces(*self.lists_, self.slot_data().records, self.densities_.data(), y, first, last,
-                              self.out_.data());
-    self.rate_of_particles(t_s, y, dydt, first * kLaneCount, last * kLaneCount);
-  });
+  self.set_sums(y);
+  self.over_blocks(
+      [&](int first, int last) { self.rate_of_particles(t_s, y, dydt, first * kLaneCount, last * kLaneCount); });
   if (at.body_scalars == 0) return;
   if (self.walls_ != nullptr)
     self.walls_->load_bodies(*self.lists_, self.slot_data().records, self.densities_.data(), y);
@@ -248,6 +292,7 @@ template <class S> std::string Sph<S>::not_separable() const {
   if (!options_.summation) return "moves velocities and positions in turns: +sph needs density=summation for that";
   if (sums_.viscosity != Viscosity::none)
     return "moves velocities and positions in turns: +sph needs viscosity=none for that, or fluids without viscosity";
+  if (options_.shift != 0) return "moves velocities and positions in turns: +sph needs shift=0 for that";
   if (set_.layout.temperature) return "moves velocities and positions in turns: temperatures are neither";
   if (set_.layout.body_scalars > 0) return "moves velocities and positions of particles in turns: a body floats";
   return "";
@@ -262,10 +307,8 @@ template <class S> void Sph<S>::accelerations(S t_s, const S* y, S* acceleration
               S(std::numeric_limits<double>::quiet_NaN()));
     return;
   }
+  set_sums(y);
   over_blocks([&](int first, int last) {
-    sums_.add_forces(*lists_, d, slot_data(), first, last, out_.data());
-    if (walls_ != nullptr)
-      walls_->add_forces(*lists_, slot_data().records, densities_.data(), y, first, last, out_.data());
     for (int slot = first * kLaneCount; slot < std::min(last * kLaneCount, lists_->count()); ++slot) {
       const int i = lists_->order()[slot];
       if (i >= at.particles) continue;

@@ -135,13 +135,14 @@ ATWOOD_INLINE void block_forces(const PairSums<S>& p, const Periods<S, d>& perio
   }
   // Factors that all pairs share.
   const S a = weighed ? p.kernel.slope_factor : p.kernel.slope_factor * data.mass;
+  const S gradient = p.gradients ? a : S(0);
   const S both_mu = thick ? S(1) : S(2) * data.viscosity;
   const S drag = a * both_mu * (p.viscosity == Viscosity::central ? S(d + 2) : S(1));
   const V spread = p.several_fluids ? V(p.diffusion * heat_of_own(HeatRecord::sound_speed)) : V{} + p.diffusion;
   S* const out = sums + std::ptrdiff_t(first) * SumRecord::size;
   for (int c = 0; c < d; ++c)
-    lanes.write(V(drag * dragged[c] - a * pressed[c]), out + SumRecord::acceleration + c, SumRecord::size);
-  lanes.write(V(a * (density + spread * diffused)), out + SumRecord::density, SumRecord::size);
+    lanes.write(V(drag * dragged[c] - gradient * pressed[c]), out + SumRecord::acceleration + c, SumRecord::size);
+  lanes.write(V(gradient * density + a * (spread * diffused)), out + SumRecord::density, SumRecord::size);
   lanes.write(V(a * conducted - S(0.5) * drag * dissipated), out + SumRecord::heat, SumRecord::size);
 }
 

@@ -41,7 +41,8 @@ template <class S> struct SlotData {
 template <class S> struct PairSums {
   Kernel<S> kernel;
   Viscosity viscosity = Viscosity::none;
-  bool continuity = true, conduction = false, viscous_heat = false, several_fluids = false;
+  bool gradients = true;  // of pressure and divergence of velocity; false: corrected ones take their place
+  bool conduction = false, viscous_heat = false, several_fluids = false;
   S diffusion{};  // 2 delta h, times c of the only fluid
   VectorWidth width = widest_vectors();
   bool lane_by_lane = false;  // the reference

@@ -59,10 +59,22 @@ std::vector<Quad> direct_rate(const Scene& scene, const SphOptions& options, con
     mu[i] = rho0 * Quad(of[i]->viscosity_m2_per_s) * sum;
   }
   std::vector<Quad> rate(at.size());
+  // The transport velocities of shifting.
+  Quad fastest = 0;
+  for (int i = 0; i < count; ++i)
+    fastest = real::max(fastest, real::sqrt(dot3(vector_at(at.velocities(), i), vector_at(at.velocities(), i))));
+  std::vector<Vector> carried(count);
+  for (int i = 0; i < count; ++i)
+    for (int j = 0; j < count; ++j) {
+      const Vector x = apart(i, j);
+      const Quad F = j == i ? 0 : kernel.slope_over_distance(real::sqrt(dot3(x, x)));
+      for (int c = 0; c < d; ++c)
+        carried[i][c] -= Quad(options.shift) * fastest * kernel.support * mass[j] / density[j] * F * x[c];
+    }
   for (int i = 0; i < count; ++i) {
     const Vector v_i = vector_at(at.velocities(), i);
     Vector a{};
-    Quad density_rate = 0, heat = 0;
+    Quad density_rate = 0, heat = 0, warmth = 0;
     for (int j = 0; j < count; ++j) {
       if (j == i) continue;
       const Vector x = apart(i, j), v_j = vector_at(at.velocities(), j);
@@ -82,20 +94,29 @@ std::vector<Quad> direct_rate(const Scene& scene, const SphOptions& options, con
         if (options.viscosity == Viscosity::central) A[c] = Quad(d + 2) * drag * dot3(v, x) / r2 * x[c];
         a[c] += mass[j] * A[c] - push * x[c];
       }
+      const Quad V = mass[j] / density[j];
+      Quad flux = 0, spread = 0;
+      for (int c = 0; c < d; ++c) {
+        flux += V * F * x[c] * (density[i] * carried[i][c] + density[j] * carried[j][c]);
+        spread += V * F * x[c] * (carried[j][c] - carried[i][c]);
+      }
+      density_rate += flux - density[i] * spread;
+      for (int c = 0; c < d; ++c) a[c] -= flux * v[c] / (2 * density[i]);
+      warmth += flux * (temperature[j] - temperature[i]) / (2 * density[i]);
       if (fluid.viscous_heat) heat -= mass[j] * dot3(A, v) / 2;
       const Quad k_i = fluid.conductivity_W_per_m_K, k_j = of[j]->conductivity_W_per_m_K;
       if (k_i + k_j > 0)
         heat += mass[j] * 4 * k_i * k_j / (k_i + k_j) * (temperature[i] - temperature[j]) * F / (density[i] * density[j]);
     }
     for (int c = 0; c < d; ++c) {
-      rate[at.positions() + i * d + c] = v_i[c];
+      rate[at.positions() + i * d + c] = v_i[c] + carried[i][c];
       rate[at.velocities() + i * d + c] =
           a[c] + (1 - Quad(of[i]->expansion_per_K) * (temperature[i] - Quad(of[i]->temperature_K))) *
                      Quad(scene.gravity_m_per_s2[c]);
     }
     if (at.density) rate[at.densities() + i] = density_rate;
     if (at.temperature && of[i]->heat_capacity_J_per_kg_K > 0)
-      rate[at.temperatures() + i] = heat / Quad(of[i]->heat_capacity_J_per_kg_K);
+      rate[at.temperatures() + i] = heat / Quad(of[i]->heat_capacity_J_per_kg_K) + warmth;
   }
   return rate;
 }
@@ -192,6 +213,46 @@ TEST_CASE("two fluids have their own laws") {
   SphOptions options;
   options.density_diffusion = 0.2;
   check_rate(scene, options);
+}
+
+TEST_CASE("shifting carries mass, momentum and temperature as written") {
+  for (const int d : {2, 3}) {
+    Scene scene = block_scene({.dimensions = d, .across = d == 2 ? 9 : 6});
+    heat(scene.fluids[0]);
+    SphOptions options;
+    options.shift = 0.3;
+    check_rate(scene, options);
+  }
+}
+
+TEST_CASE("corrected gradients are exact for linear pressures and velocities, at borders too") {
+  for (const int d : {2, 3}) {
+    Scene scene = block_scene({.dimensions = d, .across = d == 2 ? 9 : 6, .periodic = false});
+    scene.fluids[0].viscosity_m2_per_s = 0;
+    SphOptions options;
+    options.corrected = true;
+    Sph<double> sph(scene, options);
+    const Layout& at = sph.layout();
+    std::vector<double> y = start_of(sph);
+    const double slope[3] = {0.01, 0.02, -0.015}, stretch[3] = {0.3, 0.5, -0.1};
+    for (int i = 0; i < at.particles; ++i) {
+      const double* const x = &y[at.positions() + i * d];
+      double density = 1000;
+      for (int c = 0; c < d; ++c) {
+        density += 1000 * slope[c] * x[c];
+        y[at.velocities() + i * d + c] = stretch[c] * x[c] + 0.7 * x[(c + 1) % d];
+      }
+      y[at.densities() + i] = density;
+    }
+    const std::vector<double> rate = rate_at(sph, y);
+    for (int i = 0; i < at.particles; ++i) {
+      const double density = y[at.densities() + i];
+      const double divergence = stretch[0] + stretch[1] + (d == 3 ? stretch[2] : 0);
+      CHECK(rate[at.densities() + i] == Approx(-density * divergence).epsilon(1e-11));
+      for (int c = 0; c < d; ++c)
+        CHECK(rate[at.velocities() + i * d + c] == Approx(-100 * 1000 * slope[c] / density).epsilon(1e-11));
+    }
+  }
 }
 
 TEST_CASE("lanes, threads and the time at which lists were built leave the bits") {
