@@ -9,6 +9,9 @@ add_library(atwood_engine STATIC
   fluid/neighbours.cpp
   fluid/options.cpp
   fluid/particle_set.cpp
+  fluid/polynomial.cpp
+  fluid/polynomial_fit.cpp
+  fluid/polynomial_walls.cpp
   fluid/run.cpp
   fluid/sph.cpp
   fluid/stability.cpp

@@ -54,10 +54,69 @@ MethodInfo sph_info() {
   return info;
 }
 
+MethodInfo polynomial_info() {
+  MethodInfo info;
+  info.id = "+polynomial";
+  info.doc =
+      "Weakly compressible flow on particles, with every derivative from a polynomial fitted by moving least squares; "
+      "equations in docs/fluids.md. Orders in space: 2 and 4, those of the degree, on disturbed particles too. "
+      "Nothing is conserved exactly: momenta, mass and energy are kept to the order of the fits (rows momenta, "
+      "energy-budget). Particles are shifted towards even spacing and the fields take the fluxes of that motion; a "
+      "filter, a term of its own, damps what changes from particle to particle. Order in time: the method's own, at "
+      "most that of the kernel. A neighbourhood that does not determine its polynomial ends the run with the condition "
+      "of its fit: degree 4 from a perfect lattice that is then strained, and breaking surfaces.";
+  info.source =
+      "Lancaster, Salkauskas, Math. Comp. 37 (1981) 141; Liszka, Orkisz, Computers & Structures 11 (1980) 83; Lind et "
+      "al., J. Comput. Phys. 231 (2012) 1499; Oger et al., J. Comput. Phys. 313 (2016) 76";
+  declare_settings(
+      info,
+      {{"degree", std::int64_t(4), {between(2, 4), "Degree of the fitted polynomials, 2 or 4."}},
+       {"kernel",
+        std::string("wendland-c2"),
+        {one_of({"cubic", "quintic", "wendland-c2", "wendland-c4", "wendland-c6"}), "Weight of the fits."}},
+       {"smoothing", 0.0, {between(0, 10), "Smoothing length over spacing; 0: 1.5 for degree 2, 1.55 for degree 4."}},
+       {"shift", 1.0, {between(0, 10), "Coefficient of the velocity that keeps particles evenly spaced."}},
+       {"shift_speed",
+        0.0,
+        {between(0, 1e9), "Speed of shifting, m/s; 0: the largest initial speed, or a twentieth of the sound speed."}},
+       {"filter",
+        -1.0,
+        {between(-1, 10), "Rate of the filter over sound speed / spacing; below 0: .005 and .1 by degree."}},
+       {"lanes", true, {{}, "Fits in vector lanes; false: the scalar loop, the same bits."}},
+       {"skin", 0.08, {between(0.001, 1), "Margin of the neighbour lists over the support; no effect on results."}},
+       {"threads", std::int64_t(1), {between(1, 256), "Threads that share the rates of a step."}}});
+  return info;
+}
+
+Result<Settings> own_settings(const MethodInfo& info, const MethodId& id) {
+  Settings own;
+  for (const auto& [name, value] : id.overrides)
+    if (info.settings.count(name) > 0) own[name] = value;
+  return merged_settings(info, own);
+}
+
 }  // namespace
 
+Result<PolynomialOptions> polynomial_request(const MethodId& id) {
+  const Result<Settings> settings = own_settings(*find_response("polynomial"), id);
+  if (!settings) return settings.fault();
+  const auto number = [&](const char* name) { return std::get<double>(settings->at(name)); };
+  const auto whole = [&](const char* name) { return static_cast<int>(std::get<std::int64_t>(settings->at(name))); };
+  PolynomialOptions options;
+  options.degree = whole("degree");
+  options.kernel = kernel_shape(std::get<std::string>(settings->at("kernel")));
+  options.smoothing = number("smoothing");
+  options.shift = number("shift");
+  options.shift_speed_m_per_s = number("shift_speed");
+  options.filter = number("filter");
+  options.skin = number("skin");
+  options.lane_by_lane = !std::get<bool>(settings->at("lanes"));
+  options.threads = whole("threads");
+  return resolved(options);
+}
+
 const std::vector<MethodInfo>& responses() {
-  static const std::vector<MethodInfo> all{sph_info()};
+  static const std::vector<MethodInfo> all{sph_info(), polynomial_info()};
   return all;
 }
 

@@ -4,12 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "fluid/polynomial.hpp"
 #include "fluid/sph.hpp"
 #include "protocol/method.hpp"
 
 namespace atwood::fluid {
 
-const std::vector<MethodInfo>& responses();                // ids "+sph"
+const std::vector<MethodInfo>& responses();                // ids "+sph", "+polynomial"
 const MethodInfo* find_response(const std::string& name);  // "sph"; null: there is none
 
 // What an id asks of its response. The input is to blame for a value outside its range.
@@ -18,6 +19,7 @@ struct SphRequest {
   bool reversible = false;
 };
 Result<SphRequest> sph_request(const MethodId& id);
+Result<PolynomialOptions> polynomial_request(const MethodId& id);
 
 // The same id with the overrides that are the integrator's; "threads" is of both.
 MethodId integrator_part(const MethodId& id);

@@ -26,8 +26,8 @@ std::string scene_fault(const Scene& scene, const PolynomialOptions& options) {
   if (fluid.particles.mass_kg.empty()) return "the fluid `" + fluid.name + "` has no particles";
   if (!fluid.source.name.empty())
     return "+polynomial has no body acceleration by the named field `" + fluid.source.name + "`";
-  if (!scene.fluid_boundaries.empty()) return "+polynomial has no walls yet";
-  const double support = support_ratio(options.kernel) * options.smoothing * fluid.spacing_m;
+  const double widening = scene.fluid_boundaries.empty() ? 1 : 1 + kWidening;
+  const double support = widening * support_ratio(options.kernel) * options.smoothing * fluid.spacing_m;
   for (int axis = 0; axis < scene.domain.dimensions; ++axis) {
     const double period = scene.domain.periodic_m[axis];
     if (period > 0 && period < 2 * support)
@@ -88,11 +88,31 @@ Polynomial<S>::Polynomial(const Scene& scene, const PolynomialOptions& options)
   shift_factor_ =
       S(-60) * S(options_.shift) * S(shift_speed(scene, options_)) * near.support * volume * near.slope_factor;
   for (int c = 0; c < d; ++c) gravity_[c] = S(scene.gravity_m_per_s2[c]);
-  const S reach = std::max(support_, near.support);
+  S reach = std::max(support_, near.support);
+  if (!scene.fluid_boundaries.empty()) {
+    walls_ = std::make_unique<PolynomialWalls<S>>(scene, set_, options_.kernel, options_.degree, support_);
+    unsupported_ = walls_->unsupported();
+    reach = std::max(reach, walls_->widest_support());
+  }
   lists_ = std::make_unique<Neighbours<S>>(scene.domain, reach, S(options_.skin) * reach);
   system_.size = set_.layout.size();
   system_.context = this;
   system_.rate_of = rate_of;
+}
+
+template <class S> bool Polynomial<S>::update(const S* y) {
+  const Layout& at = set_.layout;
+  const S* x = y + at.positions();
+  int count = at.particles;
+  if (walls_ != nullptr) {
+    count += walls_->count();
+    points_.resize(std::size_t(count) * at.dimensions);
+    std::copy_n(x, std::size_t(at.particles) * at.dimensions, points_.begin());
+    std::copy(walls_->positions().begin(), walls_->positions().end(),
+              points_.begin() + std::ptrdiff_t(at.particles) * at.dimensions);
+    x = points_.data();
+  }
+  return lists_->update(x, count, team_.get());
 }
 
 // ---- records --------------------------------------------------------------------------------------------------------
@@ -102,13 +122,22 @@ template <class S> void Polynomial<S>::pack(const S* y, int first_block, int las
   for (int slot = first_block * kLaneCount; slot < last_block * kLaneCount; ++slot) {
     const int i = lists_->order()[std::min(slot, count - 1)];
     S* const record = &records_[std::size_t(slot) * kFitRecord];
+    supports_[slot] = support_;
+    if (walls_ != nullptr) {
+      const S* const x = &points_[std::size_t(i) * d];
+      supports_[slot] = walls_->support_at(x);
+      weights_[slot] = {S(1), S(1)};
+      if (i >= at.particles) {
+        for (int c = 0; c < d; ++c) record[c] = lists_->wrapped(x[c], c);
+        continue;
+      }
+    }
     for (int c = 0; c < d; ++c) {
       record[c] = lists_->wrapped(y[at.positions() + std::ptrdiff_t(i) * d + c], c);
       record[d + c] = y[at.velocities() + std::ptrdiff_t(i) * d + c];
     }
     record[2 * d] = y[at.densities() + i];
     if (at.temperature) record[2 * d + 1] = y[at.temperatures() + i];
-    supports_[slot] = support_;
   }
 }
 
@@ -119,9 +148,10 @@ void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int l
   const std::ptrdiff_t d = at.dimensions;
   const int density = static_cast<int>(d), temperature = density + 1, last = std::min(last_slot, lists_->count());
   for (int slot = first_slot; slot < last; ++slot) {
+    const int i = lists_->order()[slot];
+    if (i >= at.particles) continue;
     const Fit<S>& fit = fits_of_[slot];
     if (!(fit.least_pivot >= S(kLeastPivot))) singular = slot;
-    const int i = lists_->order()[slot];
     const FluidLaw<S>& law = set_.law(i);
     const S filter = filter_rate_[set_.fluid_of[i]];
     const S rho = y[at.densities() + i];
@@ -166,13 +196,14 @@ void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int l
 template <class S> void Polynomial<S>::rate_of(void* context, S, const S* y, S* dydt) {
   Polynomial& self = *static_cast<Polynomial*>(context);
   const Layout& at = self.set_.layout;
-  if (!self.lists_->update(y + at.positions(), at.particles, self.team_.get())) {
+  if (!self.update(y)) {
     std::fill(dydt, dydt + at.size(), nan<S>());
     return;
   }
   const int blocks = self.lists_->blocks(), slots = blocks * kLaneCount;
   self.records_.resize(std::size_t(slots) * kFitRecord);
   self.supports_.resize(slots);
+  if (self.walls_ != nullptr) self.weights_.resize(slots);
   self.fits_of_.resize(slots);
   const int threads = self.team_->size();
   const int parts = threads == 1 || at.particles < kLeastShared ? 1 : std::min(blocks, 4 * threads);
@@ -183,10 +214,12 @@ template <class S> void Polynomial<S>::rate_of(void* context, S, const S* y, S* 
     const Share own = blocks_of(part);
     self.pack(y, own.first, own.last);
   });
+  if (self.walls_ != nullptr) self.walls_->fill(*self.lists_, self.records_.data(), self.weights_.data());
+  const SlotWeight<S>* const weights = self.walls_ == nullptr ? nullptr : self.weights_.data();
   self.team_->run(parts, [&](int part) {
     const Share own = blocks_of(part);
-    self.fits_.fit(*self.lists_, self.records_.data(), self.supports_.data(), own.first, own.last, self.scratch_[part],
-                   self.fits_of_.data());
+    self.fits_.fit(*self.lists_, self.records_.data(), self.supports_.data(), weights, own.first, own.last,
+                   self.scratch_[part], self.fits_of_.data());
     self.rate_of_particles(y, dydt, own.first * kLaneCount, own.last * kLaneCount, self.singular_[part]);
   });
   for (const int slot : self.singular_) {
@@ -224,20 +257,25 @@ template <class S> std::string Polynomial<S>::fault(const S* y) const {
     if (!(y[at.densities() + i] > S(0)))
       return particle_name(set_, scene_, i) + " has a density of " +
              format_double(static_cast<double>(y[at.densities() + i])) + " kg/m^3";
+    if (walls_ == nullptr) continue;
+    const std::string through = walls_->crossed(y + at.positions() + std::ptrdiff_t(i) * at.dimensions);
+    if (!through.empty()) return particle_name(set_, scene_, i) + " went through the boundary `" + through + "`";
   }
   return "";
 }
 
 template <class S> S Polynomial<S>::mean_neighbours(const S* y) {
   const Layout& at = set_.layout;
-  if (!lists_->update(y + at.positions(), at.particles, team_.get())) return S(0);
+  if (!update(y)) return S(0);
   const std::ptrdiff_t d = at.dimensions;
   S pairs{};
   for (int slot = 0; slot < lists_->count(); ++slot) {
+    if (lists_->order()[slot] >= at.particles) continue;
     const NeighbourBlock block = lists_->block(slot / kLaneCount);
     const int lane = slot % kLaneCount;
     for (int n = 0; n < block.counts[lane]; ++n) {
       const int other = block.entries[n * kLaneCount + lane];
+      if (lists_->order()[other] >= at.particles) continue;
       S r2{};
       for (int c = 0; c < d; ++c) {
         S x = lists_->wrapped(y[at.positions() + lists_->order()[slot] * d + c], c) -

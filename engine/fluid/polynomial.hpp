@@ -9,6 +9,7 @@
 #include "fluid/particle_set.hpp"
 #include "fluid/particle_system.hpp"
 #include "fluid/polynomial_fit.hpp"
+#include "fluid/polynomial_walls.hpp"
 #include "parallel/team.hpp"
 
 namespace atwood::fluid {
@@ -27,8 +28,9 @@ struct PolynomialOptions {
 // With the degree's own values in place of the placeholders above.
 PolynomialOptions resolved(PolynomialOptions options);
 
-// A pivot of a fit's scaled normal equations below this is a stencil that does not determine the polynomial.
-inline constexpr double kLeastPivot = 1e-10;
+// A pivot of a fit's scaled normal equations below this (a variance inflation factor above 250) is a neighbourhood that
+// does not determine the polynomial.
+inline constexpr double kLeastPivot = 4e-3;
 
 template <class S> class Polynomial final : public ParticleSystem<S> {
  public:
@@ -51,6 +53,7 @@ template <class S> class Polynomial final : public ParticleSystem<S> {
 
  private:
   static void rate_of(void* context, S t_s, const S* y, S* dydt);
+  bool update(const S* y);  // lists at a state; false: some position is not finite
   void pack(const S* y, int first_block, int last_block);
   void rate_of_particles(const S* y, S* dydt, int first_slot, int last_slot, int& singular) const;
 
@@ -59,17 +62,20 @@ template <class S> class Polynomial final : public ParticleSystem<S> {
   std::string unsupported_;
   ParticleSet<S> set_;
   std::unique_ptr<Team> team_;
+  std::unique_ptr<PolynomialWalls<S>> walls_;  // null: no boundary
   std::unique_ptr<Neighbours<S>> lists_;
   PolynomialFits<S> fits_;
   System<S> system_;
   S gravity_[3]{};
   S support_{}, shift_factor_{};
-  std::vector<S> filter_rate_;         // F c / D of each fluid [1/s]
-  std::vector<S> records_, supports_;  // by slot
-  std::vector<Fit<S>> fits_of_;        // by slot
-  std::vector<LaneArray<S>> scratch_;  // one a part
-  std::vector<int> singular_;          // one a part: a slot whose fit is singular; -1: none
-  mutable int faulty_ = -1;            // a particle whose fit was singular in some rate
+  std::vector<S> filter_rate_;          // F c / D of each fluid [1/s]
+  std::vector<S> points_;               // positions of particles and walls, where there are walls
+  std::vector<S> records_, supports_;   // by slot
+  std::vector<SlotWeight<S>> weights_;  // by slot, where there are walls
+  std::vector<Fit<S>> fits_of_;         // by slot
+  std::vector<LaneArray<S>> scratch_;   // one a part
+  std::vector<int> singular_;           // one a part: a slot whose fit is singular; -1: none
+  mutable int faulty_ = -1;             // a particle whose fit was singular in some rate
   S faulty_pivot_{};
 };
 

@@ -15,6 +15,7 @@ template <class S> struct OneLane {
     for (int c = 0; c < kFitRecord; ++c) out[c] = at[c];
   }
   ATWOOD_INLINE S read_own(const S* at) const { return at[lane]; }
+  template <class Of> ATWOOD_INLINE S gather(const Of& of) const { return of(lane); }
   ATWOOD_INLINE S root_of(S a) const { return real::sqrt(a); }
   template <class Write> ATWOOD_INLINE void each(S value, const Write& write) const { write(lane, value); }
 };
@@ -50,6 +51,9 @@ template <class S, VectorWidth width> struct AllLanes {
     }
   }
   ATWOOD_INLINE Value read_own(const S* at) const { return load(at); }
+  template <class Of> ATWOOD_INLINE Value gather(const Of& of) const {
+    return Value{of(0), of(1), of(2), of(3), of(4), of(5), of(6), of(7)};
+  }
   ATWOOD_INLINE Value root_of(const Value& a) const { return root(WholePack<width>{}, a); }
   template <class Write> ATWOOD_INLINE void each(const Value& value, const Write& write) const {
     for (int k = 0; k < kLaneCount; ++k) write(k, value[k]);
@@ -66,8 +70,9 @@ template <class V> struct Stage {
 
 template <int d, class S, class Lanes, class V>
 ATWOOD_INLINE void stage_neighbours(const PolynomialFits<S>& fits, const Neighbours<S>& lists,
-                                    const NeighbourBlock& block, const S* records, const int* own_row,
-                                    const V& inverse_support, const Lanes& lanes, const Stage<V>& stage, V* crowding) {
+                                    const NeighbourBlock& block, const S* records, const SlotWeight<S>* weights,
+                                    const int* own_row, const V& inverse_support, const Lanes& lanes,
+                                    const Stage<V>& stage, V* crowding) {
   V own[kFitRecord], other[kFitRecord];
   lanes.read(records, own_row, own);
   const V per_height = inverse_support + inverse_support;  // 1 / H
@@ -82,7 +87,13 @@ ATWOOD_INLINE void stage_neighbours(const PolynomialFits<S>& fits, const Neighbo
     }
     const V r = lanes.root_of(r2), w = kernel_value<S>(fits.shape, V(r * inverse_support));
     stage.weight[n] = r2 > V{} ? w : V{};  // a lane's own slot fills its list up
-    const V u = positive_part(V(S(1) - r * per_reach)), near = u * u * u;
+    const V u = positive_part(V(S(1) - r * per_reach));
+    V near = u * u * u;
+    if (weights != nullptr) {
+      const int* const row = block.entries + n * kLaneCount;
+      stage.weight[n] = stage.weight[n] * lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].fit; });
+      near = near * lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].crowding; });
+    }
     for (int c = 0; c < d; ++c) {
       crowding[c] = crowding[c] + near * x[c];
       stage.z[n * d + c] = x[c] * per_height;
@@ -142,8 +153,8 @@ template <int d, int p, int q, class V> ATWOOD_INLINE void in_basis(const V* sum
 
 template <int d, int p, class S, class Lanes>
 ATWOOD_INLINE void fit_block(const PolynomialFits<S>& fits, const Neighbours<S>& lists, const NeighbourBlock& block,
-                             const S* records, const S* supports, int first, const Lanes& lanes,
-                             typename Lanes::Value* scratch, Fit<S>* out) {
+                             const S* records, const S* supports, const SlotWeight<S>* weights, int first,
+                             const Lanes& lanes, typename Lanes::Value* scratch, Fit<S>* out) {
   using V = typename Lanes::Value;
   using B = Basis<d, p>;
   constexpr int n = B::count, wanted = B::wanted;
@@ -154,7 +165,7 @@ ATWOOD_INLINE void fit_block(const PolynomialFits<S>& fits, const Neighbours<S>&
   const int rows = block.longest;
   const Stage<V> stage{rows, scratch, scratch + rows * d, scratch + rows * (d + 1)};
   V crowding[d]{};
-  stage_neighbours<d>(fits, lists, block, records, own_row, inverse_support, lanes, stage, crowding);
+  stage_neighbours<d>(fits, lists, block, records, weights, own_row, inverse_support, lanes, stage, crowding);
 
   V moments[MonomialRows<d, 2 * p>::count], L[n][n], m[n];
   monomial_sums<d, 2 * p>(
@@ -201,7 +212,7 @@ ATWOOD_INLINE void fit_block(const PolynomialFits<S>& fits, const Neighbours<S>&
 
 template <int d, int p, class S>
 void fit_blocks(const PolynomialFits<S>& fits, const Neighbours<S>& lists, const S* records, const S* supports,
-                int first_block, int last_block, LaneArray<S>& scratch, Fit<S>* out) {
+                const SlotWeight<S>* weights, int first_block, int last_block, LaneArray<S>& scratch, Fit<S>* out) {
   in_lanes<S>(fits.width, [&](auto width) ATWOOD_INLINED {
     for (int b = first_block; b < last_block; ++b) {
       const NeighbourBlock block = lists.block(b);
@@ -209,13 +220,14 @@ void fit_blocks(const PolynomialFits<S>& fits, const Neighbours<S>& lists, const
       if (scratch.size() < needed) scratch.resize(needed + needed / 2);
       if constexpr (has_vector_lanes<S>) {
         if (!fits.lane_by_lane) {
-          fit_block<d, p>(fits, lists, block, records, supports, b * kLaneCount, AllLanes<S, decltype(width)::value>{},
-                          reinterpret_cast<Pack<S>*>(scratch.data()), out);
+          fit_block<d, p>(fits, lists, block, records, supports, weights, b * kLaneCount,
+                          AllLanes<S, decltype(width)::value>{}, reinterpret_cast<Pack<S>*>(scratch.data()), out);
           continue;
         }
       }
       for (int k = 0; k < kLaneCount; ++k)
-        fit_block<d, p>(fits, lists, block, records, supports, b * kLaneCount, OneLane<S>{k}, lanes_of(scratch), out);
+        fit_block<d, p>(fits, lists, block, records, supports, weights, b * kLaneCount, OneLane<S>{k},
+                        lanes_of(scratch), out);
     }
   });
 }
@@ -223,10 +235,11 @@ void fit_blocks(const PolynomialFits<S>& fits, const Neighbours<S>& lists, const
 }  // namespace
 
 template <class S>
-void PolynomialFits<S>::fit(const Neighbours<S>& lists, const S* records, const S* supports, int first_block,
-                            int last_block, LaneArray<S>& scratch, Fit<S>* out) const {
+void PolynomialFits<S>::fit(const Neighbours<S>& lists, const S* records, const S* supports,
+                            const SlotWeight<S>* weights, int first_block, int last_block, LaneArray<S>& scratch,
+                            Fit<S>* out) const {
   const auto run = [&](auto fit_some) {
-    fit_some(*this, lists, records, supports, first_block, last_block, scratch, out);
+    fit_some(*this, lists, records, supports, weights, first_block, last_block, scratch, out);
   };
   if (dimensions == 2 && degree == 2) run(fit_blocks<2, 2, S>);
   else if (dimensions == 2) run(fit_blocks<2, 4, S>);

@@ -19,6 +19,9 @@ namespace atwood::fluid {
 inline constexpr int kFitRecord = 8;
 inline constexpr int kMostFields = 5;
 
+// How much a slot counts in the fits and in the sum for shifting of its neighbours.
+template <class S> struct SlotWeight { S fit, crowding; };
+
 // What the fits of a slot give. Field f is component f of velocity, density (f = d), temperature (f = d + 1).
 template <class S> struct Fit {
   S gradient[kMostFields][3];
@@ -35,9 +38,10 @@ template <class S> struct PolynomialFits {
   VectorWidth width = widest_vectors();
   bool lane_by_lane = false;  // the reference
 
-  // The fits of the slots of block b. supports: R of each slot [m]. scratch is resized where it is too small.
-  void fit(const Neighbours<S>& lists, const S* records, const S* supports, int first_block, int last_block,
-           LaneArray<S>& scratch, Fit<S>* out) const;
+  // The fits of the slots of the blocks [first, last). supports: R of each slot [m]; weights: of each slot, null: all 1.
+  // scratch is resized where it is too small.
+  void fit(const Neighbours<S>& lists, const S* records, const S* supports, const SlotWeight<S>* weights,
+           int first_block, int last_block, LaneArray<S>& scratch, Fit<S>* out) const;
 };
 
 }  // namespace atwood::fluid

@@ -229,6 +229,29 @@ Outcome run_sph(const MethodId& id, const Scene& asked, const Plan& plan, const 
   return march(particles, **stepper, own, plan, observer, repeats);
 }
 
+// ---- +polynomial ----------------------------------------------------------------------------------------------------
+template <class S>
+Outcome run_polynomial(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
+                       int repeats) {
+  const Result<PolynomialOptions> options = polynomial_request(id);
+  if (!options) return refuse(options.fault().reason);
+  const MethodId own = integrator_part(id);
+  Polynomial<S> particles(scene, *options);
+  if (!particles.unsupported().empty()) return refuse(particles.unsupported());
+  if (is_kick_drift(own.scheme))
+    return refuse("atwood/" + own.scheme +
+                  " moves velocities and positions in turns: +polynomial has no kicks and drifts");
+  auto stepper = make_stepper<S>(own.scheme, particles.system(), own.overrides);
+  if (!stepper) return refuse(stepper.fault().reason);
+  return march(particles, **stepper, own, plan, observer, repeats);
+}
+
+template <class S>
+Outcome run_response(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
+  return id.response == "sph" ? run_sph<S>(id, scene, plan, observer, repeats)
+                              : run_polynomial<S>(id, scene, plan, observer, repeats);
+}
+
 }  // namespace
 
 template <class S>
@@ -255,13 +278,14 @@ Outcome march(ParticleSystem<S>& particles, Stepper<S>& stepper, const MethodId&
 }
 
 Outcome run_fluid(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-  if (id.response != "sph") return refuse("a scene with fluids needs +sph behind the method's scheme");
+  if (find_response(id.response) == nullptr)
+    return refuse("a scene with fluids needs +sph or +polynomial behind the method's scheme");
   const MethodId own = integrator_part(id);
   if (const std::string fault = plan_fault(own, plan); !fault.empty()) return refuse(fault);
-  if (id.scalar.empty() || id.scalar == "double") return run_sph<double>(id, scene, plan, observer, repeats);
-  if (id.scalar == "float") return run_sph<float>(id, scene, plan, observer, repeats);
-  if (id.scalar == "long-double") return run_sph<long double>(id, scene, plan, observer, repeats);
-  if (id.scalar == "quad") return run_sph<Quad>(id, scene, plan, observer, repeats);
+  if (id.scalar.empty() || id.scalar == "double") return run_response<double>(id, scene, plan, observer, repeats);
+  if (id.scalar == "float") return run_response<float>(id, scene, plan, observer, repeats);
+  if (id.scalar == "long-double") return run_response<long double>(id, scene, plan, observer, repeats);
+  if (id.scalar == "quad") return run_response<Quad>(id, scene, plan, observer, repeats);
   return refuse("atwood does not compute in `" + id.scalar + "`; use float, double, long-double or quad");
 }
 

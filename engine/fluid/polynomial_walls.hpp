@@ -1,0 +1,59 @@
+// Walls of `+polynomial`: nodes on the surfaces of fixed planes, whose values are given or extrapolated from the fluid
+// (docs/fluids.md, "Walls").
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fluid/kernel.hpp"
+#include "fluid/neighbours.hpp"
+#include "fluid/particle_set.hpp"
+#include "fluid/polynomial_fit.hpp"
+#include "scene/scene.hpp"
+
+namespace atwood::fluid {
+
+// Near walls the support grows by up to this share, and nodes extrapolate by polynomials of this degree (degree 2: 2).
+inline constexpr double kWidening = 0.4;
+inline constexpr int kWallDegree = 3;
+
+template <class S> class PolynomialWalls {
+ public:
+  // support: R of a particle far from walls; degree: of the fits.
+  PolynomialWalls(const Scene& scene, const ParticleSet<S>& set, KernelShape shape, int degree, S support);
+
+  const std::string& unsupported() const { return unsupported_; }
+  // Nodes, then dummies that only shifting sees. Point w of the walls is point `particles + w` of the lists.
+  int count() const { return static_cast<int>(positions_.size()) / dimensions_; }
+  const std::vector<S>& positions() const { return positions_; }
+  S widest_support() const;
+  // R at a position (wrapped or not): wider near walls, where half of the neighbours is missing.
+  S support_at(const S* x) const;
+  // Records and weights of the slots of walls, from those of the particles.
+  void fill(const Neighbours<S>& lists, S* records, SlotWeight<S>* weights) const;
+  // The name of a boundary behind which x stands, deeper than half a spacing; empty: none.
+  std::string crossed(const S* x) const;
+
+ private:
+  struct Wall {
+    int body, axis;
+    S sign, offset;  // the surface: sign x[axis] = offset; the normal points into the fluid
+    S velocity[3];
+    bool no_slip, has_temperature;
+    S temperature, slope;  // of the temperature along the normal: - flux / conductivity
+  };
+  struct Weights;  // of the particles around a node, for the value of a field there
+  bool extrapolate(const Neighbours<S>& lists, const S* records, int slot, const Wall& wall, Weights& weights) const;
+
+  const Scene& scene_;
+  const ParticleSet<S>& set_;
+  KernelShape shape_;
+  int dimensions_, degree_, nodes_ = 0;
+  S spacing_{}, support_{};
+  std::string unsupported_;
+  std::vector<Wall> walls_;
+  std::vector<int> wall_of_;  // of a node
+  std::vector<S> positions_;
+};
+
+}  // namespace atwood::fluid
