@@ -175,6 +175,9 @@ struct Builder {
       return true;
     }
     if (std::holds_alternative<Sphere>(k) && surface_for_spheres(s, surface)) {
+      if (has_concave_edges(surface))
+        pair.boundary_refusal = std::string("sphere `") + scene.bodies[feature_body].name +
+                                "` touches two facets of mesh `" + scene.bodies[surface_body].name + "` at once";
       add(proximity, pair, index, feature_body, surface_body, features_of_shape<S>(k), std::move(surface));
       return true;
     }

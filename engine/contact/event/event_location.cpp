@@ -272,10 +272,35 @@ template <class S> bool stays_clear_of_boundaries(Flow<S>& flow, Crossing<S>& fi
   return true;
 }
 
-#define ATWOOD_EVENT_LOCATION(S)                               \
-  template void locate_impact<S>(Flow<S>&, Crossing<S>&);      \
-  template void locate_mode_change<S>(Flow<S>&, Crossing<S>&); \
-  template void locate_zero_wind<S>(Flow<S>&, Crossing<S>&);   \
+template <class S> bool stays_off_other_facets(Flow<S>& flow, const Crossing<S>& first) {
+  EventRun<S>& run = flow.run;
+  const S until = real::min(first.theta, S(1));
+  for (const Contact<S>& contact : run.active.contacts) {
+    const Candidate<S>& candidate = run.proximity.candidates[contact.candidate];
+    if (!has_concave_edges(run.proximity.surfaces[candidate.surface])) continue;
+    // Often enough that the sphere cannot pass a facet unseen.
+    const auto apart = [&](const State<S>& y) {
+      return pose_of(run.bodies, candidate.feature_body, y.data()).p -
+             pose_of(run.bodies, candidate.surface_body, y.data()).p;
+    };
+    const S parts = S(4) * norm(apart(run.states.y_new) - apart(run.states.y)) / candidate.feature.radius;
+    const int samples = 1 + static_cast<int>(real::min(parts, S(255)));
+    for (int k = 1; k <= samples; ++k) {
+      const S theta = until * S(k) / S(samples);
+      const State<S>& y = theta < S(1) ? flow.at(theta) : run.states.y_new;
+      if (!overlaps_other_facet(run.bodies, run.proximity, contact, y.data())) continue;
+      return refuse_at(run.report, static_cast<double>(flow.t_s + theta * flow.h_s),
+                       run.proximity.pairs[candidate.pair].boundary_refusal);
+    }
+  }
+  return true;
+}
+
+#define ATWOOD_EVENT_LOCATION(S)                                         \
+  template void locate_impact<S>(Flow<S>&, Crossing<S>&);                \
+  template void locate_mode_change<S>(Flow<S>&, Crossing<S>&);           \
+  template bool stays_off_other_facets<S>(Flow<S>&, const Crossing<S>&); \
+  template void locate_zero_wind<S>(Flow<S>&, Crossing<S>&);             \
   template bool stays_clear_of_boundaries<S>(Flow<S>&, Crossing<S>&);
 ATWOOD_EVENT_LOCATION(float)
 ATWOOD_EVENT_LOCATION(double)

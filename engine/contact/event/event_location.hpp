@@ -81,5 +81,8 @@ template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first);
 // Does no body overlap the boundary of a face up to `first`? If one does, `first` becomes the earlier crossing of a gap
 // that shows it, of edges too. False: there is none; report.outcome says which bodies overlap.
 template <class S> bool stays_clear_of_boundaries(Flow<S>& flow, Crossing<S>& first);
+// Does no sphere in contact with a facet of a mesh overlap another facet, up to `first`? False: the run ends, and
+// report.outcome says so.
+template <class S> bool stays_off_other_facets(Flow<S>& flow, const Crossing<S>& first);
 
 }  // namespace atwood::event

@@ -45,6 +45,11 @@ template <class S> struct Surface {
   bool convex = false;  // mesh: of a convex hull, normals outwards
 };
 
+// May a sphere touch several facets of the surface at once?
+template <class S> bool has_concave_edges(const Surface<S>& surface) {
+  return surface.kind == SurfaceKind::mesh && !surface.flat && !surface.convex;
+}
+
 // The gap function g [m] of a feature over a facet, its rate g' [m/s], the unit normal n from the surface to the
 // feature, the contact point x on the feature, and the rates n' and x'.
 template <class S> struct GapKinematics {

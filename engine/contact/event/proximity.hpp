@@ -23,7 +23,8 @@ template <class S> struct ShapePair {
   S bounding_radii{};  // [m] the sum of both
   int plane = -1;      // the surface, if one of the bodies is a plane
   bool plane_is_a = false;
-  std::string boundary_refusal;      // message where a vertex would slide beyond its face; empty: it cannot
+  // Message where a vertex would slide beyond its face, or a sphere touches two facets; empty: they cannot.
+  std::string boundary_refusal;
   std::string refusal;               // not empty: the pair has no contact test, and must not come near
   S recheck_travel{};                // [m] path lengths of both bodies up to which they cannot have met
   std::int64_t gaps_known_at = -1;   // the piece (Proximity::piece) at whose start its candidates' gaps are known

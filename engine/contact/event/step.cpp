@@ -168,7 +168,7 @@ template <class S> bool locate_event(Flow<S>& flow, Crossing<S>& first) {
   locate_impact(flow, first);
   if (run.active.count > 0) locate_mode_change(flow, first);
   if (!run.drag_bodies.empty()) locate_zero_wind(flow, first);
-  return flow.ok && stays_clear_of_boundaries(flow, first);
+  return flow.ok && stays_clear_of_boundaries(flow, first) && stays_off_other_facets(flow, first);
 }
 
 // `reached` becomes the present state; `reached` then holds the former state. Changes states, scales of round-off, and

@@ -131,6 +131,20 @@ bool leaves_without_strike(const Bodies<S>& bodies, const Proximity<S>& proximit
   return speed > S(0) && -rate <= steepest * speed;
 }
 
+template <class S>
+bool overlaps_other_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact,
+                          const S* y) {
+  const Candidate<S>& candidate = proximity.candidates[contact.candidate];
+  const Surface<S>& surface = proximity.surfaces[candidate.surface];
+  const Pose<S> of = pose_of(bodies, candidate.feature_body, y), on = pose_of(bodies, candidate.surface_body, y);
+  const Vec3<S> center = of.p + turned(of, candidate.feature.center_B);
+  S outside_m{};
+  const Facet<S> nearest = nearest_facet(surface, turned_back(on, center - on.p), false, Vec3<S>{}, outside_m);
+  const S held = gap_kinematics(candidate.feature, of, surface, contact.facet, on).gap;
+  return gap_kinematics(candidate.feature, of, surface, nearest, on).gap <
+         real::min(held, contact.held_gap) - S(16) * bodies.gap_round_off();
+}
+
 template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact) {
   const Bodies<S>& bodies = run.bodies;
   Proximity<S>& proximity = run.proximity;
@@ -247,6 +261,7 @@ bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, 
   template bool may_cross_boundary<S>(const Bodies<S>&, const Proximity<S>&, const S*, const S*);                      \
   template bool has_boundary<S>(const Proximity<S>&, const Contact<S>&);                                               \
   template S depth_inside_facet<S>(const Bodies<S>&, const Proximity<S>&, Contact<S>&);                                \
+  template bool overlaps_other_facet<S>(const Bodies<S>&, const Proximity<S>&, const Contact<S>&, const S*);           \
   template S leaving_speed<S>(const Bodies<S>&, const Proximity<S>&, const Candidate<S>&);                             \
   template bool leaves_without_strike<S>(const Bodies<S>&, const Proximity<S>&, const Candidate<S>&, S);               \
   template bool change_facet<S>(EventRun<S>&, Contact<S>&);

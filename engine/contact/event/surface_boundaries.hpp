@@ -18,6 +18,11 @@ S leaving_speed(const Bodies<S>& bodies, const Proximity<S>& proximity, const Ca
 template <class S>
 bool leaves_without_strike(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
                            S rate);
+// Of a sphere on a mesh: does it overlap a facet other than the one that its contact is held at, in the state y? A pair
+// has one candidate, and so one contact.
+template <class S>
+bool overlaps_other_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact,
+                          const S* y);
 // Sets the facet that a contact moves on to, or marks the contact as having left its facet (Contact::left_facet).
 // False: no contact is known there; report.outcome says why.
 template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact);

@@ -129,6 +129,31 @@ TEST_CASE("right above an inner edge of a mesh is above a face") {
   CHECK(time_of(falls.events[0]) == Approx(std::sqrt(0.8 / g)).epsilon(1e-13));
 }
 
+// A pair of a ball and a mesh has one contact: in a concave edge the ball would roll on through the other face.
+TEST_CASE("a ball that rolls into a wall of its mesh is refused there, one that rolls over a ridge goes on") {
+  const auto ground = [](const Real3& end) {  // level up to x = 1, from there on to `end`
+    Mesh mesh;
+    mesh.points_m = {{-2, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-2, 1, 0}, {end[0], -1, end[2]}, {end[0], 1, end[2]}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {1, 4, 5}, {1, 5, 2}};
+    return mesh;
+  };
+  for (const double friction : {0., 0.4})
+    for (const int steps : {16, 100}) {
+      Scene scene = world({0, 0, -g}, 0.5, friction);
+      for (const Real3& up : {Real3{1, 0, 1}, Real3{2, 0, 0.5}}) {
+        scene.bodies = {fixed("ground", ground(up)), ball("ball", 1, r, {0, 0.3, r}, {1, 0, 0}, {0, 1 / r, 0})};
+        const Recorded into = try_run("atwood/rk4+event", scene, {1.6, steps, 4});
+        INFO("mu " << friction << ", " << steps << " steps: " << into.outcome.reason);
+        CHECK(into.outcome.status == Status::unsupported);
+        CHECK(into.outcome.reason.find("sphere `ball` touches two facets of mesh `ground`") != std::string::npos);
+      }
+      scene.bodies[0] = fixed("ground", ground({2, 0, -0.1}));
+      const Recorded over = run("atwood/rk4+event", scene, {1.6, steps, 4});
+      CHECK(over.p(1)[0] > 1.5);
+      CHECK(over.p(1)[2] < r);
+    }
+}
+
 TEST_CASE("balls that meet dead and rough in empty space stay whole, and pass on") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-1, 1);
