@@ -6,8 +6,8 @@ namespace {
 
 const std::string parts =
     " Kicks and drifts are taken alternately from a map of order 1 and from its adjoint, so that a rotating body "
-    "(rotations about its principal axes) and forces that depend on velocities (Euler's rule in the velocities, explicit and "
-    "implicit, in closed form for a magnetic field) keep the order.";
+    "(rotations about its principal axes) and forces that depend on velocities (Euler's rule in the velocities, "
+    "explicit and implicit, in closed form for a magnetic field) keep the order.";
 const std::string leapfrogs =
     " A symmetric sequence of leapfrog steps (drift, kick, drift) of different lengths, so that a rotating body "
     "(symmetric splitting of the free top) and forces that depend on velocities (kicks by the implicit midpoint "
