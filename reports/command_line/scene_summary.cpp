@@ -351,7 +351,7 @@ std::string scene_summary(const Place& place, const Scenario& scenario, const st
   line("run", fmt::format("{} s, {} samples, steps {}", format_double(scenario.t_end_s), scenario.samples,
                           fmt::join(scenario.steps, " ")));
   line("motion", class_words(motion));
-  for (const Fluid& fluid : scene.fluids) line("fluid", fluid_words(scenario, fluid));
+  for (const Fluid& each : scene.fluids) line("fluid", fluid_words(scenario, each));
   if (!scene.fluids.empty()) line("space", domain_words(scene));
   if (scene.fluids.empty() || !scene.bodies.empty()) line("bodies", bodies_words(scene));
   if (scene.problem.empty()) line("forces", forces_words(scene));
