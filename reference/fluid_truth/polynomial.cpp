@@ -189,8 +189,11 @@ template <class S> void Polynomial<S>::rate(S t, const S* y, S* dydt) {
     }
     const Fit<S> fit(M, n);
     if (!fit.regular()) {
-      std::fill_n(dydt, layout.size, S(std::numeric_limits<double>::quiet_NaN()));
-      return;
+      const S none = std::numeric_limits<double>::quiet_NaN();
+      for (int a = 0; a < d; ++a) dydt[d * i + a] = dydt[layout.velocity + d * i + a] = none;
+      for (const int from : {layout.density, layout.temperature})
+        if (from >= 0) dydt[from + i] = none;
+      continue;
     }
     const std::vector<S> of_m = fit.solve(m);
     S own = 1 + weights;

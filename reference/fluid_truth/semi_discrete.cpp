@@ -173,11 +173,11 @@ template <class S> void fill(const Request& request, const std::vector<States<S>
   }
 }
 
-// Work of quad: evaluations of the rate (some 40 in the time in which sound crosses a spacing, at the tolerances below) times
-// particles times 40 neighbours times 4 microseconds.
+// Work of quad: evaluations of the rate (some 100 in the time in which sound crosses a spacing, at the tolerances below) times
+// particles times 40 neighbours times 20 microseconds.
 bool quad_is_affordable(const Request& request, const ParticleData<double>& data) {
   const double crossings = request.scenario.t_end_s * (data.largest_sound_speed + data.largest_speed) / data.spacing;
-  return 100 * crossings * data.layout.count * 40 * 4e-6 <= kQuadSeconds;
+  return 100 * crossings * data.layout.count * 40 * 2e-5 <= kQuadSeconds;
 }
 
 void by_ladder(const Request& request, const ParticleData<double>& data, Truth& truth) {

@@ -46,7 +46,7 @@ template <class S> class Sph final : public FluidSystem<S> {
   void momentum_rate(const Now& now, int i, S t, Vec<S>& dv, S& heat) const;
   void corrected_rate(const Now& now, int i, Vec<S>& dv, S& drho) const;
   void temperature_rate(const Now& now, int i, S& power) const;
-  void transport_rate(const Now& now, int i, Vec<S>& dv, S& drho) const;
+  void transport_rate(const Now& now, int i, Vec<S>& dv, S& drho, S& dT) const;
 
   Kernel<S> kernel_;
   std::vector<FixedPoint<S>> points_;
@@ -268,13 +268,14 @@ template <class S> void Sph<S>::corrected_rate(const Now& now, int i, Vec<S>& dv
   }
 }
 
-// div(rho u) - rho div u, and (1 / rho) sum V_j F x . (rho_i u_i + rho_j u_j) (v_j - v_i) / 2
-template <class S> void Sph<S>::transport_rate(const Now& now, int i, Vec<S>& dv, S& drho) const {
+// div(rho u) - rho div u, and (1 / rho) sum V_j F x . (rho_i u_i + rho_j u_j) (v_j - v_i) / 2, of the temperature likewise
+template <class S> void Sph<S>::transport_rate(const Now& now, int i, Vec<S>& dv, S& drho, S& dT) const {
   for (const Pair<S>& pair : now.fluid[i]) {
     const int j = pair.other;
     const S flux = now.V[j] * pair.F * dot(pair.x, now.rho[i] * now.u[i] + now.rho[j] * now.u[j]);
     drho += flux - now.rho[i] * now.V[j] * pair.F * dot(pair.x, now.u[j] - now.u[i]);
     dv = dv + (flux / (2 * now.rho[i])) * (now.v[j] - now.v[i]);
+    dT += flux / (2 * now.rho[i]) * (now.T[j] - now.T[i]);
   }
 }
 
@@ -311,11 +312,11 @@ template <class S> void Sph<S>::rate(S t, const S* y, S* dydt) {
   const Now now = evaluate(y);
   for (int i = 0; i < layout.count; ++i) {
     Vec<S> dv{};
-    S drho = 0, heat = 0, power = 0;
+    S drho = 0, heat = 0, power = 0, carried = 0;
     momentum_rate(now, i, t, dv, heat);
     if (layout.density >= 0) density_rate(now, i, drho);
     if (corrected_) corrected_rate(now, i, dv, drho);
-    if (shift_ != 0) transport_rate(now, i, dv, drho);
+    if (shift_ != 0) transport_rate(now, i, dv, drho, carried);
     for (int a = 0; a < layout.d; ++a) {
       dydt[layout.d * i + a] = now.v[i][a] + now.u[i][a];
       dydt[layout.velocity + layout.d * i + a] = dv[a];
@@ -325,7 +326,7 @@ template <class S> void Sph<S>::rate(S t, const S* y, S* dydt) {
     const FluidLaw<S>& law = of.laws[of.fluid[i]];
     temperature_rate(now, i, power);
     if (law.viscous_heat) power += heat;
-    dydt[layout.temperature + i] = law.heat_capacity > 0 ? power / law.heat_capacity : S(0);
+    dydt[layout.temperature + i] = law.heat_capacity > 0 ? power / law.heat_capacity + carried : S(0);
   }
 }
 

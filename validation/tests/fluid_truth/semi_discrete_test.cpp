@@ -211,7 +211,7 @@ TEST_CASE("Gradients with correction and fits of degree P are exact for what the
 
 TEST_CASE("The truth of the particles' equations: bars hold against CVODE, energy is kept, refusals have names") {
   Scenario scenario = disturbed(6, 5);
-  scenario.t_end_s = 0.02;
+  scenario.t_end_s = 0.004;
   scenario.truth.kind = TruthKind::semi_discrete;
   scenario.truth.response = "sph{kernel=wendland-c4,smoothing=1.5,viscosity=none}";
   const Truth truth = semi_discrete_truth(scenario, 4);
