@@ -8,44 +8,44 @@
 
 #include "scene/files.hpp"
 #include "scene/fluid_fields.hpp"
+#include "scene/fluid_walls.hpp"
 #include "scene/split_mix.hpp"
 #include "scene/value.hpp"
 
 namespace atwood {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kFillTolerance = 1e-9;
 
-std::string number(double x) { return describe(Value(x)); }
+std::string in_words(double x) { return describe(Value(x)); }
 
 // Why a length is no whole number of spacings; empty: it is.
 std::string remainder_words(double length_m, double spacing_m, const std::string& what) {
   const double count = length_m / spacing_m;
-  if (count > 1e9) return what + " is more than 10^9 spacings of " + number(spacing_m) + " m";
+  if (count > 1e9) return what + " is more than 10^9 spacings of " + in_words(spacing_m) + " m";
   const double nearest = std::max(1.0, std::round(count));
   if (std::abs(count - nearest) <= kFillTolerance * nearest) return "";
   const double whole = std::floor(count);
-  return what + " is " + number(whole) + " spacings of " + number(spacing_m) + " m and " +
-         number(length_m - whole * spacing_m) + " m more";
+  return what + " is " + in_words(whole) + " spacings of " + in_words(spacing_m) + " m and " +
+         in_words(length_m - whole * spacing_m) + " m more";
 }
 
 double volume_m(const FluidRegion& region, int dimensions) {
   if (const auto* ball = std::get_if<BallRegion>(&region)) {
     const double r = ball->radius_m;
-    return dimensions == 2 ? kPi * r * r : 4 * kPi / 3 * r * r * r;
+    return dimensions == 2 ? std::numbers::pi * r * r : 4 * std::numbers::pi / 3 * r * r * r;
   }
   if (const auto* e = std::get_if<EllipsoidRegion>(&region)) {
     const Real3& a = e->semi_axes_m;
-    return dimensions == 2 ? kPi * a[0] * a[1] : 4 * kPi / 3 * a[0] * a[1] * a[2];
+    return dimensions == 2 ? std::numbers::pi * a[0] * a[1] : 4 * std::numbers::pi / 3 * a[0] * a[1] * a[2];
   }
   return 0;
 }
 
 void refuse_count(const Fluid& fluid, double count) {
   if (count > static_cast<double>(kMostParticles))
-    throw InputError("the fluid `" + fluid.name + "` has " + number(count) + " particles at a spacing of " +
-                     number(fluid.spacing_m) + " m; expected at most " + std::to_string(kMostParticles));
+    throw InputError("the fluid `" + fluid.name + "` has " + in_words(count) + " particles at a spacing of " +
+                     in_words(fluid.spacing_m) + " m; expected at most " + std::to_string(kMostParticles));
 }
 
 // ---- lattices and rings -----------------------------------------------------------------------------------------------
@@ -105,8 +105,8 @@ std::vector<Real3> rings(const Fluid& fluid) {
     const double radius = (static_cast<double>(k) - 0.5) / count;  // of the circle of radius 1
     const std::int64_t members = 6 * k - 3;
     for (std::int64_t j = 0; j < members; ++j) {
-      const double angle =
-          2 * kPi * (static_cast<double>(j) + 0.5 * static_cast<double>(k % 2)) / static_cast<double>(members);
+      const double angle = 2 * std::numbers::pi * (static_cast<double>(j) + 0.5 * static_cast<double>(k % 2)) /
+                           static_cast<double>(members);
       points.push_back(
           {center[0] + axes[0] * radius * std::cos(angle), center[1] + axes[1] * radius * std::sin(angle), 0});
     }
@@ -130,21 +130,6 @@ std::vector<Real3> positions_of(const Fluid& fluid, int dimensions) {
 }
 
 // ---- boundaries -------------------------------------------------------------------------------------------------------
-Real3 cross(const Real3& a, const Real3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-// In body axes, from the body's position: by the conjugate of its quaternion, d + 2 w (u x d) + 2 u x (u x d).
-Real3 to_body(const Body& body, const Real3& x) {
-  const Real4& q = body.orientation_wxyz;
-  const Real3 d{x[0] - body.position_m[0], x[1] - body.position_m[1], x[2] - body.position_m[2]};
-  const Real3 u{-q[1], -q[2], -q[3]};
-  const Real3 once = cross(u, d), twice = cross(u, once);
-  Real3 out{};
-  for (std::size_t i = 0; i < 3; ++i) out[i] = d[i] + 2 * (q[0] * once[i] + twice[i]);
-  return out;
-}
-
 // The lattice gives way to bodies that lie in it; what lies behind a plane was put there by mistake.
 void give_way(const Scene& scene, const Fluid& fluid, std::vector<Real3>& points) {
   for (const FluidBoundary& boundary : scene.fluid_boundaries) {
@@ -155,9 +140,10 @@ void give_way(const Scene& scene, const Fluid& fluid, std::vector<Real3>& points
       continue;
     }
     if (const auto found = std::find_if(points.begin(), points.end(), within); found != points.end())
-      throw InputError("the fluid `" + fluid.name + "` has a particle at [" + number((*found)[0]) + ", " +
-                       number((*found)[1]) + ", " + number((*found)[2]) + "] m, behind the plane of the boundary `" +
-                       body.name + "`; expected it on the side of the normal");
+      throw InputError("the fluid `" + fluid.name + "` has a particle at [" + in_words((*found)[0]) + ", " +
+                       in_words((*found)[1]) + ", " + in_words((*found)[2]) +
+                       "] m, behind the plane of the boundary `" + body.name +
+                       "`; expected it on the side of the normal");
   }
 }
 
@@ -216,8 +202,8 @@ void refuse_overlap(const Scene& scene, const Fluid& a, const Fluid& b) {
         }
         if (std::sqrt(sum) < near)
           throw InputError("the fluids `" + a.name + "` and `" + b.name + "` overlap: two particles are " +
-                           number(std::sqrt(sum)) + " m apart at [" + number(x[0]) + ", " + number(x[1]) + ", " +
-                           number(x[2]) + "] m; expected at least half a spacing, " + number(near) + " m");
+                           in_words(std::sqrt(sum)) + " m apart at [" + in_words(x[0]) + ", " + in_words(x[1]) + ", " +
+                           in_words(x[2]) + "] m; expected at least half a spacing, " + in_words(near) + " m");
       }
     }
   }
@@ -230,17 +216,17 @@ std::string unfilled(const Fluid& fluid, int dimensions, double spacing_m) {
     for (std::size_t i = 0; i < static_cast<std::size_t>(dimensions); ++i) {
       const double length = box->max_m[i] - box->min_m[i];
       const std::string gap =
-          remainder_words(length, spacing_m, number(length) + " m along " + std::string(1, "xyz"[i]));
+          remainder_words(length, spacing_m, in_words(length) + " m along " + std::string(1, "xyz"[i]));
       if (!gap.empty()) return gap;
     }
     return "";
   }
   if (fluid.arrangement != Arrangement::rings) return "";
   if (const auto* ball = std::get_if<BallRegion>(&fluid.region))
-    return remainder_words(ball->radius_m, spacing_m, "the radius of " + number(ball->radius_m) + " m");
+    return remainder_words(ball->radius_m, spacing_m, "the radius of " + in_words(ball->radius_m) + " m");
   if (const auto* e = std::get_if<EllipsoidRegion>(&fluid.region)) {
     const double radius = std::sqrt(e->semi_axes_m[0] * e->semi_axes_m[1]);
-    return remainder_words(radius, spacing_m, "the mean radius sqrt(a b) of " + number(radius) + " m");
+    return remainder_words(radius, spacing_m, "the mean radius sqrt(a b) of " + in_words(radius) + " m");
   }
   return "";
 }
@@ -292,7 +278,7 @@ void place_particles(Scene& scene) {
               : std::pow(fluid.spacing_m, dimensions);
     give_way(scene, fluid, points);
     if (points.empty())
-      throw InputError("the fluid `" + fluid.name + "` has no particle at a spacing of " + number(fluid.spacing_m) +
+      throw InputError("the fluid `" + fluid.name + "` has no particle at a spacing of " + in_words(fluid.spacing_m) +
                        " m; expected a finer spacing");
     total += points.size();
     refuse_count(fluid, static_cast<double>(total));
@@ -307,8 +293,8 @@ void place_particles(Scene& scene) {
       const FluidState state = initial_state(scene, fluid, x);
       const double density = state.density_kg_per_m3;
       if (!(density > 0) || !std::isfinite(density))
-        throw InputError("the initial density of the fluid `" + fluid.name + "` is " + number(density) + " at [" +
-                         number(x[0]) + ", " + number(x[1]) + ", " + number(x[2]) +
+        throw InputError("the initial density of the fluid `" + fluid.name + "` is " + in_words(density) + " at [" +
+                         in_words(x[0]) + ", " + in_words(x[1]) + ", " + in_words(x[2]) +
                          "] m; expected a positive one: a larger sound speed");
       particles.velocity_m_per_s.push_back(state.velocity_m_per_s);
       particles.density_kg_per_m3.push_back(density);

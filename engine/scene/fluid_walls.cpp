@@ -47,14 +47,19 @@ Real3 turned(const Real4& q, double sign, const Real3& v) {
   return {v[0] + 2 * (q[0] * once[0] + twice[0]), v[1] + 2 * (q[0] * once[1] + twice[1]),
           v[2] + 2 * (q[0] * once[2] + twice[2])};
 }
-Real3 to_body(const Body& body, const Real3& x) {
-  return turned(body.orientation_wxyz, -1,
-                {x[0] - body.position_m[0], x[1] - body.position_m[1], x[2] - body.position_m[2]});
-}
 Real3 to_world(const Body& body, const Real3& x) {
   const Real3 turn = turned(body.orientation_wxyz, 1, x);
   return {turn[0] + body.position_m[0], turn[1] + body.position_m[1], turn[2] + body.position_m[2]};
 }
+
+}  // namespace
+
+Real3 to_body(const Body& body, const Real3& x) {
+  return turned(body.orientation_wxyz, -1,
+                {x[0] - body.position_m[0], x[1] - body.position_m[1], x[2] - body.position_m[2]});
+}
+
+namespace {
 
 // first, first + pitch, ... while below last.
 std::vector<double> ticks(double first, double pitch, double last) {

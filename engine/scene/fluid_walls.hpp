@@ -25,6 +25,9 @@ struct WallPoint {
 // fill.
 std::vector<WallPoint> wall_points(const Scene& scene, double reach_m);
 
+// A point of the world in axes of the body at its initial pose, from its centre of mass.
+Real3 to_body(const Body& body, const Real3& x_m);
+
 // Depth of a point (world) below the surface of a body at its initial pose; negative outside. Planes, boxes, balls.
 double depth_in_body_m(const Body& body, int dimensions, const Real3& x_m);
 

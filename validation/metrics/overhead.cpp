@@ -8,12 +8,12 @@
 namespace atwood {
 namespace {
 
-struct Line {
+struct TimeLine {
   double at_zero = 0, slope = 0;
 };
 
 // Weighted least squares of y over x.
-Line line_through(std::span<const int> x, std::span<const double> y) {
+TimeLine line_through(std::span<const int> x, std::span<const double> y) {
   double w = 0, wx = 0, wy = 0, wxx = 0, wxy = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {
     const double weight = 1 / (y[i] * y[i]), at = x[i];
@@ -37,13 +37,13 @@ OverheadFit fit_overhead(std::span<const int> repeats, const std::vector<std::ve
     const bool usable = round.size() == repeats.size() &&
                         std::all_of(round.begin(), round.end(), [](double t) { return std::isfinite(t) && t > 0; });
     if (!usable) continue;
-    const Line line = line_through(repeats, round);
+    const TimeLine line = line_through(repeats, round);
     if (!std::isfinite(line.at_zero) || !std::isfinite(line.slope)) continue;
     overheads.push_back(line.at_zero);
     rates.push_back(line.slope);
     if (repeats.size() < 4) continue;
-    const Line first = line_through(repeats.first(half), std::span(round).first(half));
-    const Line last = line_through(repeats.subspan(half), std::span(round).subspan(half));
+    const TimeLine first = line_through(repeats.first(half), std::span(round).first(half));
+    const TimeLine last = line_through(repeats.subspan(half), std::span(round).subspan(half));
     bends.push_back(last.slope / first.slope);
   }
   fit.rounds = static_cast<int>(overheads.size());
