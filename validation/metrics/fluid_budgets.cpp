@@ -20,7 +20,7 @@ std::vector<int> fluid_of_particles(const Scene& scene) {
 namespace metrics {
 namespace {
 
-using Vec = std::array<Wide, 3>;
+using WideVec = std::array<Wide, 3>;
 
 std::vector<double> masses_of(const Scene& scene) {
   std::vector<double> masses;
@@ -29,11 +29,11 @@ std::vector<double> masses_of(const Scene& scene) {
   return masses;
 }
 
-Wide dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vec cross(const Vec& a, const Vec& b) {
+Wide dot(const WideVec& a, const WideVec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+WideVec cross(const WideVec& a, const WideVec& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
-void add(Vec& to, Wide factor, const Vec& v) {
+void add(WideVec& to, Wide factor, const WideVec& v) {
   for (std::size_t i = 0; i < 3; ++i) to[i] += factor * v[i];
 }
 
@@ -54,7 +54,7 @@ struct Energies {
 Energies energies_of(const Scene& scene, const std::vector<int>& fluids, const std::vector<double>& masses,
                      const Sample& sample) {
   Energies e;
-  const Vec g{Wide(scene.gravity_m_per_s2[0]), Wide(scene.gravity_m_per_s2[1]), Wide(scene.gravity_m_per_s2[2])};
+  const WideVec g{Wide(scene.gravity_m_per_s2[0]), Wide(scene.gravity_m_per_s2[1]), Wide(scene.gravity_m_per_s2[2])};
   for (std::size_t i = 0; i < sample.particles.size(); ++i) {
     const ParticleSample& p = sample.particles[i];
     const Fluid& fluid = scene.fluids[static_cast<std::size_t>(fluids[i])];
@@ -93,21 +93,21 @@ Wide volume_of(const std::vector<double>& masses, const Sample& sample) {
 }
 
 // Moving bodies take part in the balance of momenta.
-Vec turn(const std::array<Wide, 4>& q, const Vec& v) {
-  const Vec u{q[1], q[2], q[3]}, once = cross(u, v), twice = cross(u, once);
+WideVec turn(const std::array<Wide, 4>& q, const WideVec& v) {
+  const WideVec u{q[1], q[2], q[3]}, once = cross(u, v), twice = cross(u, once);
   return {v[0] + 2 * (q[0] * once[0] + twice[0]), v[1] + 2 * (q[0] * once[1] + twice[1]),
           v[2] + 2 * (q[0] * once[2] + twice[2])};
 }
 
 struct Momenta {
-  Vec linear{}, angular{};
+  WideVec linear{}, angular{};
   Wide linear_sizes = 0, angular_sizes = 0;  // sums of |m v| and |m x v|
 };
 
 Momenta momenta_of(const Scene& scene, const std::vector<double>& masses, const Sample& sample) {
   Momenta sum;
-  const auto take = [&](Wide m, const Vec& x, const Vec& v) {
-    const Vec moment = cross(x, v);
+  const auto take = [&](Wide m, const WideVec& x, const WideVec& v) {
+    const WideVec moment = cross(x, v);
     add(sum.linear, m, v), add(sum.angular, m, moment);
     sum.linear_sizes += m * sqrtq(dot(v, v)), sum.angular_sizes += m * sqrtq(dot(moment, moment));
   };
@@ -118,7 +118,7 @@ Momenta momenta_of(const Scene& scene, const std::vector<double>& masses, const 
     if (body.fixed) continue;
     const BodySample& s = sample.bodies[b];
     take(body.mass_kg, s.p_m, s.v_m_per_s);
-    Vec spin{};
+    WideVec spin{};
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t k = 0; k < 3; ++k) spin[i] += Wide(body.inertia_kg_m2[3 * i + k]) * s.w_rad_per_s[k];
     add(sum.angular, 1, turn(s.q_wxyz, spin));
@@ -219,9 +219,9 @@ void append_fluid_momenta(const Scenario& scenario, const Recording& run, std::v
   Wide linear = 0, angular = 0;
   for (const Sample& sample : run.values) {
     const Momenta now = momenta_of(scene, masses, sample);
-    Vec dp = now.linear, dl = now.angular;
+    WideVec dp = now.linear, dl = now.angular;
     add(dp, -1, first.linear), add(dl, -1, first.angular);
-    const auto share = [](const Vec& d, Wide size) { return size > 0 ? sqrtq(dot(d, d)) / size : Wide(0); };
+    const auto share = [](const WideVec& d, Wide size) { return size > 0 ? sqrtq(dot(d, d)) / size : Wide(0); };
     linear = std::max(linear, share(dp, std::max(now.linear_sizes, first.linear_sizes)));
     angular = std::max(angular, share(dl, std::max(now.angular_sizes, first.angular_sizes)));
   }

@@ -24,7 +24,7 @@ double coarsest_spacing(const Scene& scene) {
 }
 
 // From `from` to `to`, by the nearest image.
-Vec apart(const Domain& domain, const Vec& from, const std::array<Wide, 3>& to) {
+Vec nearest_image(const Domain& domain, const Vec& from, const std::array<Wide, 3>& to) {
   Vec d{};
   for (std::size_t i = 0; i < 3; ++i) {
     d[i] = static_cast<double>(to[i] - from[i]);
@@ -43,7 +43,7 @@ template <class Get> double fitted(const Scene& scene, const Sample& sample, con
   Eigen::VectorXd right = Eigen::VectorXd::Zero(d + 1);
   Eigen::Index count = 0;
   for (const ParticleSample& p : sample.particles) {
-    const Vec away = apart(scene.domain, x, p.p_m);
+    const Vec away = nearest_image(scene.domain, x, p.p_m);
     const double r = std::hypot(away[0], away[1], away[2]) / reach;
     if (!(r < 1)) continue;
     const double weight = std::pow(1 - r, 4) * (1 + 4 * r);
@@ -67,7 +67,7 @@ double column_height(const Scene& scene, const FluidProbe& probe, const Sample& 
   const double spacing = coarsest_spacing(scene);
   double highest = kNan;
   for (const ParticleSample& p : sample.particles) {
-    const Vec away = apart(scene.domain, probe.position_m, p.p_m);
+    const Vec away = nearest_image(scene.domain, probe.position_m, p.p_m);
     const double along = away[0] * up[0] + away[1] * up[1] + away[2] * up[2];
     const double aside = std::hypot(away[0] - along * up[0], away[1] - along * up[1], away[2] - along * up[2]);
     if (aside > spacing) continue;
@@ -170,7 +170,7 @@ std::vector<double> nearest_of(const Scene& scene, const Sample& sample) {
           if (found == grid.end()) continue;
           for (const std::size_t j : found->second) {
             if (j == i) continue;
-            const Vec d = apart(scene.domain, x, sample.particles[j].p_m);
+            const Vec d = nearest_image(scene.domain, x, sample.particles[j].p_m);
             nearest[i] = std::min(nearest[i], std::hypot(d[0], d[1], d[2]));
           }
         }
