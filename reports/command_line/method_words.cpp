@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "protocol/printed_setting.hpp"
 #include "reports/command_line/manual.hpp"
 
 namespace atwood {
@@ -57,8 +58,9 @@ std::string settings_text(const MethodInfo& info, std::size_t width) {
     const auto rule = info.rules.find(name);
     if (rule == info.rules.end()) continue;
     const std::string unit = rule->second.unit.empty() ? "" : " [" + rule->second.unit + "]";
-    text += wrapped(fmt::format("{} Takes {}{}.", rule->second.doc, range_words(value, rule->second.range), unit), 8,
-                    width);
+    const std::string takes =
+        is_printed(rule->second) ? "" : fmt::format(" Takes {}{}.", range_words(value, rule->second.range), unit);
+    text += wrapped(rule->second.doc + takes, 8, width);
   }
   return text;
 }
