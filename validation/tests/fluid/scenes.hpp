@@ -35,8 +35,7 @@ inline Scene block_scene(const BlockOptions& options = {}) {
       for (int k = 0; k < (d == 3 ? n : 1); ++k) {
         const int at[3] = {i, j, k};
         Real3 x{}, v{};
-        for (int c = 0; c < d; ++c)
-          x[c] = (at[c] + 0.5 + options.disturbance * random.next_unit()) * options.spacing_m;
+        for (int c = 0; c < d; ++c) x[c] = (at[c] + 0.5 + options.disturbance * random.next_unit()) * options.spacing_m;
         v[0] = options.speed_m_per_s * (std::sin(2 * pi * x[1] / size) + 0.3);
         v[1] = -options.speed_m_per_s * std::cos(2 * pi * x[0] / size);
         if (d == 3) v[2] = 0.5 * options.speed_m_per_s * std::sin(2 * pi * (x[0] + x[1]) / size);

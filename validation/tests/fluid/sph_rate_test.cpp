@@ -86,7 +86,8 @@ std::vector<Quad> direct_rate(const Scene& scene, const SphOptions& options, con
       if (of[i] == of[j])
         density_rate += Quad(2) * Quad(options.density_diffusion) * kernel.support / support_ratio(kernel.shape) *
                         Quad(fluid.sound_speed_m_per_s) * mass[j] / density[j] * (density[i] - density[j]) * F;
-      const Quad push = mass[j] * (pressure[i] / (density[i] * density[i]) + pressure[j] / (density[j] * density[j])) * F;
+      const Quad push =
+          mass[j] * (pressure[i] / (density[i] * density[i]) + pressure[j] / (density[j] * density[j])) * F;
       Vector A{};
       const Quad drag = (mu[i] + mu[j]) / (density[i] * density[j]) * F;
       for (int c = 0; c < d; ++c) {
@@ -106,7 +107,8 @@ std::vector<Quad> direct_rate(const Scene& scene, const SphOptions& options, con
       if (fluid.viscous_heat) heat -= mass[j] * dot3(A, v) / 2;
       const Quad k_i = fluid.conductivity_W_per_m_K, k_j = of[j]->conductivity_W_per_m_K;
       if (k_i + k_j > 0)
-        heat += mass[j] * 4 * k_i * k_j / (k_i + k_j) * (temperature[i] - temperature[j]) * F / (density[i] * density[j]);
+        heat +=
+            mass[j] * 4 * k_i * k_j / (k_i + k_j) * (temperature[i] - temperature[j]) * F / (density[i] * density[j]);
     }
     for (int c = 0; c < d; ++c) {
       rate[at.positions() + i * d + c] = v_i[c] + carried[i][c];
@@ -184,7 +186,8 @@ TEST_CASE("the rate is that of the written equations, for every form of density,
           options.viscosity = viscosity;
           options.density_diffusion = warm ? 0.1 : 0;
           if (!warm && summation) scene.fluids[0].particles.mass_kg[3] *= 1.5;
-          INFO("d " << d << " summation " << summation << " viscosity " << static_cast<int>(viscosity) << " heat " << warm);
+          INFO("d " << d << " summation " << summation << " viscosity " << static_cast<int>(viscosity) << " heat "
+                    << warm);
           check_rate(scene, options);
         }
 }

@@ -1,8 +1,8 @@
 // Runs of +sph: what is conserved, orders in time, reversal, refusals.
 #include <catch2/catch.hpp>
 
-#include "fluid/run.hpp"
 #include "fluid/law.hpp"
+#include "fluid/run.hpp"
 #include "scenes.hpp"
 
 using namespace atwood;
@@ -17,7 +17,7 @@ struct Run {
 Run try_run(const std::string& id, const Scene& scene, double t_end_s, std::int64_t steps, std::int64_t samples = 1) {
   Run run;
   run.outcome = run_fluid(parse_method_id("atwood/" + id), scene, {t_end_s, steps, samples, {}},
-                           {[&](const Sample& sample) { run.samples.push_back(sample); }, {}, nullptr}, 0);
+                          {[&](const Sample& sample) { run.samples.push_back(sample); }, {}, nullptr}, 0);
   return run;
 }
 std::vector<Sample> run(const std::string& id, const Scene& scene, double t_end_s, std::int64_t steps,
@@ -46,7 +46,8 @@ Momenta change_of_momenta(const Sample& from, const Sample& to) {
     L += after - before;
     size_L += real::abs(after);
   }
-  return {static_cast<double>(real::sqrt(p[0] * p[0] + p[1] * p[1]) / size_p), static_cast<double>(real::abs(L) / size_L)};
+  return {static_cast<double>(real::sqrt(p[0] * p[0] + p[1] * p[1]) / size_p),
+          static_cast<double>(real::abs(L) / size_L)};
 }
 
 // Kinetic, elastic and thermal energy [J] of one fluid.
