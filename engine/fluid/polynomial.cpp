@@ -15,6 +15,8 @@ std::string scene_fault(const Scene& scene, const PolynomialOptions& options) {
   const auto number = [](double x) { return format_double(x); };
   if (options.degree != 2 && options.degree != 4)
     return "+polynomial fits polynomials of degree 2 or 4, not " + std::to_string(options.degree);
+  if (options.degree == 4 && scene.domain.dimensions == 3)
+    return "+polynomial fits polynomials of degree 2 in three dimensions; degree 4 is for two";
   if (!(options.smoothing > 0)) return "+polynomial needs a smoothing above 0, not " + number(options.smoothing);
   const Fluid& fluid = scene.fluids.front();
   const std::string whose = " of the fluid `" + fluid.name + "`";
@@ -55,6 +57,22 @@ template <class S> S pressure_slope(const FluidLaw<S>& law, S density) {
   return law.tait ? (c2 * law.density0 + law.gamma * law.pressure(density)) / density : c2;
 }
 
+// 1 at x <= a, 0 at x >= b, with two continuous derivatives.
+template <class S> S fading(S x, S a, S b) {
+  const S t = real::min(real::max((b - x) / (b - a), S(0)), S(1));
+  return t * t * t * (S(10) - S(15) * t + S(6) * t * t);
+}
+
+// How far a particle stands below a free surface, from the share of a kernel's integral that the fluid covers.
+template <class S> S depth_of(S covered, int d, S support) {
+  if (d == 2) {
+    const S y = (covered - S(0.5)) / S(1.1641593226536837), y2 = y * y;  // 128 / (35 pi)
+    return support * y * (S(1) + y2 * (S(7) / S(6) + S(77) / S(24) * y2));
+  }
+  const S y = (covered - S(0.5)) * S(256) / S(315), y2 = y * y;
+  return support * y * (S(1) + y2 * (S(4) / S(3) + S(62) / S(15) * y2));
+}
+
 template <class S> S nan() { return S(std::numeric_limits<double>::quiet_NaN()); }
 
 }  // namespace
@@ -80,6 +98,14 @@ Polynomial<S>::Polynomial(const Scene& scene, const PolynomialOptions& options)
   fits_.fields = set_.layout.temperature ? d + 2 : d + 1;
   fits_.spacing = spacing;
   fits_.lane_by_lane = options_.lane_by_lane;
+  bool open = false;
+  for (int c = 0; c < d; ++c) open = open || scene.domain.periodic_m[c] == 0;
+  if (open) {
+    fits_.cover_support = support_;
+    const S pi = S(3.14159265358979323846);
+    cover_factor_ = d == 2 ? S(4) / pi : S(315) / (S(64) * pi);
+    for (int c = 0; c < d; ++c) cover_factor_ = cover_factor_ * spacing / support_;
+  }
   for (const FluidLaw<S>& law : set_.laws) filter_rate_.push_back(S(options_.filter) * law.sound_speed / spacing);
   // u = 3 A U R_s sum D^d (-F) x_ij with -F = 20 b (1 - s)^3, x_ij = -(x_j - x_i).
   S volume = S(1);
@@ -164,6 +190,22 @@ void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int l
       u[c] = shift_factor_ * fit.crowding[c];
       divergence += fit.gradient[c][c];
     }
+    S surface{}, excess{};  // is this the surface's row; the density above rho0 that the fit has at the surface
+    if (fits_.cover_support > S(0)) {
+      const S depth = depth_of(cover_factor_ * (S(1) + fit.cover), at.dimensions, fits_.cover_support);
+      surface = fading(depth, S(0.75) * fits_.spacing, S(1.05) * fits_.spacing);
+      S size2{}, out_of{};
+      for (int c = 0; c < d; ++c) size2 += fit.lean[c] * fit.lean[c];
+      const S size = real::sqrt(size2);
+      if (surface > S(0) && size > S(0)) {
+        excess = rho - law.density0;
+        for (int c = 0; c < d; ++c) {
+          excess -= depth * fit.lean[c] / size * fit.gradient[density][c];
+          out_of += u[c] * fit.lean[c] / size;
+        }
+        for (int c = 0; c < d; ++c) u[c] -= surface * out_of * fit.lean[c] / size;
+      }
+    }
     const auto along_u = [&](int f) {  // (u . grad) f
       S sum{};
       for (int c = 0; c < d; ++c) sum += u[c] * fit.gradient[f][c];
@@ -181,7 +223,8 @@ void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int l
       dydt[at.velocities() + i * d + a] = -push * fit.gradient[density][a] + mu / rho * diffused + along_u(a) +
                                           filter * fit.change[a] + weight * gravity_[a];
     }
-    dydt[at.densities() + i] = -rho * divergence + along_u(density) + filter * fit.change[density];
+    dydt[at.densities() + i] = -rho * divergence + along_u(density) + filter * fit.change[density] -
+                               surface * S(options_.surface) * law.sound_speed / fits_.spacing * excess;
     if (at.temperature) {
       S& rate = dydt[at.temperatures() + i];
       rate = along_u(temperature) + filter * fit.change[temperature];

@@ -21,6 +21,7 @@ struct PolynomialOptions {
   double shift = 1;                // of the shifting velocity; 0: none
   double shift_speed_m_per_s = 0;  // U of docs/fluids.md; 0: as said there
   double filter = -1;              // of the dissipation of what changes from particle to particle; < 0: 0.005, 0.1
+  double surface = 1;              // rate, over sound speed / spacing, at which a free surface's pressure goes to 0
   int threads = 1;
   double skin = 0.08;         // of the support; results do not depend on it
   bool lane_by_lane = false;  // the scalar loop; the same bits
@@ -67,7 +68,7 @@ template <class S> class Polynomial final : public ParticleSystem<S> {
   PolynomialFits<S> fits_;
   System<S> system_;
   S gravity_[3]{};
-  S support_{}, shift_factor_{};
+  S support_{}, shift_factor_{}, cover_factor_{};
   std::vector<S> filter_rate_;          // F c / D of each fluid [1/s]
   std::vector<S> points_;               // positions of particles and walls, where there are walls
   std::vector<S> records_, supports_;   // by slot

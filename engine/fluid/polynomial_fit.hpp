@@ -28,13 +28,15 @@ template <class S> struct Fit {
   S laplacian[kMostFields];
   S change[kMostFields];  // G f of docs/fluids.md
   S crowding[3];          // sum of (1 - r / (2 D))^3 (x_j - x_i) [m]
+  S cover, lean[3];       // sums of g = (1 - (r / R0)^2)^3 and of g (x_j - x_i) [m], where the fluid may have a surface
   S least_pivot;          // of the Cholesky factors of M, scaled to a unit diagonal; <= 0 or NaN: singular
 };
 
 template <class S> struct PolynomialFits {
   KernelShape shape = KernelShape::wendland_c2;
-  int dimensions = 2, degree = 2, fields = 3;  // fields = d + 1, or d + 2 with temperature
+  int dimensions = 2, degree = 2, fields = 3;  // degree 4: in two dimensions; fields = d + 1, or d + 2 with temperature
   S spacing{};                                 // D
+  S cover_support{};                           // R0; 0: there is no free surface
   VectorWidth width = widest_vectors();
   bool lane_by_lane = false;  // the reference
 

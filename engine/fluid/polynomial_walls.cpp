@@ -100,7 +100,7 @@ PolynomialWalls<S>::PolynomialWalls(const Scene& scene, const ParticleSet<S>& se
   try {
     const double spacing = fluid.spacing_m;
     std::vector<S> dummies;
-    for (const WallPoint& point : wall_points(scene, 2 * spacing)) {
+    for (const WallPoint& point : wall_points(scene, static_cast<double>(support))) {
       const Wall& wall = walls_[point.boundary];
       const Body& own = scene.bodies[wall.body];
       Real3 at = point.at_m;
