@@ -38,10 +38,6 @@ const std::map<std::string, Source>& sources() {
   return known;
 }
 
-std::vector<const CLI::App*> commands_of(const CLI::App& app) {
-  return app.get_subcommands([](const CLI::App* sub) { return !sub->get_group().empty(); });
-}
-
 std::string command_names(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::App* sub : commands_of(app)) names.push_back(sub->get_name());

@@ -67,9 +67,13 @@ std::string doc_of(const OptionWords& option) {
   return option.preset.empty() ? option.doc : option.doc + " (" + option.preset + ")";
 }
 
+}  // namespace
+
 std::vector<const CLI::App*> commands_of(const CLI::App& app) {
   return app.get_subcommands([](const CLI::App* sub) { return !sub->get_group().empty(); });
 }
+
+namespace {
 
 std::vector<std::string> option_names(const CLI::App& app) {
   std::vector<std::string> names;

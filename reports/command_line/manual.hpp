@@ -30,6 +30,8 @@ struct OptionWords {
   bool required = false, many = false;
 };
 std::vector<OptionWords> options_of(const CLI::App& app);
+// The commands that help lists: hidden ones have no group.
+std::vector<const CLI::App*> commands_of(const CLI::App& app);
 
 // Of the program (no command), or of one command; wrapped to `width` columns.
 std::string help_text(const CLI::App& app, int width);
