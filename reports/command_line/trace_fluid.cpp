@@ -99,8 +99,8 @@ std::string poly_data(const Scene& scene, const Sample& sample) {
 }  // namespace
 
 void print_particles(const Scene& scene, const std::vector<Sample>& values, const std::vector<Sample>* bars,
-                     const std::string& source, int digits, bool json) {
-  Table table(fmt::format("{}{}", kParticleColumns, bars ? kParticleBarColumns : ""), json);
+                     const std::string& source, int digits, bool as_json) {
+  Table table(fmt::format("{}{}", kParticleColumns, bars ? kParticleBarColumns : ""), as_json);
   const std::vector<int> fluids = fluid_of_particles(scene);
   const std::vector<std::size_t> first = first_particles(scene);
   for (std::size_t k = 0; k < values.size(); ++k)
@@ -117,8 +117,8 @@ void print_particles(const Scene& scene, const std::vector<Sample>& values, cons
     }
 }
 
-void print_probes(const Scene& scene, const std::vector<Sample>& values, bool json) {
-  Table table("t_s,probe,value,unit", json);
+void print_probes(const Scene& scene, const std::vector<Sample>& values, bool as_json) {
+  Table table("t_s,probe,value,unit", as_json);
   for (const Sample& sample : values)
     for (const FluidProbe& probe : scene.probes) {
       const double value = probe_value(scene, probe, sample);
