@@ -169,7 +169,8 @@ void check_plane(Reading& r, const Value& table, BodyDraft& body) {
 }
 
 void check_fixed(Reading& r, const Value& table, BodyDraft& body) {
-  if (body.velocity_m_per_s != Real3{} || body.angular_velocity_body_rad_per_s != Real3{}) {
+  const bool slides = body.velocity_m_per_s != Real3{} || body.angular_velocity_body_rad_per_s != Real3{};
+  if (slides && !r.has_fluids) {  // of walls of fluids: check_sliding_walls()
     const bool linear = body.velocity_m_per_s != Real3{};
     const char* which = linear ? "velocity_m_per_s" : "angular_velocity_body_rad_per_s";
     fail(r, table.find(which)->place,

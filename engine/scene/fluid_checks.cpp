@@ -251,6 +251,26 @@ void check_probe(Reading& r, const Value& table, const FluidProbe& probe) {
       fail(r, table.place, "found the name `" + probe.name + "` a second time in [[probe]]; expected each name once");
 }
 
+void check_sliding_walls(Reading& r, Place at) {
+  const Scene& scene = *r.scene;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    const Real3 &v = body.velocity_m_per_s, &w = body.angular_velocity_body_rad_per_s;
+    if (!body.fixed || (v == Real3{} && w == Real3{})) continue;
+    const bool wall = std::any_of(scene.fluid_boundaries.begin(), scene.fluid_boundaries.end(),
+                                  [&](const FluidBoundary& b) { return b.body == static_cast<int>(i); });
+    if (!wall)
+      fail(r, at,
+           "the velocity of the body `" + body.name +
+               "` is not 0 for a fixed body; expected 0 (it never moves), or a [[fluid_boundary]] of the body");
+    const auto* plane = std::get_if<Plane>(&body.shape);
+    if (plane && v[0] * plane->normal[0] + v[1] * plane->normal[1] + v[2] * plane->normal[2] != 0)
+      fail(r, at,
+           "the velocity of the fixed plane `" + body.name +
+               "` has a component along its normal; expected one within the plane: its surface slides in itself");
+  }
+}
+
 void check_plane_scene(Reading& r, const Value& at) {
   const Scene& scene = *r.scene;
   if (scene.domain.dimensions != 2) return;
@@ -330,6 +350,7 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
     check_probe(r, table, probe);
     scene.probes.push_back(std::move(probe));
   });
+  check_sliding_walls(r, draft.domain->place);
   check_plane_scene(r, *draft.domain);
   r.where = "[run]";
   check_ladders(r, *draft.run, scenario);

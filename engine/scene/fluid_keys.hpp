@@ -22,6 +22,8 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft);
 void check_fluid(Reading& r, const Value& table, Fluid& fluid);
 void check_boundary(Reading& r, const Value& table, const FluidBoundary& boundary);
 void check_probe(Reading& r, const Value& table, const FluidProbe& probe);
+// A fixed body has a velocity only as the wall of a fluid, whose surface slides in itself.
+void check_sliding_walls(Reading& r, Place at);
 void check_plane_scene(Reading& r, const Value& place);  // what moves stays in the plane of two dimensions
 
 }  // namespace atwood

@@ -30,6 +30,7 @@ struct Reading {
   };
   std::unordered_map<std::string, Copies> grids;  // name of a copied body -> its copies in Scene::bodies
   std::vector<std::string> notes;                 // what reading changed, in sentences
+  bool has_fluids = false;                        // the scene has, or may have: a fixed body may slide in its surface
 };
 
 std::string place_words(const Reading& reading, Place place);  // "t.toml:12:8: "

@@ -199,6 +199,7 @@ void resolve(Reading& r, const Value& document, FileDraft& draft) {
   if (!draft.scenario.scene.problem.empty()) return resolve_problem(r, document, draft);
   if (const Value* state = document.find("initial_state"))
     fail(r, state->place, "found `initial_state` without `problem`; expected it with a bare problem only");
+  r.has_fluids = draft.fluid != nullptr;
   resolve_bodies(r, document, draft);
   each_table(r, draft.force, "[[force]]",
              [&](const Value& table) { read_forces(r, table, draft.scenario.scene.forces); });

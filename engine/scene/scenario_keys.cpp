@@ -425,7 +425,9 @@ const Keys<Scene>& scene_keys() {
 Scene read_resolved_scene(Reading& r, const Value& v) {
   Scene scene;
   r.scene = &scene;
+  r.has_fluids = v.find("fluids") != nullptr;
   within(r, "the scene", [&] { read_table(r, v, scene_keys(), {}, scene); });
+  if (r.has_fluids) check_sliding_walls(r, v.place);
   if (scene.materials.empty()) fail(r, v.place, "found no material in the scene; expected at least one");
   const std::size_t n = scene.materials.size();
   if (scene.pairs.size() != n * (n + 1) / 2)

@@ -359,7 +359,7 @@ std::string scene_summary(const Place& place, const Scenario& scenario, const st
     for (const std::string& words : laws_words(scene)) line("contact", words);
   if (motion.contacts && small)
     line("touches", answers.touches.empty() ? "none found" : fmt::format("{}", fmt::join(answers.touches, "; ")));
-  if (scene.problem.empty()) line("energy", energy_words(scene));
+  if (scene.problem.empty() && !fluid) line("energy", energy_words(scene));
   if (small) {
     line("runs in", answers.runs.empty() ? "no engine that is here" : fmt::format("{}", fmt::join(answers.runs, ", ")));
     for (const std::string& refusal : answers.refuses) line("not in", refusal);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """An engine of fluids whose errors are known: particles stay where they start, their velocity is the exact decay of Taylor
-and Green's vortices times 1 + a spacing^2 + b h, with a and b settings of the method."""
+and Green's vortices times 1 + a spacing^2 (1 + spacing) + b h, with a and b settings of the method."""
 import json
 import math
 import sys
@@ -21,7 +21,7 @@ def run(request):
             settings[name] = float(value)
     fluid = scene["fluids"][0]
     k, nu, h = 2 * math.pi, fluid.get("viscosity_m2_per_s", 0), request["t_end_s"] / request["steps"]
-    factor = 1 + settings["space"] * fluid["spacing_m"] ** 2 + settings["time"] * h
+    factor = 1 + settings["space"] * fluid["spacing_m"] ** 2 * (1 + fluid["spacing_m"]) + settings["time"] * h
     start = fluid["particles"]["position_m"]
     timed = request["pass"] == "timing"
     for sample in range(0 if timed else request["samples"] + 1):

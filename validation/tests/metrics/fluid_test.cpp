@@ -261,18 +261,18 @@ TEST_CASE("orders along the three ladders") {
     for (int n : {8, 16, 32, 64, 128})
       for (const int finer : {1, 2}) {
         const double dx = 1.0 / n;
-        add("space-error", dx, speed, finer * n, (finer == 1 ? 100 : 1) * dx * dx);  // the finest steps count
-        add("model-error", dx, speed, finer * n, 0.1 / (speed * speed));
+        add("space-error", dx, speed, finer * n, (finer == 1 ? 100 : 1) * dx * dx * (1 + dx));  // the finest steps count
+        add("model-error", dx, speed, finer * n, 0.1 / (speed * speed) * (1 + 1 / speed));
       }
-  for (int n : {10, 20, 40, 80, 160}) add("time-error", 0.125, 10, n, std::pow(n, -4));
+  for (int n : {10, 20, 40, 80, 160}) add("time-error", 0.125, 10, n, std::pow(n, -4) * (1 + 1.0 / n));
   std::map<std::string, int> found;
   for (const Row& row : fit_fluid_orders(rows)) {
     ++found[row.metric];
     CHECK(row.steps == 0);
-    if (row.metric == "order-space") CHECK(row.value == Approx(2).margin(1e-6));
+    if (row.metric == "order-space") CHECK(row.value == Approx(2).margin(0.05));
     if (row.metric == "order-space") CHECK((row.sound_speed_m_per_s && !row.spacing_m));
-    if (row.metric == "order-model") CHECK(row.value == Approx(2).margin(1e-6));
-    if (row.metric == "order-time") CHECK(row.value == Approx(4).margin(1e-6));
+    if (row.metric == "order-model") CHECK(row.value == Approx(2).margin(0.05));
+    if (row.metric == "order-time") CHECK(row.value == Approx(4).margin(0.05));
     if (row.metric == "order-time") CHECK((row.spacing_m == 0.125 && row.sound_speed_m_per_s == 10));
   }
   CHECK(found["order-space"] == 4);

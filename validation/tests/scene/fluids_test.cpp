@@ -192,6 +192,17 @@ TEST_CASE("refused with the figure") {
       "open boundaries (inflow, outflow) are not simulated");
   refused(with(&Parts::rest, wall + "shape.plane = { normal = [0, 1, 0], offset_m = 0 }\n" + bound + bound),
           "a second [[fluid_boundary]] of the body `wall`");
+  refused(
+      with(&Parts::rest, wall + "velocity_m_per_s = [1, 0, 0]\nshape.plane = { normal = [0, 1, 0], offset_m = 0 }\n"),
+      "the velocity of the body `wall` is not 0 for a fixed body");
+  refused(with(&Parts::rest,
+               wall + "velocity_m_per_s = [1, 1, 0]\nshape.plane = { normal = [0, 1, 0], offset_m = 0 }\n" + bound),
+          "has a component along its normal");
+  CHECK(message(
+            scene(with(&Parts::rest, wall +
+                                         "velocity_m_per_s = [1, 0, 0]\nshape.plane = { normal = [0, 1, 0], offset_m = "
+                                         "0 }\n" +
+                                         bound))) == "no error");
   refused(with(&Parts::rest, "[[probe]]\nkind = \"pressure\"\n"), "missing key `position_m` in [[probe]]");
   CHECK_THAT(message(kHead + "[domain]\ndimensions = 2\n[[body]]\nname = \"b\"\nmass_kg = 1\n"),
              Contains("found `domain` without [[fluid]]"));
