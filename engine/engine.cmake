@@ -2,6 +2,7 @@
 add_library(atwood_engine STATIC
   simulation.cpp
   parallel/team.cpp
+  fluid/corrections.cpp
   fluid/kernel.cpp
   fluid/kick_drift.cpp
   fluid/law.cpp

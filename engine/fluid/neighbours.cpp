@@ -136,55 +136,74 @@ template <class S> void Neighbours<S>::sort_into_cells(const Grid& grid) {
   for (int i = 0; i < count; ++i) {
     order_[slot_of_[i]] = i;
     for (int axis = 0; axis < dimensions_; ++axis)
-      sorted_[std::size_t(slot_of_[i]) * dimensions_ + axis] = wrapped_[std::size_t(i) * dimensions_ + axis];
+      sorted_[std::size_t(axis) * count + slot_of_[i]] = wrapped_[std::size_t(i) * dimensions_ + axis];
   }
-}
-
-template <class S> S Neighbours<S>::nearest(S difference, int axis) const {
-  return period_[axis] == S(0) ? difference : nearest_image(difference, period_[axis]);
 }
 
 // The lists of slots [first_slot, last_slot). The points are taken in their order and entered into the lists of all
 // their neighbours, so that each list is in ascending order of the points without being sorted.
 template <class S> bool Neighbours<S>::fill_lists(const Grid& grid, int first_slot, int last_slot) {
-  const int count = static_cast<int>(order_.size()), d = dimensions_, slowest = d - 1;
+  const int count = static_cast<int>(order_.size()), d = dimensions_;
   if (first_slot >= last_slot) return true;
-  const S reach2 = (support_ + skin_) * (support_ + skin_);
   std::fill(counts_.begin() + first_slot, counts_.begin() + whole_blocks(last_slot) * kLaneCount, 0);
-  const bool periodic[3] = {period_[0] > S(0), period_[1] > S(0), period_[2] > S(0)};
+  std::vector<int> near(count);  // slots within reach of a point
   for (int j = 0; j < count; ++j) {
     const int cell = cell_of_[j], own = slot_of_[j];
     const int at[3] = {cell % grid.cells[0], cell / grid.cells[0] % grid.cells[1],
                        cell / (grid.cells[0] * grid.cells[1])};
-    const S* xj = &wrapped_[std::size_t(j) * d];
-    const Stencil sx = stencil(at[0], grid.cells[0], periodic[0]), sy = stencil(at[1], grid.cells[1], periodic[1]);
-    const Stencil sz = slowest == 2 ? stencil(at[2], grid.cells[2], periodic[2]) : Stencil{0, 1};
-    for (int z = sz.first; z < sz.first + sz.count; ++z) {
-      for (int y = sy.first; y < sy.first + sy.count; ++y) {
-        const int row = (z % grid.cells[2] * grid.cells[1] + y % grid.cells[1]) * grid.cells[0];
+    Stencil along[3]{{0, 1}, {0, 1}, {0, 1}};
+    for (int c = 0; c < d; ++c) along[c] = stencil(at[c], grid.cells[c], period_[c] > S(0));
+    int found = 0;
+    for (int z = 0; z < along[2].count; ++z) {
+      for (int y = 0; y < along[1].count; ++y) {
+        const int row_y = (along[1].first + y) % grid.cells[1], row_z = (along[2].first + z) % grid.cells[2];
+        const int row = (row_z * grid.cells[1] + row_y) * grid.cells[0];
         if (cell_begin_[row + grid.cells[0]] <= first_slot || cell_begin_[row] >= last_slot) continue;
-        for (int x = sx.first; x < sx.first + sx.count;) {
+        for (int x = 0; x < along[0].count;) {
           // Neighbouring cells of a row are neighbours in memory, except across the period.
-          const int from = x % grid.cells[0], run = std::min(sx.first + sx.count - x, grid.cells[0] - from);
+          const int from = (along[0].first + x) % grid.cells[0];
+          const int run = std::min(along[0].count - x, grid.cells[0] - from);
           x += run;
-          const int begin = std::max(cell_begin_[row + from], first_slot);
-          const int end = std::min(cell_begin_[row + from + run], last_slot);
-          for (int k = begin; k < end; ++k) {
-            S r2{};
-            for (int axis = 0; axis < d; ++axis) {
-              const S dx = nearest(sorted_[std::size_t(k) * d + axis] - xj[axis], axis);
-              r2 += dx * dx;
-            }
-            if (!(r2 <= reach2) || k == own) continue;
-            if (counts_[k] == capacity_) return false;
-            const int lane = k % kLaneCount;
-            entries_[std::size_t(k - lane) * capacity_ + std::size_t(counts_[k]++) * kLaneCount + lane] = own;
-          }
+          found = find_near(&wrapped_[std::size_t(j) * d], std::max(cell_begin_[row + from], first_slot),
+                            std::min(cell_begin_[row + from + run], last_slot), near.data(), found);
         }
       }
     }
+    for (int n = 0; n < found; ++n) {
+      const int k = near[n], lane = k % kLaneCount;
+      if (k == own) continue;
+      if (counts_[k] == capacity_) return false;
+      entries_[std::size_t(k - lane) * capacity_ + std::size_t(counts_[k]++) * kLaneCount + lane] = own;
+    }
   }
   return true;
+}
+
+// Appends the slots of [begin, end) within reach of x, after the `found` first ones; returns how many there are then.
+template <class S> int Neighbours<S>::find_near(const S* x, int begin, int end, int* near, int found) const {
+  const S reach2 = (support_ + skin_) * (support_ + skin_);
+  const std::size_t count = order_.size();
+  constexpr int kChunk = 64;
+  S r2[kChunk];
+  for (; begin < end; begin += kChunk) {
+    const int size = std::min(kChunk, end - begin);
+    std::fill_n(r2, kChunk, S(0));
+    for (int axis = 0; axis < dimensions_; ++axis) {
+      const S *const at = &sorted_[axis * count + begin], own = x[axis], period = period_[axis];
+      if (period == S(0))
+        for (int k = 0; k < size; ++k) r2[k] += (at[k] - own) * (at[k] - own);
+      else
+        for (int k = 0; k < size; ++k) {
+          const S apart = real::abs(at[k] - own), least = real::min(apart, period - apart);
+          r2[k] += least * least;
+        }
+    }
+    for (int k = 0; k < size; ++k) {
+      near[found] = begin + k;
+      found += r2[k] <= reach2 ? 1 : 0;
+    }
+  }
+  return found;
 }
 
 // Fills the lists of each block up to the longest with the lane's own slot, and finds where pairs may wrap.
@@ -200,7 +219,7 @@ template <class S> void Neighbours<S>::finish_blocks(int first_block, int last_b
       const int slot = std::min(first + lane, count - 1);
       for (int n = counts_[first + lane]; n < longest; ++n) entries[n * kLaneCount + lane] = slot;
       for (int axis = 0; axis < dimensions_; ++axis) {
-        const S at = sorted_[std::size_t(slot) * dimensions_ + axis];
+        const S at = sorted_[std::size_t(axis) * count + slot];
         wraps = wraps || (period_[axis] > S(0) && !(at > margin && at < period_[axis] - margin));
       }
     }

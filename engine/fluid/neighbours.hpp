@@ -65,7 +65,7 @@ template <class S> class Neighbours {
   void sort_into_cells(const Grid& grid);
   bool fill_lists(const Grid& grid, int first_slot, int last_slot);  // false: a list exceeds capacity_
   void finish_blocks(int first_block, int last_block);
-  S nearest(S difference, int axis) const;
+  int find_near(const S* x, int begin, int end, int* near, int found) const;
 
   int dimensions_;
   S period_[3]{}, inverse_period_[3]{}, support_, skin_;

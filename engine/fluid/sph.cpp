@@ -1,8 +1,10 @@
 #include "fluid/sph.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 
+#include "fluid/corrections.hpp"
 #include "fluid/walls.hpp"
 
 namespace atwood::fluid {
@@ -23,6 +25,8 @@ std::string scene_fault(const Scene& scene, const SphOptions& options) {
     if (!(fluid.density_kg_per_m3 > 0) || !(fluid.spacing_m > 0))
       return "the density and the spacing" + whose + " must be above 0";
     if (fluid.particles.mass_kg.empty()) return "the fluid `" + fluid.name + "` has no particles";
+    if (fluid.viscous_heat != scene.fluids.front().viscous_heat)
+      return "+sph needs viscous_heat of all fluids or of none; that" + whose + " differs";
     if (!fluid.source.name.empty())
       return "+sph has no body acceleration by the named field `" + fluid.source.name + "`";
   }
@@ -33,8 +37,9 @@ std::string scene_fault(const Scene& scene, const SphOptions& options) {
              " m along " + "xyz"[axis] + ": a particle would meet another twice";
   }
   if (!scene.fluid_boundaries.empty() && scene.fluids.size() > 1) return "+sph has walls for a single fluid only";
-  if (options.corrected) return "+sph has no corrected gradients yet";
-  if (options.shift != 0) return "+sph has no shifting yet";
+  if (options.corrected && options.summation) return "corrected=true of +sph needs density=continuity";
+  if ((options.corrected || options.shift != 0) && !scene.fluid_boundaries.empty())
+    return "+sph has walls for corrected=false and shift=0 only";
   return "";
 }
 
@@ -56,7 +61,7 @@ Sph<S>::Sph(const Scene& scene, const SphOptions& options)
   sums_.kernel = make_kernel<S>(options.kernel, d, h);
   sums_.viscosity = options.viscosity;
   sums_.lane_by_lane = options.lane_by_lane;
-  sums_.continuity = !options.summation;
+  sums_.gradients = !options.corrected;
   sums_.several_fluids = scene.fluids.size() > 1;
   bool viscous = false;
   for (const FluidLaw<S>& law : set_.laws) {
@@ -68,8 +73,14 @@ Sph<S>::Sph(const Scene& scene, const SphOptions& options)
   if (!sums_.several_fluids) sums_.diffusion = sums_.diffusion * set_.laws.front().sound_speed;
   if (!viscous) sums_.viscosity = Viscosity::none;
   if (options.summation) sums_.diffusion = S(0);
+  for (const Fluid& fluid : scene.fluids)
+    for (const Real3& v : fluid.particles.velocity_m_per_s)
+      transport_strength_ = real::max(transport_strength_, norm(narrow3<S>(v)));
+  transport_strength_ = S(options.shift) * transport_strength_ * sums_.kernel.support;
   needs_heat_record_ = sums_.conduction || sums_.several_fluids;
-  record_size_ = d == 2 ? Record<2>::size : Record<3>::size;
+  equal_masses_ = scene.fluid_boundaries.empty() &&
+                  std::adjacent_find(set_.mass.begin(), set_.mass.end(), std::not_equal_to<>()) == set_.mass.end();
+  equal_viscosities_ = !sums_.several_fluids && set_.laws.front().viscosity_decay == S(0);
   for (int c = 0; c < d; ++c) gravity_[c] = S(scene.gravity_m_per_s2[c]);
   lists_ = std::make_unique<Neighbours<S>>(scene.domain, sums_.kernel.support, S(options.skin) * sums_.kernel.support);
   if (!scene.fluid_boundaries.empty()) {
@@ -116,10 +127,12 @@ template <class S> bool Sph<S>::update(S t_s, const S* y) {
   }
   if (!lists_->update(x, count, team_.get())) return false;
   const std::size_t slots = std::size_t(lists_->blocks()) * kLaneCount;
-  records_.resize(slots * record_size_);
+  records_.resize(slots);
   densities_.resize(slots);
   out_.resize(slots * SumRecord::size);
-  if (options_.summation) masses_.resize(slots);
+  masses_.resize(slots);
+  if (options_.summation && walls_ != nullptr) wall_masses_.resize(slots);
+  if (!equal_viscosities_) viscosities_.resize(slots);
   if (needs_heat_record_) heat_.resize(slots * HeatRecord::size);
   over_blocks([&](int first, int last) {
     pack(y, first, last);
@@ -127,11 +140,12 @@ template <class S> bool Sph<S>::update(S t_s, const S* y) {
   });
   if (options_.summation) {
     over_blocks([&](int first, int last) {
-      sums_.add_densities(*lists_, at.dimensions, records_.data(), masses_.data(), first, last, densities_.data());
+      const std::vector<S>& masses = walls_ == nullptr ? masses_ : wall_masses_;
+      sums_.add_densities(*lists_, at.dimensions, lanes_of(records_), masses.data(), first, last, densities_.data());
       set_pressures(y, first, last);
     });
   }
-  if (walls_ != nullptr) walls_->extrapolate(*lists_, records_.data(), record_size_, densities_.data(), y);
+  if (walls_ != nullptr) walls_->extrapolate(*lists_, lanes_of(records_), densities_.data(), y);
   return true;
 }
 
@@ -141,16 +155,16 @@ template <class S> void Sph<S>::pack(const S* y, int first_block, int last_block
   const int d = at.dimensions, count = lists_->count();
   for (int slot = first_block * kLaneCount; slot < last_block * kLaneCount; ++slot) {
     const int i = lists_->order()[std::min(slot, count - 1)];
-    S* const record = &records_[std::size_t(slot) * record_size_];
+    S* const record = records_[slot].lane;
     const bool fluid = i < at.particles;
     const S* const x = fluid ? y + at.positions() + std::ptrdiff_t(i) * d : &points_[std::size_t(i) * d];
     for (int c = 0; c < d; ++c) {
       record[c] = lists_->wrapped(x[c], c);
       record[d + c] = fluid ? y[at.velocities() + std::ptrdiff_t(i) * d + c] : S(0);
     }
-    record[2 * d + 1] = fluid ? set_.mass[i] : S(0);
-    if (options_.summation) masses_[slot] = fluid ? set_.mass[i] : walls_->mass();
-    else densities_[slot] = fluid ? y[at.densities() + i] : walls_->law().density0;
+    masses_[slot] = fluid ? set_.mass[i] : S(0);
+    if (options_.summation && walls_ != nullptr) wall_masses_[slot] = fluid ? set_.mass[i] : walls_->mass();
+    if (!options_.summation) densities_[slot] = fluid ? y[at.densities() + i] : walls_->law().density0;
   }
 }
 
@@ -160,17 +174,16 @@ template <class S> void Sph<S>::set_pressures(const S* y, int first_block, int l
   const int d = at.dimensions, count = lists_->count();
   for (int slot = first_block * kLaneCount; slot < last_block * kLaneCount; ++slot) {
     const int i = lists_->order()[std::min(slot, count - 1)];
-    S* const record = &records_[std::size_t(slot) * record_size_];
+    S* const record = records_[slot].lane;
     const S density = densities_[slot], volume = S(1) / density;
-    record[2 * d + 2] = volume;
-    if (i >= at.particles) {
-      record[2 * d] = record[2 * d + 3] = S(0);
-      continue;
-    }
+    record[2 * d] = S(0);
+    record[2 * d + 1] = volume;
+    if (!equal_viscosities_) viscosities_[slot] = S(0);
+    if (i >= at.particles) continue;
     const FluidLaw<S>& law = set_.law(i);
     const S temperature = at.temperature ? y[at.temperatures() + i] : law.temperature0;
     record[2 * d] = law.pressure(density) * volume * volume;
-    record[2 * d + 3] = law.dynamic_viscosity(temperature);
+    if (!equal_viscosities_) viscosities_[slot] = law.dynamic_viscosity(temperature);
     if (!needs_heat_record_) continue;
     S* const heat = &heat_[std::size_t(slot) * HeatRecord::size];
     heat[HeatRecord::temperature] = temperature;
@@ -178,6 +191,54 @@ template <class S> void Sph<S>::set_pressures(const S* y, int first_block, int l
     heat[HeatRecord::fluid] = S(set_.fluid_of[i]);
     heat[HeatRecord::sound_speed] = law.sound_speed;
   }
+}
+
+template <class S> SlotData<S> Sph<S>::slot_data() const {
+  return {records_.front().lane,
+          equal_masses_ ? nullptr : masses_.data(),
+          equal_viscosities_ ? nullptr : viscosities_.data(),
+          needs_heat_record_ ? heat_.data() : nullptr,
+          set_.mass.front(),
+          set_.laws.front().viscosity};
+}
+
+template <class S> void Sph<S>::set_sums(const S* y) {
+  over_blocks([&](int first, int last) {
+    sums_.add_forces(*lists_, set_.layout.dimensions, slot_data(), first, last, out_.data());
+    if (walls_ != nullptr)
+      walls_->add_forces(*lists_, slot_data().records, densities_.data(), y, first, last, out_.data());
+  });
+  if (options_.corrected || transport_strength_ > S(0)) set_corrections(y);
+}
+
+template <class S> void Sph<S>::set_corrections(const S* y) {
+  const Layout& at = set_.layout;
+  const std::size_t slots = masses_.size();
+  pressures_.resize(slots);
+  transport_.resize(slots * at.dimensions);
+  if (at.temperature) temperatures_.resize(slots), carried_heat_.resize(slots);
+  const auto for_slots = [&](const auto& work) {
+    over_blocks([&](int first, int last) { work(first * kLaneCount, std::min(last * kLaneCount, lists_->count())); });
+  };
+  for_slots([&](int first, int last) {
+    for (int slot = first; slot < last; ++slot) {
+      const int i = lists_->order()[slot];
+      pressures_[slot] = set_.law(i).pressure(densities_[slot]);
+      if (at.temperature) temperatures_[slot] = y[at.temperatures() + i];
+    }
+  });
+  const CorrectionData<S> data{*lists_,        sums_.kernel,      at.dimensions,    slot_data().records,
+                               masses_.data(), densities_.data(), pressures_.data()};
+  if (options_.corrected)
+    for_slots([&](int first, int last) { add_corrected_gradients(data, first, last, out_.data()); });
+  if (transport_strength_ == S(0)) return;
+  for_slots([&](int first, int last) {
+    set_transport_velocities(data, transport_strength_, first, last, transport_.data());
+  });
+  const S* const temperatures = at.temperature ? temperatures_.data() : nullptr;
+  for_slots([&](int first, int last) {
+    add_transport_fluxes(data, transport_.data(), temperatures, first, last, out_.data(), carried_heat_.data());
+  });
 }
 
 // ---- rates ----------------------------------------------------------------------------------------------------------
@@ -194,12 +255,15 @@ template <class S> void Sph<S>::rate_of_particles(S, const S* y, S* dydt, int fi
     if (law.expansion != S(0) && at.temperature)
       weight = S(1) - law.expansion * (y[at.temperatures() + i] - law.temperature0);
     for (int c = 0; c < d; ++c) {
-      dydt[at.positions() + i * d + c] = y[at.velocities() + i * d + c];
+      const S carried = transport_strength_ > S(0) ? transport_[std::size_t(slot) * d + c] : S(0);
+      dydt[at.positions() + i * d + c] = y[at.velocities() + i * d + c] + carried;
       dydt[at.velocities() + i * d + c] = sum[SumRecord::acceleration + c] + weight * gravity_[c];
     }
     if (at.density) dydt[at.densities() + i] = sum[SumRecord::density];
-    if (at.temperature)
-      dydt[at.temperatures() + i] = law.heat_capacity > S(0) ? sum[SumRecord::heat] / law.heat_capacity : S(0);
+    if (!at.temperature) continue;
+    S warming = law.heat_capacity > S(0) ? sum[SumRecord::heat] / law.heat_capacity : S(0);
+    if (transport_strength_ > S(0)) warming += carried_heat_[slot];
+    dydt[at.temperatures() + i] = warming;
   }
 }
 
@@ -210,17 +274,12 @@ template <class S> void Sph<S>::rate_of(void* context, S t_s, const S* y, S* dyd
     std::fill(dydt, dydt + at.size(), S(std::numeric_limits<double>::quiet_NaN()));
     return;
   }
-  self.over_blocks([&](int first, int last) {
-    const S* const heat = self.needs_heat_record_ ? self.heat_.data() : nullptr;
-    self.sums_.add_forces(*self.lists_, at.dimensions, self.records_.data(), heat, first, last, self.out_.data());
-    if (self.walls_ != nullptr)
-      self.walls_->add_forces(*self.lists_, self.records_.data(), self.record_size_, self.densities_.data(), y, first,
-                              last, self.out_.data());
-    self.rate_of_particles(t_s, y, dydt, first * kLaneCount, last * kLaneCount);
-  });
+  self.set_sums(y);
+  self.over_blocks(
+      [&](int first, int last) { self.rate_of_particles(t_s, y, dydt, first * kLaneCount, last * kLaneCount); });
   if (at.body_scalars == 0) return;
   if (self.walls_ != nullptr)
-    self.walls_->load_bodies(*self.lists_, self.records_.data(), self.record_size_, self.densities_.data(), y);
+    self.walls_->load_bodies(*self.lists_, self.slot_data().records, self.densities_.data(), y);
   self.bodies_->system().rate_of(self.bodies_.get(), t_s, y + at.bodies(), dydt + at.bodies());
 }
 
@@ -233,6 +292,7 @@ template <class S> std::string Sph<S>::not_separable() const {
   if (!options_.summation) return "moves velocities and positions in turns: +sph needs density=summation for that";
   if (sums_.viscosity != Viscosity::none)
     return "moves velocities and positions in turns: +sph needs viscosity=none for that, or fluids without viscosity";
+  if (options_.shift != 0) return "moves velocities and positions in turns: +sph needs shift=0 for that";
   if (set_.layout.temperature) return "moves velocities and positions in turns: temperatures are neither";
   if (set_.layout.body_scalars > 0) return "moves velocities and positions of particles in turns: a body floats";
   return "";
@@ -247,11 +307,8 @@ template <class S> void Sph<S>::accelerations(S t_s, const S* y, S* acceleration
               S(std::numeric_limits<double>::quiet_NaN()));
     return;
   }
+  set_sums(y);
   over_blocks([&](int first, int last) {
-    sums_.add_forces(*lists_, d, records_.data(), needs_heat_record_ ? heat_.data() : nullptr, first, last,
-                     out_.data());
-    if (walls_ != nullptr)
-      walls_->add_forces(*lists_, records_.data(), record_size_, densities_.data(), y, first, last, out_.data());
     for (int slot = first * kLaneCount; slot < std::min(last * kLaneCount, lists_->count()); ++slot) {
       const int i = lists_->order()[slot];
       if (i >= at.particles) continue;
@@ -282,8 +339,7 @@ template <class S> S Sph<S>::mean_neighbours(const S* y) {
     for (int n = 0; n < block.counts[lane]; ++n) {
       S r2{};
       for (int c = 0; c < at.dimensions; ++c) {
-        S x = records_[std::size_t(slot) * record_size_ + c] -
-              records_[std::size_t(block.entries[n * kLaneCount + lane]) * record_size_ + c];
+        S x = records_[slot].lane[c] - records_[block.entries[n * kLaneCount + lane]].lane[c];
         if (lists_->period(c) > S(0)) x = nearest_image(x, lists_->period(c));
         r2 += x * x;
       }

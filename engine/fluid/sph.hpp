@@ -57,6 +57,9 @@ template <class S> class Sph final : public ParticleSystem<S> {
   void set_pressures(const S* y, int first_block, int last_block);
   void rate_of_particles(S t_s, const S* y, S* dydt, int first_slot, int last_slot) const;
   template <class Work> void over_blocks(const Work& work);
+  SlotData<S> slot_data() const;
+  void set_sums(const S* y);  // after update(): what the pairs do to each slot
+  void set_corrections(const S* y);
 
   const Scene& scene_;
   SphOptions options_;
@@ -68,11 +71,12 @@ template <class S> class Sph final : public ParticleSystem<S> {
   std::unique_ptr<Neighbours<S>> lists_;
   PairSums<S> sums_;
   System<S> system_;
-  S gravity_[3]{};
-  bool needs_heat_record_ = false;
-  int record_size_ = 0;
-  std::vector<S> points_;                                     // positions of particles and walls, where there are walls
-  std::vector<S> records_, heat_, masses_, densities_, out_;  // by slot
+  S gravity_[3]{}, transport_strength_{};  // shift U R
+  bool needs_heat_record_ = false, equal_masses_ = false, equal_viscosities_ = false;
+  std::vector<S> points_;  // positions of particles and walls, where there are walls
+  LaneArray<S> records_;   // one block a slot (Record)
+  std::vector<S> heat_, masses_, wall_masses_, viscosities_, densities_, out_;  // by slot
+  std::vector<S> pressures_, temperatures_, transport_, carried_heat_;          // of corrections, by slot
 };
 
 }  // namespace atwood::fluid

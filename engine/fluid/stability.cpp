@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <vector>
 
@@ -103,8 +104,8 @@ bool stable(const std::string& scheme, const Settings& overrides, const std::vec
   Waves waves(modes);
   const int count = static_cast<int>(all.size());
   if (is_kick_drift(scheme)) {
-    // A wave's energy is not kept from step to step; its bound is that of the map's eigenvalues: h c G below it stays
-    // within a factor, beyond it grows without bound.
+    // A symmetric method does not keep the size of a wave from step to step: below the limit it stays within a factor,
+    // beyond it grows exponentially.
     auto made = make_kick_drift<double>(scheme, waves, {}, false);
     if (!made) return true;
     stepper = std::move(*made);
@@ -161,7 +162,10 @@ double largest_stable(const std::string& scheme, const Settings& overrides, cons
 
 std::string seconds(double h_s) {
   if (h_s == kNone) return "none";
-  return h_s == 0 ? "no stable step" : format_double(h_s) + " s";
+  if (h_s == 0) return "no stable step";
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.3g s", h_s);
+  return digits;
 }
 
 }  // namespace
@@ -184,7 +188,7 @@ std::string unstable(const std::string& scheme, const Settings& overrides, const
   thermal.thermal_m2_per_s = rates.thermal_m2_per_s;
   bounds.viscosity_s = largest_stable(scheme, overrides, all, viscous, steps);
   bounds.heat_s = largest_stable(scheme, overrides, all, thermal, steps);
-  return "steps of " + format_double(h_s) + " s are beyond the stability limit of atwood/" + scheme + ", " +
+  return "steps of " + seconds(h_s) + " are beyond the stability limit of atwood/" + scheme + ", " +
          seconds(bounds.all_s) + " (by sound " + seconds(bounds.sound_s) + ", by viscosity and diffusion of density " +
          seconds(bounds.viscosity_s) + ", by conduction " + seconds(bounds.heat_s) + ", by gravity " +
          seconds(bounds.force_s) + ")";

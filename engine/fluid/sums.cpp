@@ -5,12 +5,15 @@
 namespace atwood::fluid {
 namespace {
 
-// A lane, or all lanes of a block: how it reads a number of the slots in a row of a list.
+// A lane, or all lanes of a block: how it reads numbers of the slots in a row of a list.
 template <class S> struct OneLane {
   using Value = S;
   int lane;
   ATWOOD_INLINE S read(const S* at, const int* row, int stride) const {
     return at[static_cast<std::ptrdiff_t>(row[lane]) * stride];
+  }
+  ATWOOD_INLINE void read_records(const S* records, const int* row, Value* fields) const {
+    for (int f = 0; f < kRecordSize; ++f) fields[f] = read(records + f, row, kRecordSize);
   }
   ATWOOD_INLINE S root_of(S a) const { return real::sqrt(a); }
   ATWOOD_INLINE S active(int n, const int* counts) const { return n < counts[lane] ? S(1) : S(0); }
@@ -21,6 +24,29 @@ template <class S, VectorWidth width> struct AllLanes {
   ATWOOD_INLINE Value read(const S* at, const int* row, int stride) const {
     const auto of = [&](int k) ATWOOD_INLINED { return at[static_cast<std::ptrdiff_t>(row[k]) * stride]; };
     return Value{of(0), of(1), of(2), of(3), of(4), of(5), of(6), of(7)};
+  }
+  // Eight records are eight registers: transposed, a register holds one number of all eight.
+  ATWOOD_INLINE void read_records(const S* records, const int* row, Value* fields) const {
+    if constexpr (width == VectorWidth::narrow) {
+      for (int f = 0; f < kRecordSize; ++f) fields[f] = read(records + f, row, kRecordSize);
+    } else {
+      Value r[8], t[8];
+      for (int k = 0; k < 8; ++k) r[k] = load(records + static_cast<std::ptrdiff_t>(row[k]) * kRecordSize);
+      for (int k = 0; k < 8; k += 2) {
+        t[k] = __builtin_shufflevector(r[k], r[k + 1], 0, 8, 2, 10, 4, 12, 6, 14);
+        t[k + 1] = __builtin_shufflevector(r[k], r[k + 1], 1, 9, 3, 11, 5, 13, 7, 15);
+      }
+      for (int odd = 0; odd < 2; ++odd) {
+        const Value low = __builtin_shufflevector(t[odd], t[2 + odd], 0, 1, 8, 9, 4, 5, 12, 13);
+        const Value high = __builtin_shufflevector(t[odd], t[2 + odd], 2, 3, 10, 11, 6, 7, 14, 15);
+        const Value low2 = __builtin_shufflevector(t[4 + odd], t[6 + odd], 0, 1, 8, 9, 4, 5, 12, 13);
+        const Value high2 = __builtin_shufflevector(t[4 + odd], t[6 + odd], 2, 3, 10, 11, 6, 7, 14, 15);
+        fields[odd] = __builtin_shufflevector(low, low2, 0, 1, 2, 3, 8, 9, 10, 11);
+        fields[4 + odd] = __builtin_shufflevector(low, low2, 4, 5, 6, 7, 12, 13, 14, 15);
+        fields[2 + odd] = __builtin_shufflevector(high, high2, 0, 1, 2, 3, 8, 9, 10, 11);
+        fields[6 + odd] = __builtin_shufflevector(high, high2, 4, 5, 6, 7, 12, 13, 14, 15);
+      }
+    }
   }
   ATWOOD_INLINE Value root_of(const Value& a) const { return root(WholePack<width>{}, a); }
   ATWOOD_INLINE Value active(int n, const int* counts) const {
@@ -47,70 +73,76 @@ template <class S, int d> struct Periods {
 
 template <int d, bool wraps, class S, class Lanes>
 ATWOOD_INLINE void block_forces(const PairSums<S>& p, const Periods<S, d>& periods, const NeighbourBlock& block,
-                                const S* records, const S* heat, int first, const Lanes& lanes, S* sums) {
+                                const SlotData<S>& data, int first, const Lanes& lanes, S* sums) {
   using V = typename Lanes::Value;
   using R = Record<d>;
-  const S* const own = records + std::ptrdiff_t(first) * R::size;
-  const auto of_own = [&](int field) ATWOOD_INLINED { return lanes.read(own + field, kOwnRow, R::size); };
   const auto heat_of_own = [&](int field) ATWOOD_INLINED {
-    return lanes.read(heat + std::ptrdiff_t(first) * HeatRecord::size + field, kOwnRow, HeatRecord::size);
+    return lanes.read(data.heat + std::ptrdiff_t(first) * HeatRecord::size + field, kOwnRow, HeatRecord::size);
   };
-  V x_i[d], v_i[d], pressed[d]{}, dragged[d]{}, density{}, diffused{}, conducted{}, dissipated{};
-  for (int c = 0; c < d; ++c) x_i[c] = of_own(R::position + c), v_i[c] = of_own(R::velocity + c);
-  const V P_i = of_own(R::pressure_term), n_i = of_own(R::volume), mu_i = of_own(R::viscosity);
-  const V rho_i = V(S(1) / n_i);
-  const bool extra = p.conduction || p.several_fluids;
+  V own[kRecordSize], pressed[d]{}, dragged[d]{}, density{}, diffused{}, conducted{}, dissipated{};
+  lanes.read_records(data.records + std::ptrdiff_t(first) * kRecordSize, kOwnRow, own);
+  const bool weighed = data.masses != nullptr, thick = data.viscosities != nullptr, extra = data.heat != nullptr;
+  const V n_i = own[R::volume], rho_i = V(S(1) / n_i);
+  const V mu_i = thick ? lanes.read(data.viscosities + first, kOwnRow, 1) : V{} + data.viscosity;
   const V T_i = extra ? heat_of_own(HeatRecord::temperature) : V{};
   const V k_i = extra ? heat_of_own(HeatRecord::conductivity) : V{};
   const V fluid_i = extra ? heat_of_own(HeatRecord::fluid) : V{};
   const S inverse_support = p.kernel.inverse_support, tiny = p.kernel.support * p.kernel.support * S(1e-30);
+  const bool diffuses = p.diffusion != S(0), beyond_pressure = p.viscosity != Viscosity::none || extra || diffuses;
   for (int n = 0; n < block.longest; ++n) {
     const int* const row = block.entries + n * kLaneCount;
-    const auto of = [&](int field) ATWOOD_INLINED { return lanes.read(records + field, row, R::size); };
-    V x[d], v[d], r2{}, approach{};
+    V other[kRecordSize], x[d], v[d], r2{}, approach{};
+    lanes.read_records(data.records, row, other);
     for (int c = 0; c < d; ++c) {
-      x[c] = x_i[c] - of(R::position + c);
+      x[c] = own[R::position + c] - other[R::position + c];
       if constexpr (wraps) x[c] = periods.nearest(x[c], c);
-      v[c] = v_i[c] - of(R::velocity + c);
+      v[c] = own[R::velocity + c] - other[R::velocity + c];
       r2 = r2 + x[c] * x[c];
       approach = approach + v[c] * x[c];
     }
     const V r = lanes.root_of(r2);
-    const V f = of(R::mass) * kernel_slope<S>(p.kernel.shape, V(r * inverse_support));
-    if (p.continuity) density = density + f * approach;
-    const V push = f * (P_i + of(R::pressure_term));
+    V f = kernel_slope<S>(p.kernel.shape, V(r * inverse_support));
+    if (weighed) f = f * lanes.read(data.masses, row, 1);
+    density = density + f * approach;
+    const V push = f * (own[R::pressure_term] + other[R::pressure_term]);
     for (int c = 0; c < d; ++c) pressed[c] = pressed[c] + push * x[c];
-    if (p.viscosity == Viscosity::none && !extra && p.diffusion == S(0)) continue;
-    const V n_j = of(R::volume), per_volume = f * (n_i * n_j);
-    if (p.viscosity == Viscosity::morris) {
-      const V drag = per_volume * (mu_i + of(R::viscosity));
-      V slip2{};
-      for (int c = 0; c < d; ++c) dragged[c] = dragged[c] + drag * v[c], slip2 = slip2 + v[c] * v[c];
-      if (p.viscous_heat) dissipated = dissipated + drag * slip2;
-    } else if (p.viscosity == Viscosity::central) {
-      const V least = V{} + tiny, drag = per_volume * (mu_i + of(R::viscosity)) * approach / (r2 > least ? r2 : least);
-      for (int c = 0; c < d; ++c) dragged[c] = dragged[c] + drag * x[c];
-      if (p.viscous_heat) dissipated = dissipated + drag * approach;
+    if (!beyond_pressure) continue;
+    const V n_j = other[R::volume], per_volume = f * (n_i * n_j);
+    if (p.viscosity != Viscosity::none) {
+      const V drag = thick ? V(per_volume * (mu_i + lanes.read(data.viscosities, row, 1))) : per_volume;
+      if (p.viscosity == Viscosity::morris) {
+        for (int c = 0; c < d; ++c) dragged[c] = dragged[c] + drag * v[c];
+        if (p.viscous_heat)
+          for (int c = 0; c < d; ++c) dissipated = dissipated + drag * (v[c] * v[c]);
+      } else {
+        const V least = V{} + tiny, along = drag * approach / (r2 > least ? r2 : least);
+        for (int c = 0; c < d; ++c) dragged[c] = dragged[c] + along * x[c];
+        if (p.viscous_heat) dissipated = dissipated + along * approach;
+      }
     }
+    V same = V{} + S(1);
     if (extra) {
-      const auto heat_of = [&](int field) ATWOOD_INLINED { return lanes.read(heat + field, row, HeatRecord::size); };
+      const auto heat_of = [&](int field)
+                               ATWOOD_INLINED { return lanes.read(data.heat + field, row, HeatRecord::size); };
       if (p.conduction) {
         const V k_j = heat_of(HeatRecord::conductivity), both = k_i + k_j;
         const V mean = S(4) * (k_i * k_j) / (both > V{} ? both : V{} + S(1));
         conducted = conducted + per_volume * mean * (T_i - heat_of(HeatRecord::temperature));
       }
-      const V fluid_j = heat_of(HeatRecord::fluid), same = fluid_i == fluid_j ? V{} + S(1) : V{};
-      if (p.diffusion != S(0)) diffused = diffused + same * f * (rho_i * n_j - S(1));
-    } else if (p.diffusion != S(0)) {
-      diffused = diffused + f * (rho_i * n_j - S(1));
+      same = fluid_i == heat_of(HeatRecord::fluid) ? same : V{};
     }
+    if (diffuses) diffused = diffused + same * f * (rho_i * n_j - S(1));
   }
-  const S a = p.kernel.slope_factor, drag = p.viscosity == Viscosity::central ? a * S(d + 2) : a;
+  // Factors that all pairs share.
+  const S a = weighed ? p.kernel.slope_factor : p.kernel.slope_factor * data.mass;
+  const S gradient = p.gradients ? a : S(0);
+  const S both_mu = thick ? S(1) : S(2) * data.viscosity;
+  const S drag = a * both_mu * (p.viscosity == Viscosity::central ? S(d + 2) : S(1));
+  const V spread = p.several_fluids ? V(p.diffusion * heat_of_own(HeatRecord::sound_speed)) : V{} + p.diffusion;
   S* const out = sums + std::ptrdiff_t(first) * SumRecord::size;
   for (int c = 0; c < d; ++c)
-    lanes.write(V(drag * dragged[c] - a * pressed[c]), out + SumRecord::acceleration + c, SumRecord::size);
-  const V spread = p.several_fluids ? V(p.diffusion * heat_of_own(HeatRecord::sound_speed)) : V{} + p.diffusion;
-  lanes.write(V(a * (density + spread * diffused)), out + SumRecord::density, SumRecord::size);
+    lanes.write(V(drag * dragged[c] - gradient * pressed[c]), out + SumRecord::acceleration + c, SumRecord::size);
+  lanes.write(V(gradient * density + a * (spread * diffused)), out + SumRecord::density, SumRecord::size);
   lanes.write(V(a * conducted - S(0.5) * drag * dissipated), out + SumRecord::heat, SumRecord::size);
 }
 
@@ -118,15 +150,15 @@ template <int d, bool wraps, class S, class Lanes>
 ATWOOD_INLINE void block_densities(const PairSums<S>& p, const Periods<S, d>& periods, const NeighbourBlock& block,
                                    const S* records, const S* masses, int first, const Lanes& lanes, S* densities) {
   using V = typename Lanes::Value;
-  using R = Record<d>;
-  V x_i[d];
-  for (int c = 0; c < d; ++c) x_i[c] = lanes.read(records + std::ptrdiff_t(first) * R::size + c, kOwnRow, R::size);
+  V own[kRecordSize];
+  lanes.read_records(records + std::ptrdiff_t(first) * kRecordSize, kOwnRow, own);
   V sum = lanes.read(masses + first, kOwnRow, 1) * kernel_value<S>(p.kernel.shape, V{});
   for (int n = 0; n < block.longest; ++n) {
     const int* const row = block.entries + n * kLaneCount;
-    V r2{};
+    V other[kRecordSize], r2{};
+    lanes.read_records(records, row, other);
     for (int c = 0; c < d; ++c) {
-      V x = x_i[c] - lanes.read(records + c, row, R::size);
+      V x = own[c] - other[c];
       if constexpr (wraps) x = periods.nearest(x, c);
       r2 = r2 + x * x;
     }
@@ -145,15 +177,15 @@ ATWOOD_INLINE void over_lanes(bool lane_by_lane, const BlockOf& block_of) {
 }
 
 template <int d, class S>
-void forces_of(const PairSums<S>& p, const Neighbours<S>& lists, const S* records, const S* heat, int first, int last,
+void forces_of(const PairSums<S>& p, const Neighbours<S>& lists, const SlotData<S>& data, int first, int last,
                S* sums) {
   const Periods<S, d> periods(lists);
   in_lanes<S>(p.width, [&](auto width) ATWOOD_INLINED {
     for (int b = first; b < last; ++b) {
       const NeighbourBlock block = lists.block(b);
       over_lanes<S, decltype(width)::value>(p.lane_by_lane, [&](const auto& lanes) ATWOOD_INLINED {
-        if (block.wraps) block_forces<d, true>(p, periods, block, records, heat, b * kLaneCount, lanes, sums);
-        else block_forces<d, false>(p, periods, block, records, heat, b * kLaneCount, lanes, sums);
+        if (block.wraps) block_forces<d, true>(p, periods, block, data, b * kLaneCount, lanes, sums);
+        else block_forces<d, false>(p, periods, block, data, b * kLaneCount, lanes, sums);
       });
     }
   });
@@ -177,10 +209,10 @@ void densities_of(const PairSums<S>& p, const Neighbours<S>& lists, const S* rec
 }  // namespace
 
 template <class S>
-void PairSums<S>::add_forces(const Neighbours<S>& lists, int dimensions, const S* records, const S* heat, int first,
-                             int last, S* sums) const {
-  if (dimensions == 2) forces_of<2>(*this, lists, records, heat, first, last, sums);
-  else forces_of<3>(*this, lists, records, heat, first, last, sums);
+void PairSums<S>::add_forces(const Neighbours<S>& lists, int dimensions, const SlotData<S>& data, int first, int last,
+                             S* sums) const {
+  if (dimensions == 2) forces_of<2>(*this, lists, data, first, last, sums);
+  else forces_of<3>(*this, lists, data, first, last, sums);
 }
 
 template <class S>

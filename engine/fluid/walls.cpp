@@ -71,10 +71,10 @@ template <class S> void Walls<S>::place(S t_s, const S* y_bodies) {
 namespace {
 
 // x_i - x_j of two slots by the nearest image; returns r^2.
-template <class S> S difference(const Neighbours<S>& lists, const S* records, int size, int d, int i, int j, S* x) {
+template <class S> S difference(const Neighbours<S>& lists, const S* records, int d, int i, int j, S* x) {
   S r2{};
   for (int c = 0; c < d; ++c) {
-    x[c] = records[std::ptrdiff_t(i) * size + c] - records[std::ptrdiff_t(j) * size + c];
+    x[c] = records[std::ptrdiff_t(i) * kRecordSize + c] - records[std::ptrdiff_t(j) * kRecordSize + c];
     if (lists.period(c) > S(0)) x[c] = nearest_image(x[c], lists.period(c));
     r2 += x[c] * x[c];
   }
@@ -84,7 +84,7 @@ template <class S> S difference(const Neighbours<S>& lists, const S* records, in
 }  // namespace
 
 template <class S>
-void Walls<S>::extrapolate(const Neighbours<S>& lists, const S* records, int size, const S* densities, const S* y) {
+void Walls<S>::extrapolate(const Neighbours<S>& lists, const S* records, const S* densities, const S* y) {
   const Layout& at = set_.layout;
   const int d = at.dimensions;
   if (flagged_build_ != lists.builds()) {
@@ -105,7 +105,7 @@ void Walls<S>::extrapolate(const Neighbours<S>& lists, const S* records, int siz
       const int other = block.entries[n * kLaneCount + lane], f = lists.order()[other];
       if (f >= at.particles) continue;
       S x[3];
-      const S r = real::sqrt(difference(lists, records, size, d, slot, other, x)), W = sums_.kernel.value(r);
+      const S r = real::sqrt(difference(lists, records, d, slot, other, x)), W = sums_.kernel.value(r);
       if (W == S(0)) continue;
       S lift{};
       for (int c = 0; c < d; ++c) {
@@ -127,14 +127,13 @@ void Walls<S>::extrapolate(const Neighbours<S>& lists, const S* records, int siz
 
 // The terms of docs/fluids.md, "Walls", of one particle and one point.
 template <class S>
-auto Walls<S>::touch(const Neighbours<S>& lists, const S* records, int size, const S* densities, const S* y, int slot,
+auto Walls<S>::touch(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int slot,
                      int wall_slot) const -> Touch {
   const Layout& at = set_.layout;
   const int d = at.dimensions, i = lists.order()[slot], w = lists.order()[wall_slot] - at.particles;
   Touch touch;
   if (weight_[w] == S(0)) return touch;
-  S x[3]{}, v[3]{}, slip[3]{}, approach{}, drag_approach{},
-      r2 = difference(lists, records, size, d, slot, wall_slot, x);
+  S x[3]{}, v[3]{}, slip[3]{}, approach{}, drag_approach{}, r2 = difference(lists, records, d, slot, wall_slot, x);
   const S F = sums_.kernel.slope_over_distance(real::sqrt(r2));
   if (F == S(0)) return touch;
   for (int c = 0; c < d; ++c) {
@@ -144,13 +143,15 @@ auto Walls<S>::touch(const Neighbours<S>& lists, const S* records, int size, con
     drag_approach += slip[c] * x[c];
   }
   const FluidBoundary& boundary = scene_.fluid_boundaries[points_[w].boundary];
-  const S* const record = records + std::ptrdiff_t(slot) * size;
+  const S* const record = records + std::ptrdiff_t(slot) * kRecordSize;
   const S push = -mass() * (record[2 * d] + pressure_[w] / (density_[w] * density_[w])) * F;
   const S per_volume = mass() * F / (densities[slot] * density_[w]);
   S a[3]{};
   for (int c = 0; c < d; ++c) a[c] = push * x[c];
   if (boundary.slip == Slip::no_slip && sums_.viscosity != Viscosity::none) {
-    const S drag = S(2) * record[2 * d + 3] * per_volume;
+    const S T_i = at.temperature ? y[at.temperatures() + i] : law().temperature0;
+    const S viscosity = law().dynamic_viscosity(T_i);
+    const S drag = S(2) * viscosity * per_volume;
     S power{};
     for (int c = 0; c < d; ++c) {
       const S A = sums_.viscosity == Viscosity::morris ? drag * slip[c]
@@ -175,8 +176,8 @@ auto Walls<S>::touch(const Neighbours<S>& lists, const S* records, int size, con
 }
 
 template <class S>
-void Walls<S>::add_forces(const Neighbours<S>& lists, const S* records, int size, const S* densities, const S* y,
-                          int first, int last, S* sums) const {
+void Walls<S>::add_forces(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int first,
+                          int last, S* sums) const {
   const Layout& at = set_.layout;
   for (int b = first; b < last; ++b) {
     if (!near_wall_[b]) continue;
@@ -189,7 +190,7 @@ void Walls<S>::add_forces(const Neighbours<S>& lists, const S* records, int size
       for (int n = 0; n < block.counts[lane]; ++n) {
         const int other = block.entries[n * kLaneCount + lane];
         if (lists.order()[other] < at.particles) continue;
-        const Touch t = touch(lists, records, size, densities, y, slot, other);
+        const Touch t = touch(lists, records, densities, y, slot, other);
         out[SumRecord::acceleration] += t.acceleration.x;
         out[SumRecord::acceleration + 1] += t.acceleration.y;
         out[SumRecord::acceleration + 2] += t.acceleration.z;
@@ -208,7 +209,7 @@ void Walls<S>::add_forces(const Neighbours<S>& lists, const S* records, int size
 
 // From the points' side, in their order: the same whatever the threads.
 template <class S>
-void Walls<S>::load_bodies(const Neighbours<S>& lists, const S* records, int size, const S* densities, const S* y) {
+void Walls<S>::load_bodies(const Neighbours<S>& lists, const S* records, const S* densities, const S* y) {
   const Layout& at = set_.layout;
   const Motion<S> motion = bodies_->motion(S(0), y + at.bodies());
   for (Load<S>& load : loads_) load = {};
@@ -221,7 +222,7 @@ void Walls<S>::load_bodies(const Neighbours<S>& lists, const S* records, int siz
     for (int n = 0; n < block.counts[lane]; ++n) {
       const int slot = block.entries[n * kLaneCount + lane], i = lists.order()[slot];
       if (i >= at.particles) continue;
-      force -= set_.mass[i] * touch(lists, records, size, densities, y, slot, wall_slot).acceleration;
+      force -= set_.mass[i] * touch(lists, records, densities, y, slot, wall_slot).acceleration;
     }
     loads_[point.body].force_W += force;
     if (bodies_->rotates(point.body))

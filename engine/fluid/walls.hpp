@@ -28,12 +28,12 @@ template <class S> class Walls {
   void place(S t_s, const S* y_bodies);
   // Velocity, pressure and temperature of the points from the particles around them. Records and densities are by slot;
   // y is the state.
-  void extrapolate(const Neighbours<S>& lists, const S* records, int record_size, const S* densities, const S* y);
+  void extrapolate(const Neighbours<S>& lists, const S* records, const S* densities, const S* y);
   // Adds to the sums of the particles in the blocks [first, last).
-  void add_forces(const Neighbours<S>& lists, const S* records, int record_size, const S* densities, const S* y,
-                  int first, int last, S* sums) const;
+  void add_forces(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int first, int last,
+                  S* sums) const;
   // Keeps what the particles exert on the bodies, for the rate of the bodies that follows.
-  void load_bodies(const Neighbours<S>& lists, const S* records, int record_size, const S* densities, const S* y);
+  void load_bodies(const Neighbours<S>& lists, const S* records, const S* densities, const S* y);
   // The name of a fixed boundary behind which a particle at x stands, deeper than a spacing; empty: none.
   std::string crossed(const S* x) const;
 
@@ -43,7 +43,7 @@ template <class S> class Walls {
     Vec3<S> at;  // world of a fixed body, else its axes
   };
   struct Touch;  // what a wall point does to a particle
-  Touch touch(const Neighbours<S>& lists, const S* records, int record_size, const S* densities, const S* y, int slot,
+  Touch touch(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int slot,
               int wall_slot) const;
   struct FluidLoad;
 
