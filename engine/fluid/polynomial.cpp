@@ -190,7 +190,8 @@ void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int l
       u[c] = shift_factor_ * fit.crowding[c];
       divergence += fit.gradient[c][c];
     }
-    S surface{}, excess{};  // is this the surface's row; the density above rho0 that the fit has at the surface
+    S surface{}, excess{},
+        normal[3]{};  // is this the surface's row; the density above rho0 that the fit has at the surface
     if (fits_.cover_support > S(0)) {
       const S depth = depth_of(cover_factor_ * (S(1) + fit.cover), at.dimensions, fits_.cover_support);
       surface = fading(depth, S(0.75) * fits_.spacing, S(1.05) * fits_.spacing);
@@ -203,7 +204,10 @@ void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int l
           excess -= depth * fit.lean[c] / size * fit.gradient[density][c];
           out_of += u[c] * fit.lean[c] / size;
         }
-        for (int c = 0; c < d; ++c) u[c] -= surface * out_of * fit.lean[c] / size;
+        for (int c = 0; c < d; ++c) {
+          normal[c] = -fit.lean[c] / size;
+          u[c] += surface * out_of * normal[c];
+        }
       }
     }
     const auto along_u = [&](int f) {  // (u . grad) f
@@ -220,8 +224,9 @@ void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int l
         if (at.temperature) diffused -= law.viscosity_decay * fit.gradient[temperature][c] * fit.gradient[a][c];
       }
       dydt[at.positions() + i * d + a] = v[a] + u[a];
-      dydt[at.velocities() + i * d + a] = -push * fit.gradient[density][a] + mu / rho * diffused + along_u(a) +
-                                          filter * fit.change[a] + weight * gravity_[a];
+      dydt[at.velocities() + i * d + a] =
+          -push * fit.gradient[density][a] + mu / rho * diffused + along_u(a) + filter * fit.change[a] +
+          weight * gravity_[a] + surface * S(options_.surface_force) * push * excess / fits_.spacing * normal[a];
     }
     dydt[at.densities() + i] = -rho * divergence + along_u(density) + filter * fit.change[density] -
                                surface * S(options_.surface) * law.sound_speed / fits_.spacing * excess;

@@ -22,6 +22,7 @@ struct PolynomialOptions {
   double shift_speed_m_per_s = 0;  // U of docs/fluids.md; 0: as said there
   double filter = -1;              // of the dissipation of what changes from particle to particle; < 0: 0.005, 0.1
   double surface = 1;              // rate, over sound speed / spacing, at which a free surface's pressure goes to 0
+  double surface_force = 1;        // share of the pressure that a fit has at a free surface which pushes its row
   int threads = 1;
   double skin = 0.08;         // of the support; results do not depend on it
   bool lane_by_lane = false;  // the scalar loop; the same bits
