@@ -218,9 +218,9 @@ void solve(const Request& request, Truth& truth) {
                truth);
     truth.source = "semi-discrete: extrapolation in quad at 1e-20 and 1e-17";
   } else {
-    fill<Narrow>(request, {by_extrapolation<Narrow>(request, 1e-17), by_extrapolation<Narrow>(request, 1e-14)}, 0x1p-64,
+    fill<Narrow>(request, {by_extrapolation<Narrow>(request, 1e-13), by_extrapolation<Narrow>(request, 1e-11)}, 0x1p-64,
                  truth);
-    truth.source = "semi-discrete: extrapolation in long double at 1e-17 and 1e-14";
+    truth.source = "semi-discrete: extrapolation in long double at 1e-13 and 1e-11";
   }
 }
 
