@@ -1,4 +1,5 @@
-// The equations of `+polynomial` (docs/fluids_polynomial.md), written from that page: derivatives by moving least squares.
+// The equations of `+polynomial` (docs/fluids.md) without walls and free surfaces, written from that page: derivatives by
+// moving least squares.
 // P. Lancaster and K. Salkauskas, Math. Comp. 37 (1981) 141; T. Liszka and J. Orkisz, Comput. Struct. 11 (1980) 83.
 #include <algorithm>
 #include <cmath>
@@ -11,7 +12,7 @@ namespace atwood::fluid_truth {
 
 namespace {
 
-constexpr double kLeastPivot = 1e-10;
+constexpr double kLeastPivot = 1e-10;  // the page ends a run long before, at 0.004
 
 struct Monomial {
   int power[3] = {0, 0, 0};
@@ -111,7 +112,7 @@ double given(const Response& response, const char* name, double otherwise) {
 template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response& response) {
   for (const auto& [name, value] : response.settings) {
     const char* known[] = {"degree", "kernel",  "smoothing", "shift", "shift_speed",
-                           "filter", "threads", "lanes",     "skin"};
+                           "filter", "threads", "lanes",     "skin",  "surface"};
     require(std::find(std::begin(known), std::end(known), name) != std::end(known),
             "the setting `" + name + "` of +polynomial is not covered");
   }
@@ -211,7 +212,7 @@ template <class S> void Polynomial<S>::rate(S t, const S* y, S* dydt) {
     }
     const FluidLaw<S>& law = of.laws[of.fluid[i]];
     const Vec<S> u = transport(near[i]);
-    const S rho = value(d, i), T = layout.temperature >= 0 ? value(d + 1, i) : S(of.fixed_temperature[i]);
+    const S rho = value(d, i), T = layout.temperature >= 0 ? value(d + 1, i) : law.T0;
     const S mu = law.dynamic_viscosity(T), damping = filter_ * law.c / S(of.spacing);
     const Vec<S> grad_T = layout.temperature >= 0 ? at[d + 1].grad : Vec<S>{};
     const Vec<S> source = of.source[of.fluid[i]] ? of.source[of.fluid[i]](t, x[i]) : Vec<S>{};

@@ -195,7 +195,15 @@ void by_ladder(const Request& request, const ParticleData<double>& data, Truth& 
                  ", less than 8: the bars are estimates";
 }
 
+// The equations of `+polynomial` at walls and free surfaces are not covered.
+void require_no_surface(const Request& request) {
+  if (parse_response(request.response).name != "polynomial") return;
+  for (int a = 0; a < request.scene.domain.dimensions; ++a)
+    require(request.scene.domain.periodic_m[a] > 0, "+polynomial where an axis is not periodic is not covered");
+}
+
 void solve(const Request& request, Truth& truth) {
+  require_no_surface(request);
   const auto data = fluid_system<double>(request.scene, request.response)->data;
   if (data.layout.count > kMostCvode) {
     by_ladder(request, data, truth);
@@ -210,9 +218,9 @@ void solve(const Request& request, Truth& truth) {
                truth);
     truth.source = "semi-discrete: extrapolation in quad at 1e-20 and 1e-17";
   } else {
-    fill<Narrow>(request, {by_extrapolation<Narrow>(request, 1e-17), by_extrapolation<Narrow>(request, 1e-14)}, 0x1p-64,
+    fill<Narrow>(request, {by_extrapolation<Narrow>(request, 1e-13), by_extrapolation<Narrow>(request, 1e-11)}, 0x1p-64,
                  truth);
-    truth.source = "semi-discrete: extrapolation in long double at 1e-17 and 1e-14";
+    truth.source = "semi-discrete: extrapolation in long double at 1e-13 and 1e-11";
   }
 }
 

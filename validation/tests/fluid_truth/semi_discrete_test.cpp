@@ -238,6 +238,10 @@ TEST_CASE("The truth of the particles' equations: bars hold against CVODE, energ
   CHECK_THAT(semi_discrete_truth(scenario, 4).outcome.reason, Catch::Contains("smoothing"));
   scenario.truth.response = "sph{kernel=gauss,smoothing=1}";
   CHECK_THAT(semi_discrete_truth(scenario, 4).outcome.reason, Catch::Contains("gauss"));
+  Scenario open = scenario;
+  open.scene.domain.periodic_m[1] = 0;
+  open.truth.response = "polynomial{degree=2}";
+  CHECK_THAT(semi_discrete_truth(open, 4).outcome.reason, Catch::Contains("not periodic"));
   scenario.truth.response = "";
   CHECK(semi_discrete_truth(scenario, 4).outcome.status == Status::unsupported);
   scenario.scene.fluids[0].particles = {};
