@@ -134,25 +134,29 @@ template <class S> bool Sph<S>::update(S t_s, const S* y) {
   if (options_.summation && walls_ != nullptr) wall_masses_.resize(slots);
   if (!equal_viscosities_) viscosities_.resize(slots);
   if (needs_heat_record_) heat_.resize(slots * HeatRecord::size);
-  over_blocks([&](int first, int last) {
-    pack(y, first, last);
-    if (!options_.summation) set_pressures(y, first, last);
-  });
-  if (options_.summation) {
+  const auto prepare = [&](auto dimensions) {
+    constexpr int d = decltype(dimensions)::value;
+    over_blocks([&](int first, int last) {
+      pack<d>(y, first, last);
+      if (!options_.summation) set_pressures<d>(y, first, last);
+    });
+    if (!options_.summation) return;
     over_blocks([&](int first, int last) {
       const std::vector<S>& masses = walls_ == nullptr ? masses_ : wall_masses_;
-      sums_.add_densities(*lists_, at.dimensions, lanes_of(records_), masses.data(), first, last, densities_.data());
-      set_pressures(y, first, last);
+      sums_.add_densities(*lists_, d, lanes_of(records_), masses.data(), first, last, densities_.data());
+      set_pressures<d>(y, first, last);
     });
-  }
+  };
+  if (at.dimensions == 2) prepare(std::integral_constant<int, 2>{});
+  else prepare(std::integral_constant<int, 3>{});
   if (walls_ != nullptr) walls_->extrapolate(*lists_, lanes_of(records_), densities_.data(), y);
   return true;
 }
 
 // Positions, velocities and masses of the slots; the points of walls have no mass here.
-template <class S> void Sph<S>::pack(const S* y, int first_block, int last_block) {
+template <class S> template <int d> void Sph<S>::pack(const S* y, int first_block, int last_block) {
   const Layout& at = set_.layout;
-  const int d = at.dimensions, count = lists_->count();
+  const int count = lists_->count();
   for (int slot = first_block * kLaneCount; slot < last_block * kLaneCount; ++slot) {
     const int i = lists_->order()[std::min(slot, count - 1)];
     S* const record = records_[slot].lane;
@@ -169,9 +173,9 @@ template <class S> void Sph<S>::pack(const S* y, int first_block, int last_block
 }
 
 // What follows from density and temperature.
-template <class S> void Sph<S>::set_pressures(const S* y, int first_block, int last_block) {
+template <class S> template <int d> void Sph<S>::set_pressures(const S* y, int first_block, int last_block) {
   const Layout& at = set_.layout;
-  const int d = at.dimensions, count = lists_->count();
+  const int count = lists_->count();
   for (int slot = first_block * kLaneCount; slot < last_block * kLaneCount; ++slot) {
     const int i = lists_->order()[std::min(slot, count - 1)];
     S* const record = records_[slot].lane;
@@ -242,9 +246,10 @@ template <class S> void Sph<S>::set_corrections(const S* y) {
 }
 
 // ---- rates ----------------------------------------------------------------------------------------------------------
-template <class S> void Sph<S>::rate_of_particles(S, const S* y, S* dydt, int first_slot, int last_slot) const {
+template <class S>
+template <int d>
+void Sph<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int last_slot) const {
   const Layout& at = set_.layout;
-  const std::ptrdiff_t d = at.dimensions;
   const int last = std::min(last_slot, lists_->count());
   for (int slot = first_slot; slot < last; ++slot) {
     const int i = lists_->order()[slot];
@@ -275,8 +280,11 @@ template <class S> void Sph<S>::rate_of(void* context, S t_s, const S* y, S* dyd
     return;
   }
   self.set_sums(y);
-  self.over_blocks(
-      [&](int first, int last) { self.rate_of_particles(t_s, y, dydt, first * kLaneCount, last * kLaneCount); });
+  self.over_blocks([&](int first, int last) {
+    const int first_slot = first * kLaneCount, last_slot = last * kLaneCount;
+    if (at.dimensions == 2) self.template rate_of_particles<2>(y, dydt, first_slot, last_slot);
+    else self.template rate_of_particles<3>(y, dydt, first_slot, last_slot);
+  });
   if (at.body_scalars == 0) return;
   if (self.walls_ != nullptr)
     self.walls_->load_bodies(*self.lists_, self.slot_data().records, self.densities_.data(), y);

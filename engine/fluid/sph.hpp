@@ -53,9 +53,9 @@ template <class S> class Sph final : public ParticleSystem<S> {
   static void rate_of(void* context, S t_s, const S* y, S* dydt);
   static void project_of(void* context, S* y);
   bool update(S t_s, const S* y);  // lists and records at a state; false: some position is not finite
-  void pack(const S* y, int first_block, int last_block);
-  void set_pressures(const S* y, int first_block, int last_block);
-  void rate_of_particles(S t_s, const S* y, S* dydt, int first_slot, int last_slot) const;
+  template <int d> void pack(const S* y, int first_block, int last_block);
+  template <int d> void set_pressures(const S* y, int first_block, int last_block);
+  template <int d> void rate_of_particles(const S* y, S* dydt, int first_slot, int last_slot) const;
   template <class Work> void over_blocks(const Work& work);
   SlotData<S> slot_data() const;
   void set_sums(const S* y);  // after update(): what the pairs do to each slot

@@ -25,9 +25,10 @@ template <class S, VectorWidth width> struct AllLanes {
     const auto of = [&](int k) ATWOOD_INLINED { return at[static_cast<std::ptrdiff_t>(row[k]) * stride]; };
     return Value{of(0), of(1), of(2), of(3), of(4), of(5), of(6), of(7)};
   }
-  // Eight records are eight registers: transposed, a register holds one number of all eight.
+  // Eight records are eight registers: transposed, a register holds one number of all eight. Narrower registers are
+  // filled number by number.
   ATWOOD_INLINE void read_records(const S* records, const int* row, Value* fields) const {
-    if constexpr (width == VectorWidth::narrow) {
+    if constexpr (width != VectorWidth::v4) {
       for (int f = 0; f < kRecordSize; ++f) fields[f] = read(records + f, row, kRecordSize);
     } else {
       Value r[8], t[8];
@@ -168,6 +169,11 @@ ATWOOD_INLINE void block_densities(const PairSums<S>& p, const Periods<S, d>& pe
   lanes.write(V(p.kernel.value_factor * sum), densities + first, 1);
 }
 
+// Packs of eight doubles spill where registers hold four: there the plain target's code is the faster.
+template <class S> VectorWidth fitting(VectorWidth width) {
+  return width == VectorWidth::v3 && sizeof(S) == 8 ? VectorWidth::narrow : width;
+}
+
 // block_of(lanes) for all lanes of a block: at the machine's vector width, or lane after lane.
 template <class S, VectorWidth width, class BlockOf>
 ATWOOD_INLINE void over_lanes(bool lane_by_lane, const BlockOf& block_of) {
@@ -180,7 +186,7 @@ template <int d, class S>
 void forces_of(const PairSums<S>& p, const Neighbours<S>& lists, const SlotData<S>& data, int first, int last,
                S* sums) {
   const Periods<S, d> periods(lists);
-  in_lanes<S>(p.width, [&](auto width) ATWOOD_INLINED {
+  in_lanes<S>(fitting<S>(p.width), [&](auto width) ATWOOD_INLINED {
     for (int b = first; b < last; ++b) {
       const NeighbourBlock block = lists.block(b);
       over_lanes<S, decltype(width)::value>(p.lane_by_lane, [&](const auto& lanes) ATWOOD_INLINED {
@@ -195,7 +201,7 @@ template <int d, class S>
 void densities_of(const PairSums<S>& p, const Neighbours<S>& lists, const S* records, const S* masses, int first,
                   int last, S* densities) {
   const Periods<S, d> periods(lists);
-  in_lanes<S>(p.width, [&](auto width) ATWOOD_INLINED {
+  in_lanes<S>(fitting<S>(p.width), [&](auto width) ATWOOD_INLINED {
     for (int b = first; b < last; ++b) {
       const NeighbourBlock block = lists.block(b);
       over_lanes<S, decltype(width)::value>(p.lane_by_lane, [&](const auto& lanes) ATWOOD_INLINED {
