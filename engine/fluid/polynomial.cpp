@@ -63,14 +63,16 @@ template <class S> S fading(S x, S a, S b) {
   return t * t * t * (S(10) - S(15) * t + S(6) * t * t);
 }
 
-// How far a particle stands below a free surface, from the share of a kernel's integral that the fluid covers.
-template <class S> S depth_of(S covered, int d, S support) {
+// How far a particle stands below a free surface, from the share of a kernel's integral that the fluid covers. The sum
+// over rows is a midpoint rule that ends at the surface; the last factor removes its error.
+template <class S> S depth_of(S covered, int d, S support, S spacing) {
+  const S rows = spacing * spacing / (S(24) * support * support);
   if (d == 2) {
     const S y = (covered - S(0.5)) / S(1.1641593226536837), y2 = y * y;  // 128 / (35 pi)
-    return support * y * (S(1) + y2 * (S(7) / S(6) + S(77) / S(24) * y2));
+    return support * y * (S(1) + y2 * (S(7) / S(6) + S(77) / S(24) * y2)) * (S(1) - S(7) * rows);
   }
   const S y = (covered - S(0.5)) * S(256) / S(315), y2 = y * y;
-  return support * y * (S(1) + y2 * (S(4) / S(3) + S(62) / S(15) * y2));
+  return support * y * (S(1) + y2 * (S(4) / S(3) + S(62) / S(15) * y2)) * (S(1) - S(8) * rows);
 }
 
 template <class S> S nan() { return S(std::numeric_limits<double>::quiet_NaN()); }
@@ -173,11 +175,12 @@ void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int l
   const Layout& at = set_.layout;
   const std::ptrdiff_t d = at.dimensions;
   const int density = static_cast<int>(d), temperature = density + 1, last = std::min(last_slot, lists_->count());
+  const S least = S(least_pivot(options_.degree));
   for (int slot = first_slot; slot < last; ++slot) {
     const int i = lists_->order()[slot];
     if (i >= at.particles) continue;
     const Fit<S>& fit = fits_of_[slot];
-    if (!(fit.least_pivot >= S(kLeastPivot))) singular = slot;
+    if (!(fit.least_pivot >= least)) singular = slot;
     const FluidLaw<S>& law = set_.law(i);
     const S filter = filter_rate_[set_.fluid_of[i]];
     const S rho = y[at.densities() + i];
@@ -193,7 +196,7 @@ void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int l
     S surface{}, excess{},
         normal[3]{};  // is this the surface's row; the density above rho0 that the fit has at the surface
     if (fits_.cover_support > S(0)) {
-      const S depth = depth_of(cover_factor_ * (S(1) + fit.cover), at.dimensions, fits_.cover_support);
+      const S depth = depth_of(cover_factor_ * (S(1) + fit.cover), at.dimensions, fits_.cover_support, fits_.spacing);
       surface = fading(depth, S(0.75) * fits_.spacing, S(1.05) * fits_.spacing);
       S size2{}, out_of{};
       for (int c = 0; c < d; ++c) size2 += fit.lean[c] * fit.lean[c];
@@ -293,7 +296,7 @@ template <class S> std::string Polynomial<S>::fault(const S* y) const {
     return "the neighbourhood of " + particle_name(set_, scene_, faulty_) +
            " does not determine a polynomial of degree " + std::to_string(options_.degree) +
            ": the condition of its fit is " + (pivot > 0 ? "about " + format_double(1 / pivot) : "beyond round-off") +
-           ", at most " + format_double(1 / kLeastPivot) + " is accepted";
+           ", at most " + format_double(1 / least_pivot(options_.degree)) + " is accepted";
   }
   for (int i = 0; i < at.particles; ++i) {
     bool finite = real::is_finite(y[at.densities() + i]);

@@ -30,9 +30,9 @@ struct PolynomialOptions {
 // With the degree's own values in place of the placeholders above.
 PolynomialOptions resolved(PolynomialOptions options);
 
-// A pivot of a fit's scaled normal equations below this (a variance inflation factor above 250) is a neighbourhood that
-// does not determine the polynomial.
-inline constexpr double kLeastPivot = 4e-3;
+// A pivot of a fit's scaled normal equations below this (a variance inflation factor above 250, of degree 2 1000) is a
+// neighbourhood that does not determine the polynomial.
+constexpr double least_pivot(int degree) { return degree == 2 ? 1e-3 : 4e-3; }
 
 template <class S> class Polynomial final : public ParticleSystem<S> {
  public:
