@@ -85,7 +85,8 @@ std::string source_cases(const CLI::App& app) {
       if (kind == "commands") words.push_back(command_names(app));
       else asked += fmt::format(" $(\"$program\" list {} --names 2>/dev/null)", kind);
     }
-    text += fmt::format("    '{}') candidates=\"{}{}\" files={} ;;\n", name, join(words, " "), asked, source.files ? 1 : 0);
+    text +=
+        fmt::format("    '{}') candidates=\"{}{}\" files={} ;;\n", name, join(words, " "), asked, source.files ? 1 : 0);
   }
   return text;
 }

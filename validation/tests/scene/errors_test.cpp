@@ -50,7 +50,7 @@ TEST_CASE("unknown keys, with the likely one") {
 }
 
 TEST_CASE("missing keys name the table's place") {
-  check("title = \"x\"\n", "1:1", "missing key `id`", "unique");
+  check("title = \"x\"\n", "1:1", "missing key `id`", "a unique id in kebab-case");
   check("id = \"x\"\n[run]\nt_end_s = 1\nsteps = [4]\n[[body]]\nname = \"b\"\nmass_kg = 1\n", "2:1",
         "missing key `samples`", "samples");
   check(body(""), "7:1", "missing key `mass_kg` in [[body]] `b`", "a mass above 0");
@@ -194,7 +194,7 @@ TEST_CASE("inconsistent parts of forces") {
              "= [0, 0, 1]\n"),
         "11:1", "the body `b`, which rotates", "point masses only");
   check(body("mass_kg = 1\n[truth]\nkind = \"extended\"\nsolution = \"kepler\"\n"), "12:12", "beside kind \"extended\"",
-        "it with \"closed-form\" only");
+        "it with \"closed-form\" and truths of fluids only");
   check(body("mass_kg = 1\n[truth]\nkind = \"values\"\nfile = \"none.csv\"\n"), "12:8", "is \"none.csv\"",
         "a file that exists");
   check(body("mass_kg = 1\n[truth]\nkind = \"values\"\nfile = \"../x.csv\"\n"), "12:8", "is \"../x.csv\"",

@@ -169,7 +169,8 @@ TEST_CASE("a sample given twice is told as that") {
   sample.bodies.resize(1);
   sample.t_s = 0.75;
   CHECK_NOTHROW(check_layout(sample, 3, 2, 8, SampledBodies(1)));
-  CHECK_THROWS_WITH(check_layout(sample, 4, 2, 8, SampledBodies(1)), "sample 3, at t_s = 0.75, came twice; the next one is due at 1");
+  CHECK_THROWS_WITH(check_layout(sample, 4, 2, 8, SampledBodies(1)),
+                    "sample 3, at t_s = 0.75, came twice; the next one is due at 1");
 }
 
 TEST_CASE("an answer before its question is refused by name") {
@@ -231,9 +232,9 @@ TEST_CASE("two engines of one name, and names that are taken, are refused") {
     CHECK(found[i].status == Status::crashed);
     CHECK_THAT(found[i].reason, Catch::Contains(words));
   };
-  refused(2, "calls itself `mine`, which is the name of " + good);
-  refused(4, "calls itself `atwood`, which is the name of");
-  refused(5, "calls itself `truth`, which is the name of the truth");
+  refused(2, "its name is `mine`, which is already the name of " + good);
+  refused(4, "its name is `atwood`, which is already the name of");
+  refused(5, "its name is `truth`, which is already the name of the truth");
   refused(6, "protocol 2; this program speaks protocol 1");
   refused(7, "method `mine/a` of engine `other`; expected an id that begins with `other/`");
 }
