@@ -261,7 +261,8 @@ TEST_CASE("orders along the three ladders") {
     for (int n : {8, 16, 32, 64, 128})
       for (const int finer : {1, 2}) {
         const double dx = 1.0 / n;
-        add("space-error", dx, speed, finer * n, (finer == 1 ? 100 : 1) * dx * dx * (1 + dx));  // the finest steps count
+        add("space-error", dx, speed, finer * n,
+            (finer == 1 ? 100 : 1) * dx * dx * (1 + dx));  // the finest steps count
         add("model-error", dx, speed, finer * n, 0.1 / (speed * speed) * (1 + 1 / speed));
       }
   for (int n : {10, 20, 40, 80, 160}) add("time-error", 0.125, 10, n, std::pow(n, -4) * (1 + 1.0 / n));

@@ -186,7 +186,8 @@ TEST_CASE("a sample given twice is told as that") {
   sample.bodies.resize(1);
   sample.t_s = 0.75;
   CHECK_NOTHROW(check_layout(sample, 3, 2, 8, SampledBodies(1)));
-  CHECK_THROWS_WITH(check_layout(sample, 4, 2, 8, SampledBodies(1)), "sample 3, at t_s = 0.75, came twice; the next one is due at 1");
+  CHECK_THROWS_WITH(check_layout(sample, 4, 2, 8, SampledBodies(1)),
+                    "sample 3, at t_s = 0.75, came twice; the next one is due at 1");
 }
 
 TEST_CASE("an answer before its question is refused by name") {
