@@ -2,6 +2,18 @@
 add_library(atwood_engine STATIC
   simulation.cpp
   parallel/team.cpp
+  fluid/corrections.cpp
+  fluid/kernel.cpp
+  fluid/kick_drift.cpp
+  fluid/law.cpp
+  fluid/neighbours.cpp
+  fluid/options.cpp
+  fluid/particle_set.cpp
+  fluid/run.cpp
+  fluid/sph.cpp
+  fluid/stability.cpp
+  fluid/sums.cpp
+  fluid/walls.cpp
   smooth/prepare.cpp
   smooth/run.cpp
   math/elliptic.cpp

@@ -7,6 +7,8 @@
 #include "contact/options.hpp"
 #include "contact/penalty.hpp"
 #include "contact/stepping/run.hpp"
+#include "fluid/options.hpp"
+#include "fluid/run.hpp"
 #include "integrators/catalogue.hpp"
 #include "scene/contact_laws.hpp"
 #include "smooth/run.hpp"
@@ -21,8 +23,8 @@ std::string method_fault(const MethodId& id) {
   if (info == nullptr) return "atwood has no method `" + id.scheme + "`";
   if (id.rtol && !info->adaptive) return info->id + " takes equal steps, no tolerance";
   if (const auto settings = merged_settings(*info, id.overrides); !settings) return settings.fault().reason;
-  if (!id.response.empty() && find_response(id.response) == nullptr)
-    return "atwood has no contact response `" + id.response + "`";
+  if (!id.response.empty() && find_response(id.response) == nullptr && fluid::find_response(id.response) == nullptr)
+    return "atwood has no response `+" + id.response + "` to contacts or fluids";
   return "";
 }
 
@@ -38,9 +40,15 @@ Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan,
 }
 
 Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-  if (const std::string fault = method_fault(integrator_part(id)); !fault.empty()) return refuse(fault);
+  const bool for_fluids = fluid::find_response(id.response) != nullptr;
+  const MethodId own = for_fluids ? fluid::integrator_part(id) : integrator_part(id);
+  if (const std::string fault = method_fault(own); !fault.empty()) return refuse(fault);
+  if (for_fluids != !scene.fluids.empty())
+    return refuse(for_fluids ? "the scene has no fluid for +" + id.response
+                             : "a scene with fluids needs +sph behind the method's scheme");
+  if (for_fluids) return fluid::run_fluid(id, scene, plan, observer, repeats);
   if (contacts_possible(scene)) return run_in_contact(id, scene, plan, observer, repeats);
-  const MethodId smooth = integrator_part(id);  // a response's settings have no effect without contacts
+  const MethodId& smooth = own;  // a response's settings have no effect without contacts
   if (id.scalar.empty() || id.scalar == "double") return run_smooth<double>(smooth, scene, plan, observer, repeats);
   if (id.scalar == "float") return run_smooth<float>(smooth, scene, plan, observer, repeats);
   if (id.scalar == "long-double") return run_smooth<long double>(smooth, scene, plan, observer, repeats);
@@ -51,7 +59,11 @@ Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Obse
 }  // namespace
 
 Engine atwood_engine() {
-  return {"atwood", "0.1.0", "double", integrator_catalogue(), run, true, contact_responses(), find_scene_contacts};
+  std::vector<MethodInfo> responses = contact_responses();
+  responses.insert(responses.end(), fluid::responses().begin(), fluid::responses().end());
+  Engine engine{"atwood", "0.1.0", "double", integrator_catalogue(), run, true, responses, find_scene_contacts};
+  engine.fluids = true;
+  return engine;
 }
 
 bool contacts_possible(const Scene& scene) {

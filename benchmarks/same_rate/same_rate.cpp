@@ -12,18 +12,14 @@ namespace {
 
 constexpr const char* kName = "atwood-same-rate";
 
-// The model is there for its number of unknowns, the same as the reference's: its system gets the given rate, and nothing
-// of its own is left in it. Steppers that see a system alone step that.
-template <class S> void give_rate(RigidModel<S>& model, const stepping::Equations<S>& equations) {
-  System<S>& system = model.system();
-  const std::int64_t epoch = system.epoch;
-  system = {};
-  system.epoch = epoch + 1;
+template <class S> System<S> system_of(const stepping::Equations<S>& equations) {
+  System<S> system;
   system.size = equations.size;
   system.context = const_cast<stepping::Equations<S>*>(&equations);  // the rate is called, nothing is changed
   system.rate_of = [](void* context, S t_s, const S* y, S* dydt) {
     static_cast<const stepping::Equations<S>*>(context)->rate(t_s, y, dydt);
   };
+  return system;
 }
 
 struct Tolerance {
@@ -35,12 +31,13 @@ template <class S> class Joined : public stepping::Stepper<S> {
  public:
   Joined(const MethodId& id, const Scene& scene, const stepping::Equations<S>& equations, S h_s,
          const StepLimits& limits)
-      : model_(scene), y_new_(static_cast<std::size_t>(equations.size)), guess_s_(h_s), limits_(limits) {
-    if (!model_.unsupported().empty()) throw stepping::Failure(Status::unsupported, model_.unsupported());
-    give_rate(model_, equations);
-    std::string why;
-    stepper_ = make_stepper<S>(id.scheme, model_, why, id.overrides);
-    if (stepper_ == nullptr) throw stepping::Failure(Status::unsupported, why);
+      : system_(system_of(equations)), y_new_(static_cast<std::size_t>(equations.size)), guess_s_(h_s),
+        limits_(limits) {
+    if (const std::string why = RigidModel<S>(scene).unsupported(); !why.empty())
+      throw stepping::Failure(Status::unsupported, why);
+    Result<std::unique_ptr<atwood::Stepper<S>>> stepper = make_stepper(id.scheme, system_, id.overrides);
+    if (!stepper) throw stepping::Failure(Status::unsupported, stepper.fault().reason);
+    stepper_ = std::move(*stepper);
     if (!id.rtol) return;
     tolerance_ = {*id.rtol, id.atol.value_or(*id.rtol / 100)};
     stepper_->set_tolerance(S(tolerance_.rtol), S(tolerance_.atol));
@@ -94,7 +91,7 @@ template <class S> class Joined : public stepping::Stepper<S> {
     return {control_->accepted(), next_s};
   }
 
-  RigidModel<S> model_;
+  System<S> system_;
   std::unique_ptr<atwood::Stepper<S>> stepper_;
   std::vector<S> y_new_;
   S guess_s_;
@@ -125,17 +122,14 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
       rate_repeats);
 }
 
-// Methods that step a bare system of equations. Of those that do, Radau 15, generalised alpha and Taylor read the model
-// besides: which unknowns are positions, or a power series.
+// Methods that step a bare system of equations. Of those that do, Radau 15 and generalised alpha are other methods with
+// a model, which says what unknowns are positions.
 bool takes_a_bare_rate(const std::string& scheme) {
-  for (const char* other : {"radau15", "ias15", "generalised-alpha", "generalized-alpha", "taylor"})
+  for (const char* other : {"radau15", "ias15", "generalised-alpha", "generalized-alpha"})
     if (scheme == other) return false;
-  Scene bare;
-  bare.problem = "lorenz";
-  bare.bodies.resize(1);
-  RigidModel<double> model(bare);
-  std::string why;
-  return make_stepper<double>(scheme, model, why) != nullptr;
+  System<double> system;
+  system.size = 1;
+  return static_cast<bool>(make_stepper(scheme, system));
 }
 
 Outcome run(const MethodId& asked, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {

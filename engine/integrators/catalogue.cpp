@@ -1,6 +1,6 @@
 #include "integrators/catalogue.hpp"
 
-#include <array>
+#include <stdexcept>
 
 #include "integrators/adaptive.hpp"
 #include "integrators/families.hpp"
@@ -64,15 +64,24 @@ std::vector<MethodInfo> build_catalogue() {
   return all;
 }
 
-template <class S> StepperPointer<S> first_of(StepperRequest<S>& request) {
-  using Maker = StepperPointer<S> (*)(StepperRequest<S>&);
+template <class S> StepperResult<S> first_of(const StepperRequest<S>& request) {
+  using Maker = StepperResult<S> (*)(const StepperRequest<S>&);
   for (const Maker make : {Maker(make_explicit_runge_kutta<S>), Maker(make_nystrom<S>), Maker(make_partitioned<S>),
                            Maker(make_composition<S>), Maker(make_rotation<S>), Maker(make_implicit<S>),
                            Maker(make_multistep<S>), Maker(make_conserving<S>), Maker(make_high_precision<S>)}) {
-    StepperPointer<S> stepper = make(request);
-    if (stepper != nullptr || !request.why.empty()) return stepper;
+    StepperResult<S> stepper = make(request);
+    if (!stepper || *stepper != nullptr) return stepper;
   }
-  return nullptr;
+  throw std::logic_error("no family makes the stepper of atwood/" + request.scheme);
+}
+
+template <class S>
+StepperResult<S> make(const std::string& scheme, System<S>& system, RigidModel<S>* model, const Settings& overrides) {
+  const MethodInfo* info = find_integrator(scheme);
+  if (info == nullptr) return Fault{Blame::input, "atwood has no method `" + scheme + "`"};
+  const Result<Settings> settings = merged_settings(*info, overrides);
+  if (!settings) return settings.fault();
+  return first_of(StepperRequest<S>{scheme, system, model, *settings});
 }
 
 }  // namespace
@@ -89,31 +98,24 @@ const MethodInfo* find_integrator(const std::string& scheme) {
 }
 
 template <class S>
-std::unique_ptr<Stepper<S>> make_stepper(const std::string& scheme, RigidModel<S>& model, std::string& why,
-                                         const Settings& overrides) {
-  const MethodInfo* info = find_integrator(scheme);
-  if (info == nullptr) {
-    why = "atwood has no method `" + scheme + "`";
-    return nullptr;
-  }
-  const Result<Settings> settings = merged_settings(*info, overrides);
-  if (!settings) {
-    why = settings.fault().reason;
-    return nullptr;
-  }
-  StepperRequest<S> request{scheme, model, *settings, ""};
-  auto stepper = first_of(request);
-  if (stepper == nullptr) why = request.why;
-  return stepper;
+Result<std::unique_ptr<Stepper<S>>> make_stepper(const std::string& scheme, RigidModel<S>& model,
+                                                 const Settings& overrides) {
+  return make(scheme, model.system(), &model, overrides);
 }
 
-template std::unique_ptr<Stepper<float>> make_stepper(const std::string&, RigidModel<float>&, std::string&,
-                                                      const Settings&);
-template std::unique_ptr<Stepper<double>> make_stepper(const std::string&, RigidModel<double>&, std::string&,
-                                                       const Settings&);
-template std::unique_ptr<Stepper<long double>> make_stepper(const std::string&, RigidModel<long double>&, std::string&,
-                                                            const Settings&);
-template std::unique_ptr<Stepper<Quad>> make_stepper(const std::string&, RigidModel<Quad>&, std::string&,
-                                                     const Settings&);
+template <class S>
+Result<std::unique_ptr<Stepper<S>>> make_stepper(const std::string& scheme, System<S>& system,
+                                                 const Settings& overrides) {
+  return make<S>(scheme, system, nullptr, overrides);
+}
+
+#define ATWOOD_INSTANTIATE(S)                                                                                     \
+  template Result<std::unique_ptr<Stepper<S>>> make_stepper(const std::string&, RigidModel<S>&, const Settings&); \
+  template Result<std::unique_ptr<Stepper<S>>> make_stepper(const std::string&, System<S>&, const Settings&);
+ATWOOD_INSTANTIATE(float)
+ATWOOD_INSTANTIATE(double)
+ATWOOD_INSTANTIATE(long double)
+ATWOOD_INSTANTIATE(Quad)
+#undef ATWOOD_INSTANTIATE
 
 }  // namespace atwood

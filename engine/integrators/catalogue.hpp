@@ -15,10 +15,16 @@ namespace atwood {
 const std::vector<MethodInfo>& integrator_catalogue();
 const MethodInfo* find_integrator(const std::string& scheme);  // null: no method has that name
 
-// A stepper of `scheme` for the model, which must outlive it. Null with a reason in `why` where the scheme cannot keep
-// its claim ("leapfrog needs positions and velocities").
+// A stepper of `scheme` for the model, which must outlive it; never null. The input is to blame for an unknown scheme
+// or setting, and for a value outside its range; the engine where the scheme cannot keep its claim on this model ("needs
+// positions and velocities").
 template <class S>
-std::unique_ptr<Stepper<S>> make_stepper(const std::string& scheme, RigidModel<S>& model, std::string& why,
-                                         const Settings& overrides = {});
+Result<std::unique_ptr<Stepper<S>>> make_stepper(const std::string& scheme, RigidModel<S>& model,
+                                                 const Settings& overrides = {});
+// The same for a system of equations without bodies. Methods for first-order systems take it; those that need
+// positions, velocities, bodies, an energy or a power series refuse it.
+template <class S>
+Result<std::unique_ptr<Stepper<S>>> make_stepper(const std::string& scheme, System<S>& system,
+                                                 const Settings& overrides = {});
 
 }  // namespace atwood

@@ -71,24 +71,23 @@ std::vector<MethodInfo> composition_methods() {
                  "Kahan, Li, Math. Comput. 66 (1997) 1089, s9odr6a" + rotation_source)};
 }
 
-template <class S> StepperPointer<S> make_composition(StepperRequest<S>& request) {
+template <class S> StepperResult<S> make_composition(const StepperRequest<S>& request) {
   for (const auto& [scheme, composition] : charges) {
     if (request.scheme != scheme) continue;
-    if (!request.model.magnetic_only()) {
-      request.why = "atwood/" + request.scheme +
-                    " turns velocities by magnetic fields; a force of this scene depends on velocities in another way";
-      return nullptr;
-    }
+    if (!without_bodies(request) && !request.model->magnetic_only())
+      return cannot_step(
+          request.scheme,
+          "turns velocities by magnetic fields; a force of this scene depends on velocities in another way");
     return make_kick_drift(request, composition);
   }
   for (const MethodInfo& info : composition_methods())
     if (info.id == "atwood/" + request.scheme) return make_kick_drift(request, request.scheme);
-  return nullptr;
+  return StepperPointer<S>{};
 }
 
-template StepperPointer<float> make_composition(StepperRequest<float>&);
-template StepperPointer<double> make_composition(StepperRequest<double>&);
-template StepperPointer<long double> make_composition(StepperRequest<long double>&);
-template StepperPointer<Quad> make_composition(StepperRequest<Quad>&);
+template StepperResult<float> make_composition(const StepperRequest<float>&);
+template StepperResult<double> make_composition(const StepperRequest<double>&);
+template StepperResult<long double> make_composition(const StepperRequest<long double>&);
+template StepperResult<Quad> make_composition(const StepperRequest<Quad>&);
 
 }  // namespace atwood

@@ -48,28 +48,28 @@ std::vector<MethodInfo> conserving_methods() {
               "Sci. Comput. 42 (2020) A612")};
 }
 
-template <class S> StepperPointer<S> make_conserving(StepperRequest<S>& request) {
+template <class S> StepperResult<S> make_conserving(const StepperRequest<S>& request) {
   using Gradient = DiscreteGradient<S>;
   const std::string& scheme = request.scheme;
   const bool known = scheme == "average-vector-field" || scheme == "discrete-gradient" || scheme == "projected-rk4" ||
                      scheme == "relaxation-rk4";
-  if (!known) return nullptr;
-  if (const std::string& why = request.model.conservative().refusal(); !why.empty()) {
-    request.why = scheme + " needs an energy to keep: " + why;
-    return nullptr;
-  }
+  if (!known) return StepperPointer<S>{};
+  if (request.model == nullptr) return cannot_step_bare(scheme, "needs an energy to keep");
+  RigidModel<S>& model = *request.model;
+  if (const std::string& why = model.conservative().refusal(); !why.empty())
+    return Fault{Blame::engine, scheme + " needs an energy to keep: " + why};
   const bool compensated = request.flag("compensated");
   if (scheme == "average-vector-field")
-    return std::make_unique<Gradient>(request.model, Gradient::Force::mean_over_segment, compensated);
+    return StepperPointer<S>(std::make_unique<Gradient>(model, Gradient::Force::mean_over_segment, compensated));
   if (scheme == "discrete-gradient")
-    return std::make_unique<Gradient>(request.model, Gradient::Force::discrete_gradient, compensated);
-  if (scheme == "projected-rk4") return std::make_unique<ProjectedRungeKutta<S>>(request.model, compensated);
-  return std::make_unique<RelaxationRungeKutta<S>>(request.model, compensated);
+    return StepperPointer<S>(std::make_unique<Gradient>(model, Gradient::Force::discrete_gradient, compensated));
+  if (scheme == "projected-rk4") return StepperPointer<S>(std::make_unique<ProjectedRungeKutta<S>>(model, compensated));
+  return StepperPointer<S>(std::make_unique<RelaxationRungeKutta<S>>(model, compensated));
 }
 
-template StepperPointer<float> make_conserving(StepperRequest<float>&);
-template StepperPointer<double> make_conserving(StepperRequest<double>&);
-template StepperPointer<long double> make_conserving(StepperRequest<long double>&);
-template StepperPointer<Quad> make_conserving(StepperRequest<Quad>&);
+template StepperResult<float> make_conserving(const StepperRequest<float>&);
+template StepperResult<double> make_conserving(const StepperRequest<double>&);
+template StepperResult<long double> make_conserving(const StepperRequest<long double>&);
+template StepperResult<Quad> make_conserving(const StepperRequest<Quad>&);
 
 }  // namespace atwood

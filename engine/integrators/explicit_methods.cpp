@@ -100,17 +100,17 @@ std::vector<MethodInfo> explicit_runge_kutta_methods() {
   return methods;
 }
 
-template <class S> StepperPointer<S> make_explicit_runge_kutta(StepperRequest<S>& request) {
+template <class S> StepperResult<S> make_explicit_runge_kutta(const StepperRequest<S>& request) {
   for (const Entry& entry : entries)
     if (request.scheme == entry.scheme)
-      return std::make_unique<ExplicitRungeKutta<S>>(request.model.system(), *entry.tableau,
-                                                     request.flag("compensated"));
-  return nullptr;
+      return StepperPointer<S>(
+          std::make_unique<ExplicitRungeKutta<S>>(request.system, *entry.tableau, request.flag("compensated")));
+  return StepperPointer<S>{};
 }
 
-template StepperPointer<float> make_explicit_runge_kutta(StepperRequest<float>&);
-template StepperPointer<double> make_explicit_runge_kutta(StepperRequest<double>&);
-template StepperPointer<long double> make_explicit_runge_kutta(StepperRequest<long double>&);
-template StepperPointer<Quad> make_explicit_runge_kutta(StepperRequest<Quad>&);
+template StepperResult<float> make_explicit_runge_kutta(const StepperRequest<float>&);
+template StepperResult<double> make_explicit_runge_kutta(const StepperRequest<double>&);
+template StepperResult<long double> make_explicit_runge_kutta(const StepperRequest<long double>&);
+template StepperResult<Quad> make_explicit_runge_kutta(const StepperRequest<Quad>&);
 
 }  // namespace atwood

@@ -11,13 +11,12 @@
 
 namespace atwood {
 
-// A request for a stepper. `settings` holds the method's defaults replaced by the caller's values, with their types
-// checked.
+// A request for a stepper. `settings` holds the method's defaults replaced by the caller's values, which were checked.
 template <class S> struct StepperRequest {
   std::string scheme;
-  RigidModel<S>& model;  // outlives the stepper
+  System<S>& system;     // outlives the stepper
+  RigidModel<S>* model;  // whose system it is; null: a bare system of equations, which has neither bodies nor positions
   Settings settings;
-  std::string why;  // set by the family when it returns null for a scheme of its own
 
   bool flag(const char* name) const { return std::get<bool>(settings.at(name)); }
   double number(const char* name) const { return std::get<double>(settings.at(name)); }
@@ -25,11 +24,13 @@ template <class S> struct StepperRequest {
 };
 
 template <class S> using StepperPointer = std::unique_ptr<Stepper<S>>;
+template <class S> using StepperResult = Result<StepperPointer<S>>;
 
-// A family returns null, with `why` unchanged, for a scheme that is not its own.
+// A family returns a null pointer for a scheme that is not its own, and a fault for one of its own that cannot keep its
+// claim on this system.
 #define ATWOOD_FAMILY(name)                 \
   std::vector<MethodInfo> name##_methods(); \
-  template <class S> StepperPointer<S> make_##name(StepperRequest<S>& request)
+  template <class S> StepperResult<S> make_##name(const StepperRequest<S>& request)
 
 ATWOOD_FAMILY(explicit_runge_kutta);  // tableaux, with error control and with equal steps
 ATWOOD_FAMILY(nystrom);               // second-order systems x'' = a(t, x)
@@ -42,6 +43,19 @@ ATWOOD_FAMILY(conserving);            // discrete gradients, projection, relaxat
 ATWOOD_FAMILY(high_precision);        // Radau 15, extrapolation, Taylor
 
 #undef ATWOOD_FAMILY
+
+// ---- how families refuse -----------------------------------------------------------------------------------------
+// No bodies: neither a null model nor that of a bare problem has positions and velocities.
+template <class S> bool without_bodies(const StepperRequest<S>& request) {
+  return request.model == nullptr || request.model->bare_problem();
+}
+inline Fault cannot_step(const std::string& scheme, const std::string& why) {
+  return {Blame::engine, "atwood/" + scheme + " " + why};
+}
+// `needs`: "needs positions and velocities", "moves bodies".
+inline Fault cannot_step_bare(const std::string& scheme, const std::string& needs) {
+  return cannot_step(scheme, needs + "; this problem is a bare system of equations");
+}
 
 // ---- how families write their entries -------------------------------------------------------------------------
 std::map<std::string, double> claims_everywhere(double order);  // point-mass, velocity-dependent, rotation

@@ -54,21 +54,23 @@ std::vector<MethodInfo> high_precision_methods() {
   return methods;
 }
 
-template <class S> StepperPointer<S> make_high_precision(StepperRequest<S>& request) {
+template <class S> StepperResult<S> make_high_precision(const StepperRequest<S>& request) {
   if (request.scheme == "radau15" || request.scheme == "ias15") {
     const bool sequential = request.scheme == "ias15";
-    return std::make_unique<Radau15<S>>(request.model, RadauOptions{sequential, request.flag("compensated")});
+    return StepperPointer<S>(std::make_unique<Radau15<S>>(request.system, request.model,
+                                                          RadauOptions{sequential, request.flag("compensated")}));
   }
   if (request.scheme == "gbs") {
-    return std::make_unique<Extrapolation<S>>(request.model.system(), static_cast<int>(request.count("columns")),
-                                              request.flag("compensated"));
+    return StepperPointer<S>(std::make_unique<Extrapolation<S>>(
+        request.system, static_cast<int>(request.count("columns")), request.flag("compensated")));
   }
-  return request.scheme == "taylor" ? make_taylor<S>(request) : nullptr;
+  if (request.scheme == "taylor") return make_taylor<S>(request);
+  return StepperPointer<S>{};
 }
 
-template StepperPointer<float> make_high_precision(StepperRequest<float>&);
-template StepperPointer<double> make_high_precision(StepperRequest<double>&);
-template StepperPointer<long double> make_high_precision(StepperRequest<long double>&);
-template StepperPointer<Quad> make_high_precision(StepperRequest<Quad>&);
+template StepperResult<float> make_high_precision(const StepperRequest<float>&);
+template StepperResult<double> make_high_precision(const StepperRequest<double>&);
+template StepperResult<long double> make_high_precision(const StepperRequest<long double>&);
+template StepperResult<Quad> make_high_precision(const StepperRequest<Quad>&);
 
 }  // namespace atwood

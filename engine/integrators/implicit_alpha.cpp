@@ -5,8 +5,8 @@
 namespace atwood {
 
 template <class S>
-GeneralisedAlpha<S>::GeneralisedAlpha(RigidModel<S>& model, S rho, bool compensated)
-    : Stepper<S>(model.system()), size_(model.state_size()), af_(S(1) / (S(1) + rho)), velocity_of_(size_, -1),
+GeneralisedAlpha<S>::GeneralisedAlpha(System<S>& system, const RigidModel<S>* model, S rho, bool compensated)
+    : Stepper<S>(system), size_(system.size), af_(S(1) / (S(1) + rho)), velocity_of_(size_, -1),
       is_velocity_(size_, false), solver_(size_, {Quad(1)}), compensation_(compensated, size_) {
   const auto weights = [&](S am, bool second) {
     const S g = S(0.5) + am - af_, b = (S(1) + am - af_) * (S(1) + am - af_) / S(4);
@@ -16,11 +16,11 @@ GeneralisedAlpha<S>::GeneralisedAlpha(RigidModel<S>& model, S rho, bool compensa
   first_ = weights((S(3) - rho) / (S(2) + S(2) * rho), false);
   for (std::vector<S>* room : {&z_, &k_, &known_, &at_, &slope_, &rate_, &rate_new_, &start_, &end_})
     room->resize(size_);
-  if (model.bare_problem()) return;
-  for (int body = 0; body < model.body_count(); ++body)
-    for (int i = 0; i < 3 && model.offset(body) >= 0; ++i) {
-      velocity_of_[model.offset(body) + kAtPosition + i] = model.offset(body) + kAtVelocity + i;
-      is_velocity_[model.offset(body) + kAtVelocity + i] = true;
+  if (model == nullptr || model->bare_problem()) return;
+  for (int body = 0; body < model->body_count(); ++body)
+    for (int i = 0; i < 3 && model->offset(body) >= 0; ++i) {
+      velocity_of_[model->offset(body) + kAtPosition + i] = model->offset(body) + kAtVelocity + i;
+      is_velocity_[model->offset(body) + kAtVelocity + i] = true;
     }
 }
 

@@ -21,7 +21,8 @@ namespace atwood {
 // rho is the spectral radius at infinite stiffness. The rates a_n, r_n are the method's own and go from step to step.
 template <class S> class GeneralisedAlpha final : public Stepper<S> {
  public:
-  GeneralisedAlpha(RigidModel<S>& model, S rho, bool compensated);
+  // `model`: of the system, which says what is a position; null: the first-order form for every entry.
+  GeneralisedAlpha(System<S>& system, const RigidModel<S>* model, S rho, bool compensated);
   bool step(S t_s, S h_s, const S* y, S* y_new) override;
 
  private:

@@ -74,12 +74,11 @@ std::vector<MethodInfo> implicit_methods() {
       generalised_alpha()};
 }
 
-template <class S> StepperPointer<S> make_implicit(StepperRequest<S>& request) {
+template <class S> StepperResult<S> make_implicit(const StepperRequest<S>& request) {
   const std::string& scheme = request.scheme;
-  System<S>& system = request.model.system();
   const auto runge_kutta = [&](const CollocationTableau& tableau, bool projects, bool estimates = false) {
     const ImplicitOptions options{request.flag("compensated"), projects, estimates};
-    return std::make_unique<ImplicitRungeKutta<S>>(system, tableau, options);
+    return StepperPointer<S>(std::make_unique<ImplicitRungeKutta<S>>(request.system, tableau, options));
   };
   if (scheme == "implicit-euler") return runge_kutta(radau_right_collocation(1), true);
   if (scheme == "trapezoid") return runge_kutta(trapezoid_tableau(), true);
@@ -90,14 +89,14 @@ template <class S> StepperPointer<S> make_implicit(StepperRequest<S>& request) {
   if (scheme == "radau5") return runge_kutta(radau_right_collocation(3), true, true);
   if (scheme == "sdirk2") return runge_kutta(sdirk2_tableau(), true);
   if (scheme == "sdirk4") return runge_kutta(sdirk4_tableau(), true);
-  if (scheme != "generalised-alpha") return nullptr;
-  return std::make_unique<GeneralisedAlpha<S>>(request.model, S(request.number("rho_infinity")),
-                                               request.flag("compensated"));
+  if (scheme != "generalised-alpha") return StepperPointer<S>{};
+  return StepperPointer<S>(std::make_unique<GeneralisedAlpha<S>>(
+      request.system, request.model, S(request.number("rho_infinity")), request.flag("compensated")));
 }
 
-template StepperPointer<float> make_implicit(StepperRequest<float>&);
-template StepperPointer<double> make_implicit(StepperRequest<double>&);
-template StepperPointer<long double> make_implicit(StepperRequest<long double>&);
-template StepperPointer<Quad> make_implicit(StepperRequest<Quad>&);
+template StepperResult<float> make_implicit(const StepperRequest<float>&);
+template StepperResult<double> make_implicit(const StepperRequest<double>&);
+template StepperResult<long double> make_implicit(const StepperRequest<long double>&);
+template StepperResult<Quad> make_implicit(const StepperRequest<Quad>&);
 
 }  // namespace atwood

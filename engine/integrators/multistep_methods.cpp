@@ -80,10 +80,10 @@ std::vector<MethodInfo> multistep_methods() {
   return all;
 }
 
-template <class S> StepperPointer<S> make_multistep(StepperRequest<S>& request) {
+template <class S> StepperResult<S> make_multistep(const StepperRequest<S>& request) {
   const auto [kind, order] = chosen(request.scheme);
-  if (kind == Kind::none) return nullptr;
-  System<S>& system = request.model.system();
+  if (kind == Kind::none) return StepperPointer<S>{};
+  System<S>& system = request.system;
   const bool compensated = request.flag("compensated"), backward = kind == Kind::backward;
   const CollocationTableau first =
       backward ? radau_right_collocation(radau_stages(order)) : gauss_collocation(gauss_stages(order));
@@ -91,12 +91,12 @@ template <class S> StepperPointer<S> make_multistep(StepperRequest<S>& request) 
   const MultistepTable table = backward                  ? bdf(order)
                                : kind == Kind::bashforth ? adams_bashforth(order)
                                                          : adams_moulton(order);
-  return std::make_unique<Multistep<S>>(system, table, std::move(starter), compensated);
+  return StepperPointer<S>(std::make_unique<Multistep<S>>(system, table, std::move(starter), compensated));
 }
 
-template StepperPointer<float> make_multistep(StepperRequest<float>&);
-template StepperPointer<double> make_multistep(StepperRequest<double>&);
-template StepperPointer<long double> make_multistep(StepperRequest<long double>&);
-template StepperPointer<Quad> make_multistep(StepperRequest<Quad>&);
+template StepperResult<float> make_multistep(const StepperRequest<float>&);
+template StepperResult<double> make_multistep(const StepperRequest<double>&);
+template StepperResult<long double> make_multistep(const StepperRequest<long double>&);
+template StepperResult<Quad> make_multistep(const StepperRequest<Quad>&);
 
 }  // namespace atwood

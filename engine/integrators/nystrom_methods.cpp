@@ -15,7 +15,6 @@ const std::string pair =
 std::map<std::string, double> points(double order) { return {{"point-mass", order}}; }
 
 template <class S> std::string why_not(const RigidModel<S>& model) {
-  if (model.bare_problem()) return "needs positions and velocities; this problem is a bare system of equations";
   if (model.velocity_dependent()) return "needs x'' = a(t, x); here a force depends on velocity";
   for (int i = 0; i < model.body_count(); ++i)
     if (model.offset(i) >= 0 && model.rotates(i)) return "moves points only; here a body rotates";
@@ -51,25 +50,24 @@ std::vector<MethodInfo> nystrom_methods() {
           "Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3")};
 }
 
-template <class S> StepperPointer<S> make_nystrom(StepperRequest<S>& request) {
+template <class S> StepperResult<S> make_nystrom(const StepperRequest<S>& request) {
   const std::string& scheme = request.scheme;
   const bool pairs = scheme == "dprkn6" || scheme == "dprkn12";
-  if (!pairs && scheme != "blanes-moan-rkn4" && scheme != "blanes-moan-rkn6") return nullptr;
-  if (const std::string why = why_not(request.model); !why.empty()) {
-    request.why = "atwood/" + scheme + " " + why;
-    return nullptr;
-  }
+  if (!pairs && scheme != "blanes-moan-rkn4" && scheme != "blanes-moan-rkn6") return StepperPointer<S>{};
+  if (without_bodies(request)) return cannot_step_bare(scheme, "needs positions and velocities");
+  RigidModel<S>& model = *request.model;
+  if (const std::string why = why_not(model); !why.empty()) return cannot_step(scheme, why);
   const bool compensated = request.flag("compensated");
   if (pairs)
-    return std::make_unique<Nystrom<S>>(
-        request.model, scheme == "dprkn6" ? dormand_prince_nystrom6 : dormand_prince_nystrom12, compensated);
-  return std::make_unique<SymplecticNystrom<S>>(
-      request.model, scheme == "blanes-moan-rkn4" ? blanes_moan_nystrom4 : blanes_moan_nystrom6, compensated);
+    return StepperPointer<S>(std::make_unique<Nystrom<S>>(
+        model, scheme == "dprkn6" ? dormand_prince_nystrom6 : dormand_prince_nystrom12, compensated));
+  return StepperPointer<S>(std::make_unique<SymplecticNystrom<S>>(
+      model, scheme == "blanes-moan-rkn4" ? blanes_moan_nystrom4 : blanes_moan_nystrom6, compensated));
 }
 
-template StepperPointer<float> make_nystrom(StepperRequest<float>&);
-template StepperPointer<double> make_nystrom(StepperRequest<double>&);
-template StepperPointer<long double> make_nystrom(StepperRequest<long double>&);
-template StepperPointer<Quad> make_nystrom(StepperRequest<Quad>&);
+template StepperResult<float> make_nystrom(const StepperRequest<float>&);
+template StepperResult<double> make_nystrom(const StepperRequest<double>&);
+template StepperResult<long double> make_nystrom(const StepperRequest<long double>&);
+template StepperResult<Quad> make_nystrom(const StepperRequest<Quad>&);
 
 }  // namespace atwood

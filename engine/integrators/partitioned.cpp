@@ -45,19 +45,15 @@ template <class S> bool KickDrift<S>::step(S t_s, S h_s, const S* y, S* y_new) {
 }
 
 template <class S>
-StepperPointer<S> make_kick_drift(StepperRequest<S>& request, const std::string& composition, FreeTop top) {
-  if (request.model.bare_problem()) {
-    request.why =
-        "atwood/" + request.scheme + " needs positions and velocities; this problem is a bare system of equations";
-    return nullptr;
-  }
-  return std::make_unique<KickDrift<S>>(request.model, *find_composition(composition), top,
-                                        request.flag("compensated"));
+StepperResult<S> make_kick_drift(const StepperRequest<S>& request, const std::string& composition, FreeTop top) {
+  if (without_bodies(request)) return cannot_step_bare(request.scheme, "needs positions and velocities");
+  return StepperPointer<S>(
+      std::make_unique<KickDrift<S>>(*request.model, *find_composition(composition), top, request.flag("compensated")));
 }
 
 #define ATWOOD_INSTANTIATE(S)  \
   template class KickDrift<S>; \
-  template StepperPointer<S> make_kick_drift<S>(StepperRequest<S>&, const std::string&, FreeTop);
+  template StepperResult<S> make_kick_drift<S>(const StepperRequest<S>&, const std::string&, FreeTop);
 ATWOOD_INSTANTIATE(float)
 ATWOOD_INSTANTIATE(double)
 ATWOOD_INSTANTIATE(long double)

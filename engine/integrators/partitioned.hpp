@@ -33,9 +33,9 @@ template <class S> class KickDrift final : public Stepper<S> {
   std::int64_t last_epoch_ = -1;
 };
 
-// The stepper, or null with the reason why the scene is not one of bodies.
+// The stepper; a bare system of equations is refused.
 template <class S>
-StepperPointer<S> make_kick_drift(StepperRequest<S>& request, const std::string& composition,
-                                  FreeTop top = FreeTop::splitting);
+StepperResult<S> make_kick_drift(const StepperRequest<S>& request, const std::string& composition,
+                                 FreeTop top = FreeTop::splitting);
 
 }  // namespace atwood

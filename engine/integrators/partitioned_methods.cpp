@@ -50,15 +50,15 @@ std::vector<MethodInfo> partitioned_methods() {
                  position_verlet)};
 }
 
-template <class S> StepperPointer<S> make_partitioned(StepperRequest<S>& request) {
+template <class S> StepperResult<S> make_partitioned(const StepperRequest<S>& request) {
   for (const auto& [scheme, composition] : all)
     if (request.scheme == scheme) return make_kick_drift(request, composition);
-  return nullptr;
+  return StepperPointer<S>{};
 }
 
-template StepperPointer<float> make_partitioned(StepperRequest<float>&);
-template StepperPointer<double> make_partitioned(StepperRequest<double>&);
-template StepperPointer<long double> make_partitioned(StepperRequest<long double>&);
-template StepperPointer<Quad> make_partitioned(StepperRequest<Quad>&);
+template StepperResult<float> make_partitioned(const StepperRequest<float>&);
+template StepperResult<double> make_partitioned(const StepperRequest<double>&);
+template StepperResult<long double> make_partitioned(const StepperRequest<long double>&);
+template StepperResult<Quad> make_partitioned(const StepperRequest<Quad>&);
 
 }  // namespace atwood

@@ -69,8 +69,8 @@ template <class S> const RadauTable<S>& radau_table() {
 }
 
 template <class S>
-Radau15<S>::Radau15(RigidModel<S>& model, const RadauOptions& options)
-    : Stepper<S>(model.system()), model_(model), options_(options), table_(radau_table<S>()), size_(model.state_size()),
+Radau15<S>::Radau15(System<S>& system, const RigidModel<S>* model, const RadauOptions& options)
+    : Stepper<S>(system), model_(model), options_(options), table_(radau_table<S>()), size_(system.size),
       compensation_(size_), compensation_new_(size_), weight_(size_), state_(size_), base_(size_), rate_(size_),
       rate_before_(size_), predicted_(size_), ends_(size_), node_state_(2 * size_), node_rate_(size_) {
   for (auto* list : {&once_, &twice_, &rates_}) list->reserve(size_);
@@ -97,20 +97,20 @@ template <class S> void Radau15<S>::find_unknowns() {
   kept_ = -1;
   const auto add_kind = [&](int from, int to) {
     const int first = static_cast<int>(rates_.size());
-    for (const int body : model_.moving()) {
-      if (from >= kAtAttitude && !model_.rotates(body)) continue;
-      for (int i = from; i < to; ++i) rates_.push_back(model_.offset(body) + i);
+    for (const int body : model_->moving()) {
+      if (from >= kAtAttitude && !model_->rotates(body)) continue;
+      for (int i = from; i < to; ++i) rates_.push_back(model_->offset(body) + i);
     }
     if (static_cast<int>(rates_.size()) > first) kinds_.push_back({first, static_cast<int>(rates_.size())});
   };
-  if (model_.bare_problem()) {
+  if (model_ == nullptr || model_->bare_problem()) {
     for (int i = 0; i < size_; ++i) rates_.push_back(i);
     once_ = rates_;
     kinds_.push_back({0, size_});
   } else {
     add_kind(kAtVelocity, kAtAttitude);
     for (const int i : rates_) twice_.push_back(i - 3);
-    if (model_.velocity_dependent()) once_ = rates_;
+    if (model_->velocity_dependent()) once_ = rates_;
     const std::size_t turning = rates_.size();
     add_kind(kAtAttitude, kAtBodyRate);
     add_kind(kAtBodyRate, kAtBodyRate + 3);

@@ -32,7 +32,8 @@ struct RadauOptions {
 
 template <class S> class Radau15 final : public Stepper<S> {
  public:
-  Radau15(RigidModel<S>& model, const RadauOptions& options);
+  // `model`: of the system, which says what is a position; null: every component is integrated once.
+  Radau15(System<S>& system, const RigidModel<S>* model, const RadauOptions& options);
 
   bool step(S t_s, S h_s, const S* y, S* y_new) override;
   bool chooses_steps() const override { return true; }
@@ -68,7 +69,7 @@ template <class S> class Radau15 final : public Stepper<S> {
   void store_record(S t_s, S h_s, const S* y, const S* y_new, bool predicted);
   S roughness() const;
 
-  RigidModel<S>& model_;
+  const RigidModel<S>* model_;  // null: a bare system
   const RadauOptions options_;
   const RadauTable<S>& table_;
   const VectorWidth width_ = widest_vectors();

@@ -74,21 +74,18 @@ std::vector<MethodInfo> rotation_methods() {
                      exact_source + "; Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313")};
 }
 
-template <class S> StepperPointer<S> make_rotation(StepperRequest<S>& request) {
+template <class S> StepperResult<S> make_rotation(const StepperRequest<S>& request) {
   for (const auto& [scheme, composition, top] : splits)
     if (request.scheme == scheme) return make_kick_drift(request, composition, top);
-  if (request.scheme != "rkmk4" && request.scheme != "lie4") return nullptr;
-  if (request.model.bare_problem()) {
-    request.why = "atwood/" + request.scheme + " moves bodies; this problem is a bare system of equations";
-    return nullptr;
-  }
+  if (request.scheme != "rkmk4" && request.scheme != "lie4") return StepperPointer<S>{};
+  if (without_bodies(request)) return cannot_step_bare(request.scheme, "moves bodies");
   const LieMethod method = request.scheme == "rkmk4" ? LieMethod::munthe_kaas : LieMethod::commutator_free;
-  return std::make_unique<LieRungeKutta<S>>(request.model, method, request.flag("compensated"));
+  return StepperPointer<S>(std::make_unique<LieRungeKutta<S>>(*request.model, method, request.flag("compensated")));
 }
 
-template StepperPointer<float> make_rotation(StepperRequest<float>&);
-template StepperPointer<double> make_rotation(StepperRequest<double>&);
-template StepperPointer<long double> make_rotation(StepperRequest<long double>&);
-template StepperPointer<Quad> make_rotation(StepperRequest<Quad>&);
+template StepperResult<float> make_rotation(const StepperRequest<float>&);
+template StepperResult<double> make_rotation(const StepperRequest<double>&);
+template StepperResult<long double> make_rotation(const StepperRequest<long double>&);
+template StepperResult<Quad> make_rotation(const StepperRequest<Quad>&);
 
 }  // namespace atwood

@@ -1,6 +1,8 @@
 // One step of any method: from (t, y) over h, with dense output of the step just taken.
 //
-//   auto stepper = make_stepper<double>("rk4", model, why);  // integrators/catalogue.hpp; allocates here, not in steps
+//   auto made = make_stepper("rk4", model);  // integrators/catalogue.hpp; allocates here, not in steps
+//   if (!made) return made.fault();          // names the method and what it needs
+//   auto stepper = std::move(*made);
 //   stepper->step(t, h, y, y_new);          // y is left as it was, so a step can be taken again
 //   stepper->step(t, theta * h, y, y_mid);  // ... with another h: the method's own order inside a step
 //   stepper->dense(theta, y_mid);           // cheaper: the interpolant of the last call of step()

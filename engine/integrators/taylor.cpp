@@ -316,22 +316,22 @@ MethodInfo taylor_method() {
   return info;
 }
 
-template <class S> StepperPointer<S> make_taylor(StepperRequest<S>& request) {
+template <class S> StepperResult<S> make_taylor(const StepperRequest<S>& request) {
   const std::int64_t order = request.count("order");
-  const std::string& refusal = request.model.series_forces().refusal;
-  if (!refusal.empty()) request.why = "atwood/taylor has no power series for " + refusal;
-  else if (order == 1)
-    request.why = "atwood/taylor: `order` is `1`; expected 0 (chosen by the tolerance) or 2 to " +
-                  std::to_string(kTaylorMostOrder);
-  if (!request.why.empty()) return nullptr;
-  return std::make_unique<Taylor<S>>(request.model,
-                                     TaylorOptions{static_cast<int>(order), request.flag("compensated")});
+  if (request.model == nullptr) return cannot_step_bare("taylor", "expands the forces on bodies in power series");
+  const std::string& refusal = request.model->series_forces().refusal;
+  if (!refusal.empty()) return cannot_step("taylor", "has no power series for " + refusal);
+  if (order == 1)
+    return Fault{Blame::input, "atwood/taylor: `order` is `1`; expected 0 (chosen by the tolerance) or 2 to " +
+                                   std::to_string(kTaylorMostOrder)};
+  return StepperPointer<S>(
+      std::make_unique<Taylor<S>>(*request.model, TaylorOptions{static_cast<int>(order), request.flag("compensated")}));
 }
 
-template StepperPointer<float> make_taylor(StepperRequest<float>&);
-template StepperPointer<double> make_taylor(StepperRequest<double>&);
-template StepperPointer<long double> make_taylor(StepperRequest<long double>&);
-template StepperPointer<Quad> make_taylor(StepperRequest<Quad>&);
+template StepperResult<float> make_taylor(const StepperRequest<float>&);
+template StepperResult<double> make_taylor(const StepperRequest<double>&);
+template StepperResult<long double> make_taylor(const StepperRequest<long double>&);
+template StepperResult<Quad> make_taylor(const StepperRequest<Quad>&);
 
 template class Taylor<float>;
 template class Taylor<double>;

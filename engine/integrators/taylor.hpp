@@ -10,8 +10,7 @@
 namespace atwood {
 
 MethodInfo taylor_method();
-template <class S>
-StepperPointer<S> make_taylor(StepperRequest<S>& request);  // null: request.why says what it can't run
+template <class S> StepperResult<S> make_taylor(const StepperRequest<S>& request);  // refuses forces without a series
 
 struct TaylorOptions {
   int order = 0;  // 0: by the tolerance; 12 without one

@@ -9,7 +9,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::array kResponses{"impulse", "event", "penalty"};
+constexpr std::array kResponses{"impulse", "event", "penalty", "sph", "polynomial"};
 constexpr std::array kScalars{"float", "double", "long-double", "quad"};
 
 [[noreturn]] void refuse(const std::string& text, const std::string& expected) {

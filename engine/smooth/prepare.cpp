@@ -44,12 +44,12 @@ Simulation<S> prepare(const MethodId& id, const Scene& scene, std::unique_ptr<St
     simulation.stateful_force = added.get();
     model.add_term(std::move(added), what);
   }
-  std::string why;
-  simulation.stepper = make_stepper<S>(id.scheme, model, why, id.overrides);
-  if (simulation.stepper == nullptr) {
-    simulation.outcome = refuse(why);
+  Result<std::unique_ptr<Stepper<S>>> stepper = make_stepper(id.scheme, model, id.overrides);
+  if (!stepper) {
+    simulation.outcome = refuse(stepper.fault().reason);
     return simulation;
   }
+  simulation.stepper = std::move(*stepper);
   simulation.free_flight = make_free_flight(model, simulation.stepper->weights());
   simulation.y.resize(model.state_size());
   simulation.y_new.resize(model.state_size());

@@ -62,10 +62,9 @@ template <class S> bool evaluates_rates(EventRun<S>& run) {
 
 // A stepper of an explicit scheme, which takes every model.
 template <class S> std::unique_ptr<Stepper<S>> required_stepper(RigidModel<S>& model, const std::string& scheme) {
-  std::string why;
-  auto stepper = make_stepper<S>(scheme, model, why, {});
-  if (stepper == nullptr) throw std::logic_error("+event needs atwood/" + scheme + ": " + why);
-  return stepper;
+  auto stepper = make_stepper<S>(scheme, model);
+  if (!stepper) throw std::logic_error("+event needs atwood/" + scheme + ": " + stepper.fault().reason);
+  return std::move(*stepper);
 }
 
 // Once a run: sets sizes of all vectors, poses, candidates, edges, drag bodies and inverse inertias; adds contact

@@ -100,10 +100,7 @@ struct Drift {
 template <class S>
 Drift drift(const std::string& scheme, const Scene& scene, double h_s, int steps, const Settings& settings = {}) {
   RigidModel<S> model(scene);
-  std::string why;
-  const auto stepper = make_stepper<S>(scheme, model, why, settings);
-  INFO(scheme << " " << why);
-  REQUIRE(stepper != nullptr);
+  const auto stepper = stepper_of(scheme, model, settings);
   std::vector<S> y(model.state_size()), y_new(y.size());
   model.initial_state(y.data());
   const auto momentum = [&](const std::vector<S>& state) { return cross(load3(&state[0]), load3(&state[3])); };
@@ -149,9 +146,7 @@ TEST_CASE("a free body keeps its rotational energy; projection keeps its momentu
     INFO(scheme);
     const Scene scene = free_box(true);
     RigidModel<double> model(scene);
-    std::string why;
-    const auto stepper = make_stepper<double>(scheme, model, why);
-    REQUIRE(stepper != nullptr);
+    const auto stepper = stepper_of(scheme, model);
     std::vector<double> y(model.state_size()), y_new(y.size());
     model.initial_state(y.data());
     const auto momentum = [&] {
@@ -190,8 +185,7 @@ TEST_CASE("an edited state is a new energy to keep") {
   for (const char* scheme : keepers) {
     INFO(scheme);
     RigidModel<double> model(kepler(0.3));
-    std::string why;
-    const auto stepper = make_stepper<double>(scheme, model, why);
+    const auto stepper = stepper_of(scheme, model);
     std::vector<double> y(model.state_size()), y_new(y.size());
     model.initial_state(y.data());
     for (int n = 0; n < 50; ++n) {

@@ -59,8 +59,7 @@ template <class S> struct End {
 // Step by step through the general stepper.
 template <class S> End<S> generally(const std::string& scheme, const Scene& scene) {
   RigidModel<S> model(scene);
-  std::string why;
-  const auto stepper = make_stepper<S>(scheme, model, why);
+  const auto stepper = stepper_of(scheme, model);
   std::vector<S> y(model.state_size()), y_new(model.state_size());
   model.initial_state(y.data());
   for (int n = 0; n < steps; ++n) {
@@ -77,8 +76,7 @@ template <class S> End<S> fused(const std::string& scheme, const Scene& scene, i
   ModelOptions options;
   options.threads = threads;
   RigidModel<S> model(scene, options);
-  std::string why;
-  const auto stepper = make_stepper<S>(scheme, model, why);
+  const auto stepper = stepper_of(scheme, model);
   const auto flight = make_free_flight<S>(model, stepper->weights());
   REQUIRE(flight != nullptr);
   std::vector<S> y(model.state_size());
@@ -96,8 +94,7 @@ template <class S> End<S> fused(const std::string& scheme, const Scene& scene, i
 // One by one, from one state to another, as runs take them that look at each.
 template <class S> End<S> singly(const std::string& scheme, const Scene& scene) {
   RigidModel<S> model(scene);
-  std::string why;
-  const auto stepper = make_stepper<S>(scheme, model, why);
+  const auto stepper = stepper_of(scheme, model);
   const auto flight = make_free_flight<S>(model, stepper->weights());
   std::vector<S> y(model.state_size()), y_new(model.state_size());
   model.initial_state(y.data());
@@ -115,9 +112,8 @@ template <class S> std::vector<std::string> fused_schemes() {
   const Scene scene = free_box();
   for (const MethodInfo& info : integrator_catalogue()) {
     RigidModel<S> model(scene);
-    std::string why;
-    const auto stepper = make_stepper<S>(info.id.substr(7), model, why);
-    if (stepper != nullptr && stepper->weights() != nullptr) schemes.push_back(info.id.substr(7));
+    const auto stepper = make_stepper(info.id.substr(7), model);
+    if (stepper && (*stepper)->weights() != nullptr) schemes.push_back(info.id.substr(7));
   }
   return schemes;
 }
@@ -184,8 +180,7 @@ std::vector<S> flown_at(VectorWidth width, FlightKind kind, const ExplicitWeight
 
 template <class S> void compare_widths(const std::string& scheme) {
   RigidModel<S> model(free_box());
-  std::string why;
-  const auto stepper = make_stepper<S>(scheme, model, why);
+  const auto stepper = stepper_of(scheme, model);
   for (const VectorWidth width : widths_here())
     for (const FlightKind kind : {FlightKind::about_body_axes, FlightKind::about_any_axes, FlightKind::point_mass})
       for (const int bodies : {1, 7, 8, 9, 29, kFlightLanes})
@@ -202,8 +197,7 @@ TEST_CASE("the same bits at every vector width") {
 
 TEST_CASE("forces, bare problems and compensation stay with the general stepper") {
   RigidModel<double> pulled_model(kepler(0.3)), free_model(free_box());
-  std::string why;
-  const auto pulled_stepper = make_stepper<double>("rk4", pulled_model, why);
+  const auto pulled_stepper = stepper_of("rk4", pulled_model);
   CHECK(make_free_flight(pulled_model, pulled_stepper->weights()) == nullptr);
   CHECK(make_free_flight<double>(free_model, nullptr) == nullptr);
   CHECK(prepare<double>(parse_method_id("atwood/rk4"), free_box()).free_flight != nullptr);

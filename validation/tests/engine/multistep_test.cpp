@@ -60,12 +60,11 @@ TEST_CASE("every multistep table is exact for polynomials up to its order, and n
 
 struct March {
   RigidModel<double> model;
-  std::string why;
   std::unique_ptr<Stepper<double>> stepper;
   std::vector<double> y, y_new;
   double t = 0;
   March(const std::string& scheme, const Scene& scene)
-      : model(scene), stepper(make_stepper<double>(scheme, model, why)), y(model.state_size()), y_new(y.size()) {
+      : model(scene), stepper(stepper_of(scheme, model)), y(model.state_size()), y_new(y.size()) {
     model.initial_state(y.data());
   }
   void steps(int count, double h) {

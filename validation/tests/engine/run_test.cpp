@@ -219,8 +219,7 @@ TEST_CASE("dense output of the last step agrees with a shorter step") {
   for (const char* scheme : schemes) {
     INFO(scheme);
     RigidModel<double> model(kepler(0.6));
-    std::string why;
-    const auto stepper = make_stepper<double>(scheme, model, why);
+    const auto stepper = stepper_of(scheme, model);
     std::vector<double> y(6), y_new(6), dense(6), shorter(6);
     model.initial_state(y.data());
     double gap[2];

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,15 @@
 #include "smooth/run.hpp"
 
 namespace atwood::testing {
+
+// The stepper of a scheme that takes the model.
+template <class S>
+std::unique_ptr<Stepper<S>> stepper_of(const std::string& scheme, RigidModel<S>& model, const Settings& settings = {}) {
+  Result<std::unique_ptr<Stepper<S>>> stepper = make_stepper(scheme, model, settings);
+  INFO(scheme << ": " << (stepper ? "" : stepper.fault().reason));
+  REQUIRE(stepper);
+  return std::move(*stepper);
+}
 
 inline Scene empty_scene() {
   Scene scene;

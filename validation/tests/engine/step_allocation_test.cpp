@@ -9,9 +9,9 @@ namespace {
 
 template <class S> long allocations_of_steps(const std::string& scheme, const Scene& scene) {
   RigidModel<S> model(scene);
-  std::string why;
-  const auto stepper = make_stepper<S>(scheme, model, why);
-  if (stepper == nullptr) return why.empty() ? 1 : 0;  // refused by name
+  const auto made = make_stepper(scheme, model);
+  if (!made) return made.fault().reason.empty() ? 1 : 0;  // refused by name
+  Stepper<S>* const stepper = made->get();
   std::vector<S> y(model.state_size()), y_new(model.state_size()), inside(model.state_size());
   model.initial_state(y.data());
   const long before = allocations;

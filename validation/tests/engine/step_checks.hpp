@@ -11,9 +11,7 @@ namespace atwood::testing {
 // n steps forward, n back with -h; in double. The largest difference of a component from the start.
 inline double back_and_forth(const std::string& scheme, const Scene& scene, double h, int steps) {
   RigidModel<double> model(scene);
-  std::string why;
-  const auto stepper = make_stepper<double>(scheme, model, why);
-  REQUIRE(stepper != nullptr);
+  const auto stepper = stepper_of(scheme, model);
   std::vector<double> y(model.state_size()), y_new(model.state_size());
   model.initial_state(y.data());
   const std::vector<double> start = y;
@@ -51,9 +49,8 @@ inline void check_samples_change_nothing(const std::string& scheme, const Record
 // Two steppers of one scheme on Kepler's problem: one that has stepped already, and one that has not.
 struct Twins {
   explicit Twins(const std::string& scheme) : model(kepler(0.6)), other(kepler(0.6)) {
-    std::string why;
-    again = make_stepper<double>(scheme, model, why);
-    fresh = make_stepper<double>(scheme, other, why);
+    again = stepper_of(scheme, model);
+    fresh = stepper_of(scheme, other);
     model.initial_state(y.data());
   }
   void step(double h) { REQUIRE(again->step(0, h, y.data(), near.data())); }

@@ -113,9 +113,7 @@ struct Stepping {
 
   Stepping(const std::string& scheme, const Scene& scene)
       : model(scene), y(static_cast<std::size_t>(model.state_size())), y_new(y.size()) {
-    std::string why;
-    stepper = make_stepper<double>(scheme, model, why);
-    REQUIRE(stepper != nullptr);
+    stepper = stepper_of(scheme, model);
     model.initial_state(y.data());
   }
   std::int64_t evaluations_of_step(double t_s, double h_s) {

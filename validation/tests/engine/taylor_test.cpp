@@ -195,8 +195,7 @@ TEST_CASE("a step taken again uses the series of its start, an edited state a ne
   twins.check_step(0.05);
   twins.y[4] += 0.1;
   RigidModel<double> third(kepler(0.6));
-  std::string why;
-  twins.fresh = make_stepper<double>("taylor", third, why);
+  twins.fresh = stepper_of("taylor", third);
   twins.check_step(0.05);
 }
 

@@ -1,0 +1,86 @@
+// The pairs of points that may lie within the support of a kernel, from cell lists, with a Verlet skin.
+//
+// A list holds all points within support + skin; it is built again once two points may have come within the support
+// unseen, that is once some point has moved by skin / 2. What a caller sums over a list does not depend on when it was
+// built: each list is in ascending order of the points, and its members beyond the support contribute exact zeros.
+//
+// Points are kept in memory in the order of their cells: slot k is point order()[k]. Lists stand in blocks of
+// kLaneCount slots, one list a vector lane (math/lanes.hpp): entry n of lane k at entries[n * kLaneCount + k], a slot.
+// Lists shorter than the block's longest are filled up with the lane's own slot. Slots are padded to whole blocks; the
+// padding stands for the last point and has empty lists.
+//
+// Sources: Verlet (1967); Hockney and Eastwood, Computer Simulation Using Particles (1988), 8-4.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "math/lanes.hpp"
+#include "parallel/team.hpp"
+#include "scene/fluid.hpp"
+
+namespace atwood::fluid {
+
+struct NeighbourBlock {
+  const int* entries;  // `longest` rows of kLaneCount slots
+  int longest;
+  const int* counts;  // of the block's lanes, without the filling
+  bool wraps;         // some pair may lie across a period: take the nearest image
+};
+
+template <class S> class Neighbours {
+ public:
+  // support, skin > 0. A period must be at least twice the support, so that each pair has one image within it.
+  Neighbours(const Domain& domain, S support, S skin);
+
+  // Brings the lists up to date with the points at x (`dimensions` numbers a point, unwrapped). False: some position is
+  // not finite; the lists are as they were. Allocates only when built, and when counts grow.
+  bool update(const S* x, int count, Team* team);
+  void forget() { built_count_ = -1; }  // the next update builds
+
+  int count() const { return static_cast<int>(order_.size()); }
+  int blocks() const { return static_cast<int>(block_wraps_.size()); }
+  const std::vector<int>& order() const { return order_; }      // slot -> point
+  const std::vector<int>& slot_of() const { return slot_of_; }  // point -> slot
+  NeighbourBlock block(int b) const {
+    const std::size_t first = std::size_t(b) * kLaneCount;
+    return {entries_.data() + first * capacity_, block_longest_[b], counts_.data() + first, block_wraps_[b] != 0};
+  }
+  std::int64_t builds() const { return builds_; }
+
+  // x moved by whole periods into [0, period]; unchanged along open axes.
+  ATWOOD_INLINE S wrapped(S x, int axis) const {
+    if (period_[axis] == S(0) || (x >= S(0) && x < period_[axis])) return x;
+    return x - period_[axis] * real::floor(x * inverse_period_[axis]);
+  }
+  S period(int axis) const { return period_[axis]; }  // 0: open
+
+ private:
+  struct Grid {
+    int cells[3] = {1, 1, 1};
+    S origin[3]{}, per_metre[3]{};
+  };
+  void build(const S* x, int count, Team* team);
+  Grid make_grid() const;
+  void sort_into_cells(const Grid& grid);
+  bool fill_lists(const Grid& grid, int first_slot, int last_slot);  // false: a list exceeds capacity_
+  void finish_blocks(int first_block, int last_block);
+  int find_near(const S* x, int begin, int end, int* near, int found) const;
+
+  int dimensions_;
+  S period_[3]{}, inverse_period_[3]{}, support_, skin_;
+  std::int64_t builds_ = 0;
+  int built_count_ = -1, capacity_ = 2 * kLaneCount;
+  std::vector<S> built_at_, wrapped_, sorted_;  // positions at the build; wrapped, by point and by slot
+  std::vector<int> order_, slot_of_, cell_of_, cell_begin_, counts_, block_longest_, entries_;
+  std::vector<char> block_wraps_;
+};
+
+// The nearest image of a difference of wrapped coordinates, for scalars and packs; antisymmetric to the last bit.
+template <class S, class V> ATWOOD_INLINE V nearest_image(const V& difference, S period) {
+  const V half = V{} + S(0.5) * period, whole = V{} + period;
+  const V down = difference > half ? whole : V{}, up = difference < -half ? whole : V{};
+  return difference - down + up;
+}
+
+}  // namespace atwood::fluid

@@ -1,0 +1,111 @@
+#include "fluid/options.hpp"
+
+#include <algorithm>
+
+#include "integrators/catalogue.hpp"
+
+namespace atwood::fluid {
+namespace {
+
+MethodInfo sph_info() {
+  MethodInfo info;
+  info.id = "+sph";
+  info.doc =
+      "Weakly compressible smoothed particle hydrodynamics by sums over pairs; equations in docs/fluids.md. Pressures "
+      "enter in the symmetric form, so that linear momentum is kept to round-off; angular momentum where viscosity is "
+      "central or absent; kinetic and elastic energy and heat to the error of time stepping, without density_diffusion, "
+      "shift and walls (rows of work of their own). At a fixed ratio of smoothing to spacing the error in space of "
+      "disturbed particles has no fixed order: it reaches a plateau that falls with smoothing. Order in time: the "
+      "method's own, at most that of the kernel (cubic 3, wendland-c2 4, quintic 5, wendland-c4 6, wendland-c6 8). "
+      "Kicks and drifts (leapfrog, velocity Verlet and their compositions) need density=summation and no viscosity. "
+      "Equal steps beyond the limit by sound, viscosity, conduction or gravity are refused with the limit. Walls: dummy "
+      "particles that carry the fluid's values to their side. Rows: neighbours, momenta, energy-budget.";
+  info.source =
+      "Monaghan, Rep. Prog. Phys. 68 (2005) 1703; Morris, Fox, Zhu, J. Comput. Phys. 136 (1997) 214; Cleary, Monaghan, "
+      "J. Comput. Phys. 148 (1999) 227; Adami, Hu, Adams, J. Comput. Phys. 231 (2012) 7057";
+  const SphOptions standard;
+  declare_settings(
+      info,
+      {{"kernel",
+        std::string("wendland-c2"),
+        {one_of({"cubic", "quintic", "wendland-c2", "wendland-c4", "wendland-c6"}), "Smoothing kernel."}},
+       {"smoothing",
+        standard.smoothing,
+        {between(0.6, 10), "Smoothing length over spacing; the support is 2 smoothing lengths, of the quintic 3."}},
+       {"density",
+        std::string("continuity"),
+        {one_of({"continuity", "summation"}), "Density from its equation of motion, or by summation."}},
+       {"viscosity",
+        std::string("morris"),
+        {one_of({"morris", "central", "none"}), "Form of the fluid's viscosity; central: Monaghan and Gingold's."}},
+       {"density_diffusion", 0.0, {between(0, 1), "Coefficient of Molteni and Colagrossi's diffusion of density."}},
+       {"shift", 0.0, {between(0, 10), "Coefficient of the transport velocity that keeps particles in order."}},
+       {"corrected", false, {{}, "First-order exact gradients; momentum is then not kept."}},
+       {"reversible",
+        false,
+        {{},
+         "Positions and velocities on an integer lattice (2^-40 of the spacing, 2^-44 of the sound speed): a symmetric "
+         "method of kicks and drifts taken back returns to the same bits."}},
+       {"lanes", true, {{}, "Pairs in vector lanes; false: the scalar loop, the same bits."}},
+       {"skin",
+        standard.skin,
+        {between(0.001, 1), "Margin of the neighbour lists over the support; no effect on results."}},
+       {"threads", std::int64_t(1), {between(1, 256), "Threads that share the rates of a step."}}});
+  return info;
+}
+
+}  // namespace
+
+const std::vector<MethodInfo>& responses() {
+  static const std::vector<MethodInfo> all{sph_info()};
+  return all;
+}
+
+const MethodInfo* find_response(const std::string& name) {
+  const auto found = std::find_if(responses().begin(), responses().end(),
+                                  [&](const MethodInfo& info) { return info.id == "+" + name; });
+  return found == responses().end() ? nullptr : &*found;
+}
+
+Result<SphRequest> sph_request(const MethodId& id) {
+  const MethodInfo& info = *find_response("sph");
+  Settings own;
+  for (const auto& [name, value] : id.overrides)
+    if (info.settings.count(name) > 0) own[name] = value;
+  const Result<Settings> settings = merged_settings(info, own);
+  if (!settings) return settings.fault();
+  const auto number = [&](const char* name) { return std::get<double>(settings->at(name)); };
+  const auto word = [&](const char* name) { return std::get<std::string>(settings->at(name)); };
+  const auto flag = [&](const char* name) { return std::get<bool>(settings->at(name)); };
+  SphRequest request;
+  SphOptions& options = request.options;
+  options.kernel = kernel_shape(word("kernel"));
+  options.smoothing = number("smoothing");
+  options.summation = word("density") == "summation";
+  const std::string viscosity = word("viscosity");
+  options.viscosity = viscosity == "morris"    ? Viscosity::morris
+                      : viscosity == "central" ? Viscosity::central
+                                               : Viscosity::none;
+  options.density_diffusion = number("density_diffusion");
+  options.shift = number("shift");
+  options.corrected = flag("corrected");
+  options.lane_by_lane = !flag("lanes");
+  options.skin = number("skin");
+  options.threads = static_cast<int>(std::get<std::int64_t>(settings->at("threads")));
+  request.reversible = flag("reversible");
+  return request;
+}
+
+MethodId integrator_part(const MethodId& id) {
+  const MethodInfo* response = find_response(id.response);
+  const MethodInfo* scheme = find_integrator(id.scheme);
+  MethodId left = id;
+  if (response == nullptr || scheme == nullptr) return left;
+  left.response.clear();
+  std::erase_if(left.overrides, [&](const auto& entry) {
+    return response->settings.count(entry.first) > 0 && scheme->settings.count(entry.first) == 0;
+  });
+  return left;
+}
+
+}  // namespace atwood::fluid

@@ -1,0 +1,76 @@
+#include "fluid/particle_set.hpp"
+
+#include <algorithm>
+
+namespace atwood::fluid {
+
+template <class S> ParticleSet<S> make_particle_set(const Scene& scene, bool density, int body_scalars) {
+  ParticleSet<S> set;
+  for (std::size_t f = 0; f < scene.fluids.size(); ++f) {
+    const Fluid& fluid = scene.fluids[f];
+    set.laws.push_back(make_law<S>(fluid));
+    set.layout.temperature = set.layout.temperature || fluid.heat_capacity_J_per_kg_K > 0;
+    for (const double mass : fluid.particles.mass_kg) {
+      set.mass.push_back(S(mass));
+      set.fluid_of.push_back(static_cast<int>(f));
+    }
+  }
+  set.layout.dimensions = scene.domain.dimensions;
+  set.layout.particles = static_cast<int>(set.mass.size());
+  set.layout.density = density;
+  set.layout.body_scalars = body_scalars;
+  return set;
+}
+
+template <class S> void initial_particles(const ParticleSet<S>& set, const Scene& scene, S* y) {
+  const Layout& at = set.layout;
+  int i = 0;
+  for (const Fluid& fluid : scene.fluids) {
+    const Particles& particles = fluid.particles;
+    for (std::size_t k = 0; k < particles.mass_kg.size(); ++k, ++i) {
+      for (int c = 0; c < at.dimensions; ++c) {
+        y[at.positions() + i * at.dimensions + c] = S(particles.position_m[k][c]);
+        y[at.velocities() + i * at.dimensions + c] = S(particles.velocity_m_per_s[k][c]);
+      }
+      if (at.density) y[at.densities() + i] = S(particles.density_kg_per_m3[k]);
+      if (at.temperature) y[at.temperatures() + i] = S(particles.temperature_K[k]);
+    }
+  }
+}
+
+template <class S>
+void write_particles(const ParticleSet<S>& set, const Scene& scene, const S* y, const S* densities, Sample& sample) {
+  const Layout& at = set.layout;
+  sample.particles.resize(at.particles);
+  for (int i = 0; i < at.particles; ++i) {
+    ParticleSample& out = sample.particles[i];
+    for (int c = 0; c < at.dimensions; ++c) {
+      out.p_m[c] = y[at.positions() + i * at.dimensions + c];
+      out.v_m_per_s[c] = y[at.velocities() + i * at.dimensions + c];
+    }
+    out.density_kg_per_m3 = densities[i];
+    out.pressure_Pa = set.law(i).pressure(densities[i]);
+    out.temperature_K =
+        at.temperature ? Wide(y[at.temperatures() + i]) : Wide(scene.fluids[set.fluid_of[i]].temperature_K);
+  }
+}
+
+template <class S> std::string particle_name(const ParticleSet<S>& set, const Scene& scene, int particle) {
+  const auto first = std::lower_bound(set.fluid_of.begin(), set.fluid_of.end(), set.fluid_of[particle]);
+  return "particle " + std::to_string(particle - (first - set.fluid_of.begin())) + " of `" +
+         scene.fluids[set.fluid_of[particle]].name + "`";
+}
+
+#define ATWOOD_PARTICLE_SET(S)                                                                        \
+  template struct ParticleSet<S>;                                                                     \
+  template ParticleSet<S> make_particle_set<S>(const Scene&, bool, int);                              \
+  template void initial_particles<S>(const ParticleSet<S>&, const Scene&, S*);                        \
+  template void write_particles<S>(const ParticleSet<S>&, const Scene&, const S*, const S*, Sample&); \
+  template std::string particle_name<S>(const ParticleSet<S>&, const Scene&, int);
+ATWOOD_PARTICLE_SET(float)
+ATWOOD_PARTICLE_SET(double)
+ATWOOD_PARTICLE_SET(long double)
+ATWOOD_PARTICLE_SET(Quad)
+#undef ATWOOD_PARTICLE_SET
+
+}  // namespace atwood::fluid

@@ -1,0 +1,31 @@
+// What a run of fluids steps: a flat state with its rate, its start and its samples. `+sph` and `+polynomial` are two.
+#pragma once
+
+#include <string>
+
+#include "fluid/layout.hpp"
+#include "math/system.hpp"
+#include "protocol/sample.hpp"
+
+namespace atwood::fluid {
+
+// A step that would excite some mode of the particles: what it is bounded by ("sound"), and the largest stable step.
+template <class S> class ParticleSystem {
+ public:
+  virtual ~ParticleSystem() = default;
+  // Why the engine cannot run this scene with these settings; empty: it can. Nothing else may be called then.
+  virtual const std::string& unsupported() const = 0;
+  virtual const Layout& layout() const = 0;
+  virtual System<S>& system() = 0;
+  virtual void initial_state(S* y) const = 0;
+  virtual void write(S t_s, const S* y, Sample& sample) = 0;
+  // Empty: the state is sound. Else which particle is lost or not finite, and how.
+  virtual std::string fault(const S* y) const = 0;
+
+  // The rate is x' = v, v' = a(x): velocities are kicked at fixed positions, positions drift at fixed velocities. Empty:
+  // it is; else why not.
+  virtual std::string not_separable() const { return "has no kicks and drifts"; }
+  virtual void accelerations(S /*t_s*/, const S* /*y*/, S* /*acceleration*/) {}  // d numbers a particle
+};
+
+}  // namespace atwood::fluid

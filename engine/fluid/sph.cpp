@@ -1,0 +1,392 @@
+#include "fluid/sph.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+
+#include "fluid/corrections.hpp"
+#include "fluid/walls.hpp"
+
+namespace atwood::fluid {
+namespace {
+
+constexpr int kLeastShared = 1000;  // particles
+
+// Why the equations of docs/fluids.md do not describe this scene; empty: they do.
+std::string scene_fault(const Scene& scene, const SphOptions& options) {
+  const auto number = [](double x) { return format_double(x); };
+  const double support = support_ratio(options.kernel) * options.smoothing * scene.fluids.front().spacing_m;
+  for (const Fluid& fluid : scene.fluids) {
+    const std::string whose = " of the fluid `" + fluid.name + "`";
+    if (fluid.spacing_m != scene.fluids.front().spacing_m)
+      return "+sph needs fluids of one spacing; that" + whose + " is " + number(fluid.spacing_m) + " m, another is " +
+             number(scene.fluids.front().spacing_m) + " m";
+    if (!(fluid.sound_speed_m_per_s > 0)) return "the sound speed" + whose + " is 0; +sph needs one above 0";
+    if (!(fluid.density_kg_per_m3 > 0) || !(fluid.spacing_m > 0))
+      return "the density and the spacing" + whose + " must be above 0";
+    if (fluid.particles.mass_kg.empty()) return "the fluid `" + fluid.name + "` has no particles";
+    if (fluid.viscous_heat != scene.fluids.front().viscous_heat)
+      return "+sph needs viscous_heat of all fluids or of none; that" + whose + " differs";
+    if (!fluid.source.name.empty())
+      return "+sph has no body acceleration by the named field `" + fluid.source.name + "`";
+  }
+  for (int axis = 0; axis < scene.domain.dimensions; ++axis) {
+    const double period = scene.domain.periodic_m[axis];
+    if (period > 0 && period < 2 * support)
+      return "the kernel's support, " + number(support) + " m, is more than half the period of " + number(period) +
+             " m along " + "xyz"[axis] + ": a particle would meet another twice";
+  }
+  if (!scene.fluid_boundaries.empty() && scene.fluids.size() > 1) return "+sph has walls for a single fluid only";
+  if (options.corrected && options.summation) return "corrected=true of +sph needs density=continuity";
+  if ((options.corrected || options.shift != 0) && !scene.fluid_boundaries.empty())
+    return "+sph has walls for corrected=false and shift=0 only";
+  return "";
+}
+
+}  // namespace
+
+template <class S>
+Sph<S>::Sph(const Scene& scene, const SphOptions& options)
+    : scene_(scene), options_(options), unsupported_(scene_fault(scene, options)) {
+  if (!unsupported_.empty()) return;
+  if (!scene.bodies.empty()) {
+    bodies_ = std::make_unique<RigidModel<S>>(scene);
+    unsupported_ = bodies_->unsupported();
+    if (!unsupported_.empty()) return;
+  }
+  set_ = make_particle_set<S>(scene, !options.summation, bodies_ == nullptr ? 0 : bodies_->state_size());
+  if (options.threads > 1) team_ = std::make_unique<Team>(options.threads);
+  const int d = set_.layout.dimensions;
+  const S h = S(options.smoothing) * S(scene.fluids.front().spacing_m);
+  sums_.kernel = make_kernel<S>(options.kernel, d, h);
+  sums_.viscosity = options.viscosity;
+  sums_.lane_by_lane = options.lane_by_lane;
+  sums_.gradients = !options.corrected;
+  sums_.several_fluids = scene.fluids.size() > 1;
+  bool viscous = false;
+  for (const FluidLaw<S>& law : set_.laws) {
+    viscous = viscous || law.viscosity > S(0);
+    sums_.conduction = sums_.conduction || (law.conductivity > S(0) && law.heat_capacity > S(0));
+    sums_.viscous_heat = sums_.viscous_heat || law.viscous_heat;
+  }
+  sums_.diffusion = S(2) * S(options.density_diffusion) * h;
+  if (!sums_.several_fluids) sums_.diffusion = sums_.diffusion * set_.laws.front().sound_speed;
+  if (!viscous) sums_.viscosity = Viscosity::none;
+  if (options.summation) sums_.diffusion = S(0);
+  for (const Fluid& fluid : scene.fluids)
+    for (const Real3& v : fluid.particles.velocity_m_per_s)
+      transport_strength_ = real::max(transport_strength_, norm(narrow3<S>(v)));
+  transport_strength_ = S(options.shift) * transport_strength_ * sums_.kernel.support;
+  needs_heat_record_ = sums_.conduction || sums_.several_fluids;
+  equal_masses_ = scene.fluid_boundaries.empty() &&
+                  std::adjacent_find(set_.mass.begin(), set_.mass.end(), std::not_equal_to<>()) == set_.mass.end();
+  equal_viscosities_ = !sums_.several_fluids && set_.laws.front().viscosity_decay == S(0);
+  for (int c = 0; c < d; ++c) gravity_[c] = S(scene.gravity_m_per_s2[c]);
+  lists_ = std::make_unique<Neighbours<S>>(scene.domain, sums_.kernel.support, S(options.skin) * sums_.kernel.support);
+  if (!scene.fluid_boundaries.empty()) {
+    walls_ = std::make_unique<Walls<S>>(scene, set_, sums_, bodies_.get());
+    unsupported_ = walls_->unsupported();
+  }
+  system_.size = set_.layout.size();
+  system_.context = this;
+  system_.rate_of = rate_of;
+  if (bodies_ != nullptr && bodies_->system().project_of != nullptr && set_.layout.body_scalars > 0)
+    system_.project_of = project_of;
+}
+
+template <class S> Sph<S>::~Sph() = default;
+
+template <class S> template <class Work> void Sph<S>::over_blocks(const Work& work) {
+  const int blocks = lists_->blocks();
+  if (team_ == nullptr || lists_->count() < kLeastShared) return work(0, blocks);
+  const int parts = std::min(blocks, 4 * team_->size());
+  team_->run(parts, [&](int part) {
+    const Share own = share(blocks, part, parts);
+    work(own.first, own.last);
+  });
+}
+
+template <class S> void Sph<S>::initial_state(S* y) const {
+  initial_particles(set_, scene_, y);
+  if (set_.layout.body_scalars > 0) bodies_->initial_state(y + set_.layout.bodies());
+}
+
+// ---- records --------------------------------------------------------------------------------------------------------
+template <class S> bool Sph<S>::update(S t_s, const S* y) {
+  const Layout& at = set_.layout;
+  const S* x = y + at.positions();
+  int count = at.particles;
+  if (walls_ != nullptr) {
+    walls_->place(t_s, y + at.bodies());
+    count += walls_->count();
+    points_.resize(std::size_t(count) * at.dimensions);
+    std::copy_n(x, std::size_t(at.particles) * at.dimensions, points_.begin());
+    std::copy(walls_->positions().begin(), walls_->positions().end(),
+              points_.begin() + std::ptrdiff_t(at.particles) * at.dimensions);
+    x = points_.data();
+  }
+  if (!lists_->update(x, count, team_.get())) return false;
+  const std::size_t slots = std::size_t(lists_->blocks()) * kLaneCount;
+  records_.resize(slots);
+  densities_.resize(slots);
+  out_.resize(slots * SumRecord::size);
+  masses_.resize(slots);
+  if (options_.summation && walls_ != nullptr) wall_masses_.resize(slots);
+  if (!equal_viscosities_) viscosities_.resize(slots);
+  if (needs_heat_record_) heat_.resize(slots * HeatRecord::size);
+  const auto prepare = [&](auto dimensions) {
+    constexpr int d = decltype(dimensions)::value;
+    over_blocks([&](int first, int last) {
+      pack<d>(y, first, last);
+      if (!options_.summation) set_pressures<d>(y, first, last);
+    });
+    if (!options_.summation) return;
+    over_blocks([&](int first, int last) {
+      const std::vector<S>& masses = walls_ == nullptr ? masses_ : wall_masses_;
+      sums_.add_densities(*lists_, d, lanes_of(records_), masses.data(), first, last, densities_.data());
+      set_pressures<d>(y, first, last);
+    });
+  };
+  if (at.dimensions == 2) prepare(std::integral_constant<int, 2>{});
+  else prepare(std::integral_constant<int, 3>{});
+  if (walls_ != nullptr) walls_->extrapolate(*lists_, lanes_of(records_), densities_.data(), y);
+  return true;
+}
+
+// Positions, velocities and masses of the slots; the points of walls have no mass here.
+template <class S> template <int d> void Sph<S>::pack(const S* y, int first_block, int last_block) {
+  const Layout& at = set_.layout;
+  const int count = lists_->count();
+  for (int slot = first_block * kLaneCount; slot < last_block * kLaneCount; ++slot) {
+    const int i = lists_->order()[std::min(slot, count - 1)];
+    S* const record = records_[slot].lane;
+    const bool fluid = i < at.particles;
+    const S* const x = fluid ? y + at.positions() + std::ptrdiff_t(i) * d : &points_[std::size_t(i) * d];
+    for (int c = 0; c < d; ++c) {
+      record[c] = lists_->wrapped(x[c], c);
+      record[d + c] = fluid ? y[at.velocities() + std::ptrdiff_t(i) * d + c] : S(0);
+    }
+    masses_[slot] = fluid ? set_.mass[i] : S(0);
+    if (options_.summation && walls_ != nullptr) wall_masses_[slot] = fluid ? set_.mass[i] : walls_->mass();
+    if (!options_.summation) densities_[slot] = fluid ? y[at.densities() + i] : walls_->law().density0;
+  }
+}
+
+// What follows from density and temperature.
+template <class S> template <int d> void Sph<S>::set_pressures(const S* y, int first_block, int last_block) {
+  const Layout& at = set_.layout;
+  const int count = lists_->count();
+  for (int slot = first_block * kLaneCount; slot < last_block * kLaneCount; ++slot) {
+    const int i = lists_->order()[std::min(slot, count - 1)];
+    S* const record = records_[slot].lane;
+    const S density = densities_[slot], volume = S(1) / density;
+    record[2 * d] = S(0);
+    record[2 * d + 1] = volume;
+    if (!equal_viscosities_) viscosities_[slot] = S(0);
+    if (i >= at.particles) continue;
+    const FluidLaw<S>& law = set_.law(i);
+    const S temperature = at.temperature ? y[at.temperatures() + i] : law.temperature0;
+    record[2 * d] = law.pressure(density) * volume * volume;
+    if (!equal_viscosities_) viscosities_[slot] = law.dynamic_viscosity(temperature);
+    if (!needs_heat_record_) continue;
+    S* const heat = &heat_[std::size_t(slot) * HeatRecord::size];
+    heat[HeatRecord::temperature] = temperature;
+    heat[HeatRecord::conductivity] = law.conductivity;
+    heat[HeatRecord::fluid] = S(set_.fluid_of[i]);
+    heat[HeatRecord::sound_speed] = law.sound_speed;
+  }
+}
+
+template <class S> SlotData<S> Sph<S>::slot_data() const {
+  return {records_.front().lane,
+          equal_masses_ ? nullptr : masses_.data(),
+          equal_viscosities_ ? nullptr : viscosities_.data(),
+          needs_heat_record_ ? heat_.data() : nullptr,
+          set_.mass.front(),
+          set_.laws.front().viscosity};
+}
+
+template <class S> void Sph<S>::set_sums(const S* y) {
+  over_blocks([&](int first, int last) {
+    sums_.add_forces(*lists_, set_.layout.dimensions, slot_data(), first, last, out_.data());
+    if (walls_ != nullptr)
+      walls_->add_forces(*lists_, slot_data().records, densities_.data(), y, first, last, out_.data());
+  });
+  if (options_.corrected || transport_strength_ > S(0)) set_corrections(y);
+}
+
+template <class S> void Sph<S>::set_corrections(const S* y) {
+  const Layout& at = set_.layout;
+  const std::size_t slots = masses_.size();
+  pressures_.resize(slots);
+  transport_.resize(slots * at.dimensions);
+  if (at.temperature) temperatures_.resize(slots), carried_heat_.resize(slots);
+  const auto for_slots = [&](const auto& work) {
+    over_blocks([&](int first, int last) { work(first * kLaneCount, std::min(last * kLaneCount, lists_->count())); });
+  };
+  for_slots([&](int first, int last) {
+    for (int slot = first; slot < last; ++slot) {
+      const int i = lists_->order()[slot];
+      pressures_[slot] = set_.law(i).pressure(densities_[slot]);
+      if (at.temperature) temperatures_[slot] = y[at.temperatures() + i];
+    }
+  });
+  const CorrectionData<S> data{*lists_,        sums_.kernel,      at.dimensions,    slot_data().records,
+                               masses_.data(), densities_.data(), pressures_.data()};
+  if (options_.corrected)
+    for_slots([&](int first, int last) { add_corrected_gradients(data, first, last, out_.data()); });
+  if (transport_strength_ == S(0)) return;
+  for_slots([&](int first, int last) {
+    set_transport_velocities(data, transport_strength_, first, last, transport_.data());
+  });
+  const S* const temperatures = at.temperature ? temperatures_.data() : nullptr;
+  for_slots([&](int first, int last) {
+    add_transport_fluxes(data, transport_.data(), temperatures, first, last, out_.data(), carried_heat_.data());
+  });
+}
+
+// ---- rates ----------------------------------------------------------------------------------------------------------
+template <class S>
+template <int d>
+void Sph<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int last_slot) const {
+  const Layout& at = set_.layout;
+  const int last = std::min(last_slot, lists_->count());
+  for (int slot = first_slot; slot < last; ++slot) {
+    const int i = lists_->order()[slot];
+    if (i >= at.particles) continue;
+    const FluidLaw<S>& law = set_.law(i);
+    const S* const sum = &out_[std::size_t(slot) * SumRecord::size];
+    S weight = S(1);
+    if (law.expansion != S(0) && at.temperature)
+      weight = S(1) - law.expansion * (y[at.temperatures() + i] - law.temperature0);
+    for (int c = 0; c < d; ++c) {
+      const S carried = transport_strength_ > S(0) ? transport_[std::size_t(slot) * d + c] : S(0);
+      dydt[at.positions() + i * d + c] = y[at.velocities() + i * d + c] + carried;
+      dydt[at.velocities() + i * d + c] = sum[SumRecord::acceleration + c] + weight * gravity_[c];
+    }
+    if (at.density) dydt[at.densities() + i] = sum[SumRecord::density];
+    if (!at.temperature) continue;
+    S warming = law.heat_capacity > S(0) ? sum[SumRecord::heat] / law.heat_capacity : S(0);
+    if (transport_strength_ > S(0)) warming += carried_heat_[slot];
+    dydt[at.temperatures() + i] = warming;
+  }
+}
+
+template <class S> void Sph<S>::rate_of(void* context, S t_s, const S* y, S* dydt) {
+  Sph& self = *static_cast<Sph*>(context);
+  const Layout& at = self.set_.layout;
+  if (!self.update(t_s, y)) {
+    std::fill(dydt, dydt + at.size(), S(std::numeric_limits<double>::quiet_NaN()));
+    return;
+  }
+  self.set_sums(y);
+  self.over_blocks([&](int first, int last) {
+    const int first_slot = first * kLaneCount, last_slot = last * kLaneCount;
+    if (at.dimensions == 2) self.template rate_of_particles<2>(y, dydt, first_slot, last_slot);
+    else self.template rate_of_particles<3>(y, dydt, first_slot, last_slot);
+  });
+  if (at.body_scalars == 0) return;
+  if (self.walls_ != nullptr)
+    self.walls_->load_bodies(*self.lists_, self.slot_data().records, self.densities_.data(), y);
+  self.bodies_->system().rate_of(self.bodies_.get(), t_s, y + at.bodies(), dydt + at.bodies());
+}
+
+template <class S> void Sph<S>::project_of(void* context, S* y) {
+  Sph& self = *static_cast<Sph*>(context);
+  self.bodies_->normalise(y + self.set_.layout.bodies());
+}
+
+template <class S> std::string Sph<S>::not_separable() const {
+  if (!options_.summation) return "moves velocities and positions in turns: +sph needs density=summation for that";
+  if (sums_.viscosity != Viscosity::none)
+    return "moves velocities and positions in turns: +sph needs viscosity=none for that, or fluids without viscosity";
+  if (options_.shift != 0) return "moves velocities and positions in turns: +sph needs shift=0 for that";
+  if (set_.layout.temperature) return "moves velocities and positions in turns: temperatures are neither";
+  if (set_.layout.body_scalars > 0) return "moves velocities and positions of particles in turns: a body floats";
+  return "";
+}
+
+template <class S> void Sph<S>::accelerations(S t_s, const S* y, S* acceleration) {
+  const Layout& at = set_.layout;
+  const int d = at.dimensions;
+  ++system_.evaluations;
+  if (!update(t_s, y)) {
+    std::fill(acceleration, acceleration + std::ptrdiff_t(d) * at.particles,
+              S(std::numeric_limits<double>::quiet_NaN()));
+    return;
+  }
+  set_sums(y);
+  over_blocks([&](int first, int last) {
+    for (int slot = first * kLaneCount; slot < std::min(last * kLaneCount, lists_->count()); ++slot) {
+      const int i = lists_->order()[slot];
+      if (i >= at.particles) continue;
+      for (int c = 0; c < d; ++c)
+        acceleration[std::ptrdiff_t(i) * d + c] = out_[std::size_t(slot) * SumRecord::size + c] + gravity_[c];
+    }
+  });
+}
+
+// ---- samples --------------------------------------------------------------------------------------------------------
+template <class S> std::vector<S> Sph<S>::densities(const S* y) {
+  const Layout& at = set_.layout;
+  std::vector<S> found(at.particles, S(std::numeric_limits<double>::quiet_NaN()));
+  if (at.density) std::copy_n(y + at.densities(), at.particles, found.begin());
+  else if (update(S(0), y))
+    for (int i = 0; i < at.particles; ++i) found[i] = densities_[lists_->slot_of()[i]];
+  return found;
+}
+
+template <class S> S Sph<S>::mean_neighbours(const S* y) {
+  const Layout& at = set_.layout;
+  if (!update(S(0), y)) return S(0);
+  S pairs{};
+  for (int slot = 0; slot < lists_->count(); ++slot) {
+    if (lists_->order()[slot] >= at.particles) continue;
+    const NeighbourBlock block = lists_->block(slot / kLaneCount);
+    const int lane = slot % kLaneCount;
+    for (int n = 0; n < block.counts[lane]; ++n) {
+      S r2{};
+      for (int c = 0; c < at.dimensions; ++c) {
+        S x = records_[slot].lane[c] - records_[block.entries[n * kLaneCount + lane]].lane[c];
+        if (lists_->period(c) > S(0)) x = nearest_image(x, lists_->period(c));
+        r2 += x * x;
+      }
+      if (r2 < sums_.kernel.support * sums_.kernel.support) pairs += S(1);
+    }
+  }
+  return pairs / S(at.particles);
+}
+
+template <class S> void Sph<S>::write(S t_s, const S* y, Sample& sample) {
+  const std::vector<S> density = densities(y);
+  write_particles(set_, scene_, y, density.data(), sample);
+  if (bodies_ != nullptr) bodies_->write(t_s, y + set_.layout.bodies(), sample);
+}
+
+template <class S> std::string Sph<S>::fault(const S* y) const {
+  const Layout& at = set_.layout;
+  for (int i = 0; i < at.particles; ++i) {
+    bool finite = true;
+    for (int c = 0; c < at.dimensions; ++c)
+      finite = finite && real::is_finite(y[at.positions() + i * at.dimensions + c]) &&
+               real::is_finite(y[at.velocities() + i * at.dimensions + c]);
+    if (at.density) finite = finite && real::is_finite(y[at.densities() + i]);
+    if (at.temperature) finite = finite && real::is_finite(y[at.temperatures() + i]);
+    if (!finite) return particle_name(set_, scene_, i) + " is not finite";
+    if (at.density && !(y[at.densities() + i] > S(0)))
+      return particle_name(set_, scene_, i) + " has a density of " +
+             format_double(static_cast<double>(y[at.densities() + i])) + " kg/m^3";
+    if (walls_ != nullptr) {
+      const std::string through = walls_->crossed(y + at.positions() + std::ptrdiff_t(i) * at.dimensions);
+      if (!through.empty()) return particle_name(set_, scene_, i) + " went through the boundary `" + through + "`";
+    }
+  }
+  return "";
+}
+
+template class Sph<float>;
+template class Sph<double>;
+template class Sph<long double>;
+template class Sph<Quad>;
+
+}  // namespace atwood::fluid

@@ -1,0 +1,197 @@
+#include "fluid/stability.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <vector>
+
+#include "fluid/kick_drift.hpp"
+#include "integrators/catalogue.hpp"
+#include "protocol/sample.hpp"
+
+namespace atwood::fluid {
+namespace {
+
+constexpr int kTrialSteps = 256, kWaves = 8;
+constexpr double kNone = std::numeric_limits<double>::infinity();
+
+struct StepBounds {  // of all effects together and of each alone; infinite: none; 0: no step is stable
+  double all_s = 0, sound_s = 0, viscosity_s = 0, heat_s = 0, force_s = 0;
+};
+
+struct Symbol {
+  double G, L;
+};
+
+// Waves of lengths down to two spacings along the first axis and the diagonal.
+std::vector<Symbol> symbols(const Kernel<double>& kernel, double spacing) {
+  const int d = kernel.dimensions, reach = static_cast<int>(std::ceil(kernel.support / spacing));
+  const double pi = std::acos(-1.0), volume = std::pow(spacing, d);
+  std::vector<Symbol> found;
+  for (const bool diagonal : {false, true})
+    for (int wave = 1; wave <= kWaves; ++wave) {
+      const double k = pi * wave / (kWaves * spacing);
+      double sine = 0, cosine = 0;
+      for (int a = -reach; a <= reach; ++a)
+        for (int b = -reach; b <= reach; ++b)
+          for (int c = d == 3 ? -reach : 0; c <= (d == 3 ? reach : 0); ++c) {
+            const double phase = k * spacing * (diagonal ? a + b + c : a);
+            const double F = kernel.slope_over_distance(spacing * std::sqrt(double(a * a + b * b + c * c)));
+            sine += volume * F * spacing * a * std::sin(phase);
+            cosine += volume * F * (1 - std::cos(phase));
+          }
+      found.push_back({std::abs(sine) * (diagonal ? std::sqrt(double(d)) : 1), -2 * cosine});
+    }
+  return found;
+}
+
+struct Modes {
+  std::vector<Symbol> symbols;
+  ModeRates rates;
+  static constexpr int unknowns = 4;  // a, q, transverse, thermal
+
+  static void rate_of(void* context, double, const double* y, double* dydt) {
+    const Modes& self = *static_cast<Modes*>(context);
+    const ModeRates& r = self.rates;
+    for (std::size_t n = 0; n < self.symbols.size(); ++n, y += unknowns, dydt += unknowns) {
+      const auto& [G, L] = self.symbols[n];
+      dydt[0] = -r.sound_speed_m_per_s * G * y[1] - r.longitudinal_m2_per_s * L * y[0];
+      dydt[1] = r.sound_speed_m_per_s * G * y[0] - r.density_m2_per_s * L * y[1];
+      dydt[2] = -r.transverse_m2_per_s * L * y[2];
+      dydt[3] = -r.thermal_m2_per_s * L * y[3];
+    }
+  }
+};
+
+// Kicks and drifts of a wave: position and velocity, x' = v, v' = -(c G)^2 x.
+class Waves final : public ParticleSystem<double> {
+ public:
+  Waves(const Modes& modes) : modes_(modes) {
+    layout_.dimensions = 1;
+    layout_.particles = static_cast<int>(modes.symbols.size());
+    system_.size = layout_.size();
+  }
+  const std::string& unsupported() const override { return none_; }
+  const Layout& layout() const override { return layout_; }
+  System<double>& system() override { return system_; }
+  void initial_state(double*) const override {}
+  void write(double, const double*, Sample&) override {}
+  std::string fault(const double*) const override { return ""; }
+  std::string not_separable() const override { return ""; }
+  void accelerations(double, const double* y, double* a) override {
+    for (int i = 0; i < layout_.particles; ++i) {
+      const double w = modes_.rates.sound_speed_m_per_s * modes_.symbols[i].G;
+      a[i] = -w * w * y[i];
+    }
+  }
+
+ private:
+  const Modes& modes_;
+  Layout layout_;
+  System<double> system_;
+  std::string none_;
+};
+
+// Does no wave grow by more than its share of a tenth over the run?
+bool stable(const std::string& scheme, const Settings& overrides, const std::vector<Symbol>& all,
+            const ModeRates& rates, double h_s, std::int64_t steps) {
+  Modes modes{all, rates};
+  const double most = 1 + 0.1 * std::min(1.0, double(kTrialSteps) / double(steps));
+  std::vector<double> y, next;
+  std::unique_ptr<Stepper<double>> stepper;
+  System<double> system;
+  Waves waves(modes);
+  const int count = static_cast<int>(all.size());
+  if (is_kick_drift(scheme)) {
+    // A symmetric method does not keep the size of a wave from step to step: below the limit it stays within a factor,
+    // beyond it grows exponentially.
+    auto made = make_kick_drift<double>(scheme, waves, {}, false);
+    if (!made) return true;
+    stepper = std::move(*made);
+    y.assign(2 * count, 1.0);
+    for (int i = 0; i < count; ++i) y[count + i] = rates.sound_speed_m_per_s * all[i].G;
+  } else {
+    system.size = Modes::unknowns * count;
+    system.context = &modes;
+    system.rate_of = Modes::rate_of;
+    auto made = make_stepper<double>(scheme, system, overrides);
+    if (!made) return true;  // refused elsewhere, by name
+    stepper = std::move(*made);
+    y.assign(system.size, 1.0);
+  }
+  next = y;
+  for (int n = 0; n < kTrialSteps; ++n) {
+    if (!stepper->step(n * h_s, h_s, y.data(), next.data())) return true;
+    y.swap(next);
+  }
+  if (!is_kick_drift(scheme)) {
+    for (int i = 0; i < count; ++i) {  // two waves a symbol: longitudinal, and the damped ones
+      double* const at = &y[std::size_t(i) * Modes::unknowns];
+      if (!(std::hypot(at[0], at[1]) <= most * std::sqrt(2.0)) || !(std::abs(at[2]) <= most) ||
+          !(std::abs(at[3]) <= most))
+        return false;
+    }
+    return true;
+  }
+  for (int i = 0; i < count; ++i) {
+    const double w = rates.sound_speed_m_per_s * all[i].G;
+    if (!(std::abs(y[i]) <= 100 && std::abs(y[count + i]) <= 100 * w + 1e-300)) return false;
+  }
+  return true;
+}
+
+double largest_stable(const std::string& scheme, const Settings& overrides, const std::vector<Symbol>& all,
+                      const ModeRates& rates, std::int64_t steps) {
+  double fastest = 0;
+  for (const Symbol& symbol : all)
+    fastest = std::max({fastest, rates.sound_speed_m_per_s * symbol.G,
+                        symbol.L * std::max({rates.longitudinal_m2_per_s, rates.transverse_m2_per_s,
+                                             rates.thermal_m2_per_s, rates.density_m2_per_s})});
+  if (fastest == 0) return kNone;
+  double low = 1e-6 / fastest, high = low;
+  if (!stable(scheme, overrides, all, rates, low, steps)) return 0;
+  while (high < 1e3 / fastest && stable(scheme, overrides, all, rates, high, steps)) low = high, high *= 1.5;
+  if (high >= 1e3 / fastest) return kNone;
+  for (int n = 0; n < 20; ++n) {
+    const double middle = std::sqrt(low * high);
+    (stable(scheme, overrides, all, rates, middle, steps) ? low : high) = middle;
+  }
+  return low;
+}
+
+std::string seconds(double h_s) {
+  if (h_s == kNone) return "none";
+  if (h_s == 0) return "no stable step";
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.3g s", h_s);
+  return digits;
+}
+
+}  // namespace
+
+std::string unstable(const std::string& scheme, const Settings& overrides, const Kernel<double>& kernel,
+                     double spacing_m, const ModeRates& rates, double h_s, std::int64_t steps) {
+  const std::vector<Symbol> all = symbols(kernel, spacing_m);
+  StepBounds bounds;
+  bounds.force_s = rates.gravity_m_per_s2 > 0
+                       ? std::sqrt(kernel.support / support_ratio(kernel.shape) / rates.gravity_m_per_s2)
+                       : kNone;
+  const bool slow = h_s <= bounds.force_s;
+  if (slow && stable(scheme, overrides, all, rates, h_s, steps)) return "";
+  bounds.all_s = std::min(bounds.force_s, largest_stable(scheme, overrides, all, rates, steps));
+  bounds.sound_s = largest_stable(scheme, overrides, all, {rates.sound_speed_m_per_s}, steps);
+  ModeRates viscous, thermal;
+  viscous.longitudinal_m2_per_s = rates.longitudinal_m2_per_s;
+  viscous.transverse_m2_per_s = rates.transverse_m2_per_s;
+  viscous.density_m2_per_s = rates.density_m2_per_s;
+  thermal.thermal_m2_per_s = rates.thermal_m2_per_s;
+  bounds.viscosity_s = largest_stable(scheme, overrides, all, viscous, steps);
+  bounds.heat_s = largest_stable(scheme, overrides, all, thermal, steps);
+  return "steps of " + seconds(h_s) + " are beyond the stability limit of atwood/" + scheme + ", " +
+         seconds(bounds.all_s) + " (by sound " + seconds(bounds.sound_s) + ", by viscosity and diffusion of density " +
+         seconds(bounds.viscosity_s) + ", by conduction " + seconds(bounds.heat_s) + ", by gravity " +
+         seconds(bounds.force_s) + ")";
+}
+
+}  // namespace atwood::fluid

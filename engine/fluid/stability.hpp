@@ -1,0 +1,31 @@
+// Is a method stable at a step on the modes of a lattice of particles? The method itself is asked: it steps the linear
+// equations of plane waves on the lattice, and no wave may grow.
+//
+// With the symbols of the sums on a lattice of spacing D, of the wave vector k along an axis or a diagonal,
+//   G(k) = |sum_j V F_ij x_ij sin(k . x_ij)|,   L(k) = -2 sum_j V F_ij (1 - cos(k . x_ij)),
+// a longitudinal wave is a' = -c G q - nu_l L a, q' = c G a - delta h c L q, a transverse one a' = -nu L a, a thermal one
+// T' = -k / (rho0 C) L T. An explicit method is stable on sound as far as its interval of the imaginary axis reaches:
+// explicit Euler's and Heun's have none.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "fluid/kernel.hpp"
+#include "protocol/setting.hpp"
+#include "scene/scene.hpp"
+
+namespace atwood::fluid {
+
+struct ModeRates {
+  double sound_speed_m_per_s = 0;
+  double longitudinal_m2_per_s = 0, transverse_m2_per_s = 0;  // kinematic viscosity of the two
+  double thermal_m2_per_s = 0, density_m2_per_s = 0;          // diffusivities
+  double gravity_m_per_s2 = 0;
+};
+
+// Why `scheme` may not take steps of h_s, with the bounds; empty: it may. Waves may grow by a tenth over `steps` steps.
+std::string unstable(const std::string& scheme, const Settings& overrides, const Kernel<double>& kernel,
+                     double spacing_m, const ModeRates& rates, double h_s, std::int64_t steps);
+
+}  // namespace atwood::fluid

@@ -1,0 +1,250 @@
+#include "fluid/walls.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "scene/fluid_walls.hpp"
+
+namespace atwood::fluid {
+
+template <class S> struct Walls<S>::FluidLoad final : ForceTerm<S> {
+  const std::vector<Load<S>>& of;
+  explicit FluidLoad(const std::vector<Load<S>>& loads) : of(loads) {}
+  void add_loads(const Motion<S>&, Load<S>* loads) const override {
+    for (std::size_t b = 0; b < of.size(); ++b) {
+      loads[b].force_W += of[b].force_W;
+      loads[b].torque_B += of[b].torque_B;
+    }
+  }
+  bool velocity_dependent() const override { return true; }
+};
+
+template <class S> struct Walls<S>::Touch {
+  Vec3<S> acceleration, surface;  // surface: V F x, the gradient of the wall's indicator
+  S density{}, heat{}, flux{};
+};
+
+template <class S>
+Walls<S>::Walls(const Scene& scene, const ParticleSet<S>& set, const PairSums<S>& sums, RigidModel<S>* bodies)
+    : scene_(scene), set_(set), sums_(sums), bodies_(bodies) {
+  const int d = scene.domain.dimensions;
+  const S spacing = S(scene.fluids.front().spacing_m);
+  volume_ = d == 2 ? spacing * spacing : spacing * spacing * spacing;
+  for (int c = 0; c < d; ++c) gravity_[c] = S(scene.gravity_m_per_s2[c]);
+  try {
+    for (const WallPoint& point : wall_points(scene, static_cast<double>(sums.kernel.support)))
+      points_.push_back({point.boundary, scene.fluid_boundaries[point.boundary].body, narrow3<S>(point.at_m)});
+  } catch (const std::invalid_argument& refused) {
+    unsupported_ = "+sph: " + std::string(refused.what());
+    return;
+  }
+  const std::size_t count = points_.size();
+  x_.resize(count * d);
+  u_.resize(count * d);
+  slip_.resize(count * d);
+  weight_.resize(count);
+  pressure_.resize(count);
+  density_.resize(count);
+  temperature_.resize(count);
+  loads_.resize(scene.bodies.size());
+  if (bodies->state_size() > 0) bodies->add_term(std::make_unique<FluidLoad>(loads_), "the fluid");
+}
+
+template <class S> void Walls<S>::place(S t_s, const S* y_bodies) {
+  const int d = scene_.domain.dimensions;
+  const Motion<S> motion = bodies_->motion(t_s, y_bodies);
+  for (int w = 0; w < count(); ++w) {
+    const Point& point = points_[w];
+    const Body& body = scene_.bodies[point.body];
+    Vec3<S> x = point.at, u = narrow3<S>(body.velocity_m_per_s);
+    if (!body.fixed) {
+      const Quat<S> q = motion.q_WB(point.body);
+      const Vec3<S> arm = rotate(q, point.at);
+      x = motion.p_WB(point.body) + arm;
+      u = motion.v_WB(point.body) + cross(rotate(q, motion.w_WB_B(point.body)), arm);
+    }
+    const S of_x[3] = {x.x, x.y, x.z}, of_u[3] = {u.x, u.y, u.z};
+    for (int c = 0; c < d; ++c) x_[w * d + c] = of_x[c], u_[w * d + c] = of_u[c];
+  }
+}
+
+namespace {
+
+// x_i - x_j of two slots by the nearest image; returns r^2.
+template <class S> S difference(const Neighbours<S>& lists, const S* records, int d, int i, int j, S* x) {
+  S r2{};
+  for (int c = 0; c < d; ++c) {
+    x[c] = records[std::ptrdiff_t(i) * kRecordSize + c] - records[std::ptrdiff_t(j) * kRecordSize + c];
+    if (lists.period(c) > S(0)) x[c] = nearest_image(x[c], lists.period(c));
+    r2 += x[c] * x[c];
+  }
+  return r2;
+}
+
+}  // namespace
+
+template <class S>
+void Walls<S>::extrapolate(const Neighbours<S>& lists, const S* records, const S* densities, const S* y) {
+  const Layout& at = set_.layout;
+  const int d = at.dimensions;
+  if (flagged_build_ != lists.builds()) {
+    flagged_build_ = lists.builds();
+    near_wall_.assign(lists.blocks(), 0);
+    for (int slot = 0; slot < lists.count(); ++slot) {
+      if (lists.order()[slot] < at.particles) continue;
+      const NeighbourBlock block = lists.block(slot / kLaneCount);
+      for (int n = 0; n < block.counts[slot % kLaneCount]; ++n)
+        near_wall_[block.entries[n * kLaneCount + slot % kLaneCount] / kLaneCount] = 1;
+    }
+  }
+  for (int w = 0; w < count(); ++w) {
+    const int slot = lists.slot_of()[at.particles + w], lane = slot % kLaneCount;
+    const NeighbourBlock block = lists.block(slot / kLaneCount);
+    S weight{}, pressure{}, temperature{}, velocity[3]{};
+    for (int n = 0; n < block.counts[lane]; ++n) {
+      const int other = block.entries[n * kLaneCount + lane], f = lists.order()[other];
+      if (f >= at.particles) continue;
+      S x[3];
+      const S r = real::sqrt(difference(lists, records, d, slot, other, x)), W = sums_.kernel.value(r);
+      if (W == S(0)) continue;
+      S lift{};
+      for (int c = 0; c < d; ++c) {
+        lift += gravity_[c] * x[c];
+        velocity[c] += W * y[at.velocities() + f * d + c];
+      }
+      weight += W;
+      pressure += W * (law().pressure(densities[other]) + densities[other] * lift);
+      if (at.temperature) temperature += W * y[at.temperatures() + f];
+    }
+    weight_[w] = weight;
+    const S inverse = weight > S(0) ? S(1) / weight : S(0);
+    for (int c = 0; c < d; ++c) slip_[w * d + c] = inverse * velocity[c];
+    pressure_[w] = inverse * pressure;
+    density_[w] = law().density(pressure_[w]);
+    temperature_[w] = inverse * temperature;
+  }
+}
+
+// The terms of docs/fluids.md, "Walls", of one particle and one point.
+template <class S>
+auto Walls<S>::touch(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int slot,
+                     int wall_slot) const -> Touch {
+  const Layout& at = set_.layout;
+  const int d = at.dimensions, i = lists.order()[slot], w = lists.order()[wall_slot] - at.particles;
+  Touch touch;
+  if (weight_[w] == S(0)) return touch;
+  S x[3]{}, v[3]{}, slip[3]{}, approach{}, drag_approach{}, r2 = difference(lists, records, d, slot, wall_slot, x);
+  const S F = sums_.kernel.slope_over_distance(real::sqrt(r2));
+  if (F == S(0)) return touch;
+  for (int c = 0; c < d; ++c) {
+    v[c] = y[at.velocities() + i * d + c] - u_[w * d + c];
+    slip[c] = y[at.velocities() + i * d + c] - (S(2) * u_[w * d + c] - slip_[w * d + c]);
+    approach += v[c] * x[c];
+    drag_approach += slip[c] * x[c];
+  }
+  const FluidBoundary& boundary = scene_.fluid_boundaries[points_[w].boundary];
+  const S* const record = records + std::ptrdiff_t(slot) * kRecordSize;
+  const S push = -mass() * (record[2 * d] + pressure_[w] / (density_[w] * density_[w])) * F;
+  const S per_volume = mass() * F / (densities[slot] * density_[w]);
+  S a[3]{};
+  for (int c = 0; c < d; ++c) a[c] = push * x[c];
+  if (boundary.slip == Slip::no_slip && sums_.viscosity != Viscosity::none) {
+    const S T_i = at.temperature ? y[at.temperatures() + i] : law().temperature0;
+    const S viscosity = law().dynamic_viscosity(T_i);
+    const S drag = S(2) * viscosity * per_volume;
+    S power{};
+    for (int c = 0; c < d; ++c) {
+      const S A = sums_.viscosity == Viscosity::morris ? drag * slip[c]
+                  : r2 > S(0)                          ? S(d + 2) * drag * drag_approach / r2 * x[c]
+                                                       : S(0);
+      a[c] += A;
+      power += A * v[c];
+    }
+    if (sums_.viscous_heat) touch.heat -= power;
+  }
+  if (boundary.temperature_K && at.temperature) {
+    const S other = S(2) * S(*boundary.temperature_K) - temperature_[w];
+    touch.heat += per_volume * S(2) * law().conductivity * (y[at.temperatures() + i] - other);
+  }
+  touch.density = mass() * F * approach;
+  touch.acceleration = {a[0], a[1], a[2]};
+  if (boundary.heat_flux_W_per_m2) {
+    touch.flux = S(*boundary.heat_flux_W_per_m2);
+    touch.surface = {volume_ * F * x[0], volume_ * F * x[1], volume_ * F * x[2]};
+  }
+  return touch;
+}
+
+template <class S>
+void Walls<S>::add_forces(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int first,
+                          int last, S* sums) const {
+  const Layout& at = set_.layout;
+  for (int b = first; b < last; ++b) {
+    if (!near_wall_[b]) continue;
+    const NeighbourBlock block = lists.block(b);
+    for (int lane = 0; lane < kLaneCount; ++lane) {
+      const int slot = b * kLaneCount + lane;
+      if (slot >= lists.count() || lists.order()[slot] >= at.particles) continue;
+      S* const out = sums + std::ptrdiff_t(slot) * SumRecord::size;
+      Vec3<S> heated;  // by given flux: q times the gradient of the walls' indicator
+      for (int n = 0; n < block.counts[lane]; ++n) {
+        const int other = block.entries[n * kLaneCount + lane];
+        if (lists.order()[other] < at.particles) continue;
+        const Touch t = touch(lists, records, densities, y, slot, other);
+        out[SumRecord::acceleration] += t.acceleration.x;
+        out[SumRecord::acceleration + 1] += t.acceleration.y;
+        out[SumRecord::acceleration + 2] += t.acceleration.z;
+        out[SumRecord::density] += t.density;
+        out[SumRecord::heat] += t.heat;
+        heated += t.flux * t.surface;
+      }
+      const S flux = norm(heated);
+      if (flux == S(0)) continue;
+      const FluidBoundary& any = *std::find_if(scene_.fluid_boundaries.begin(), scene_.fluid_boundaries.end(),
+                                               [](const FluidBoundary& x) { return x.heat_flux_W_per_m2.has_value(); });
+      out[SumRecord::heat] += (*any.heat_flux_W_per_m2 < 0 ? S(-2) : S(2)) * flux / densities[slot];
+    }
+  }
+}
+
+// From the points' side, in their order: the same whatever the threads.
+template <class S>
+void Walls<S>::load_bodies(const Neighbours<S>& lists, const S* records, const S* densities, const S* y) {
+  const Layout& at = set_.layout;
+  const Motion<S> motion = bodies_->motion(S(0), y + at.bodies());
+  for (Load<S>& load : loads_) load = {};
+  for (int w = 0; w < count(); ++w) {
+    const Point& point = points_[w];
+    if (scene_.bodies[point.body].fixed || weight_[w] == S(0)) continue;
+    const int wall_slot = lists.slot_of()[at.particles + w], lane = wall_slot % kLaneCount;
+    const NeighbourBlock block = lists.block(wall_slot / kLaneCount);
+    Vec3<S> force;
+    for (int n = 0; n < block.counts[lane]; ++n) {
+      const int slot = block.entries[n * kLaneCount + lane], i = lists.order()[slot];
+      if (i >= at.particles) continue;
+      force -= set_.mass[i] * touch(lists, records, densities, y, slot, wall_slot).acceleration;
+    }
+    loads_[point.body].force_W += force;
+    if (bodies_->rotates(point.body))
+      loads_[point.body].torque_B += cross(point.at, rotate_back(motion.q_WB(point.body), force));
+  }
+}
+
+template <class S> std::string Walls<S>::crossed(const S* x) const {
+  const int d = scene_.domain.dimensions;
+  for (const FluidBoundary& boundary : scene_.fluid_boundaries) {
+    const Body& body = scene_.bodies[boundary.body];
+    if (!body.fixed) continue;
+    Real3 at{};
+    for (int c = 0; c < d; ++c) at[c] = static_cast<double>(x[c]);
+    if (depth_in_body_m(body, d, at) > scene_.fluids.front().spacing_m) return body.name;
+  }
+  return "";
+}
+
+template class Walls<float>;
+template class Walls<double>;
+template class Walls<long double>;
+template class Walls<Quad>;
+
+}  // namespace atwood::fluid

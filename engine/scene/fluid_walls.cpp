@@ -1,0 +1,165 @@
+#include "scene/fluid_walls.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace atwood {
+namespace {
+
+struct Extent {
+  Real3 min_m{}, max_m{};
+};
+
+// Of all particles, with half a spacing around them.
+Extent extent_of(const Scene& scene, std::size_t fluids) {
+  Extent extent;
+  extent.min_m.fill(std::numeric_limits<double>::infinity());
+  extent.max_m.fill(-std::numeric_limits<double>::infinity());
+  for (std::size_t f = 0; f < fluids; ++f)
+    for (const Real3& x : scene.fluids[f].particles.position_m)
+      for (std::size_t c = 0; c < 3; ++c) {
+        extent.min_m[c] = std::min(extent.min_m[c], x[c] - scene.fluids[f].spacing_m / 2);
+        extent.max_m[c] = std::max(extent.max_m[c], x[c] + scene.fluids[f].spacing_m / 2);
+      }
+  return extent;
+}
+
+Real3 lattice_corner(const Fluid& fluid, const Extent& particles) {
+  if (const auto* box = std::get_if<BoxRegion>(&fluid.region)) return box->min_m;
+  return particles.min_m;
+}
+
+int axis_of(const Plane& plane) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (std::abs(plane.normal[axis]) == 1) return axis;
+  return -1;
+}
+
+// v by the quaternion or its conjugate.
+Real3 turned(const Real4& q, double sign, const Real3& v) {
+  const Real3 u{sign * q[1], sign * q[2], sign * q[3]};
+  const auto cross = [](const Real3& a, const Real3& b) {
+    return Real3{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  };
+  const Real3 once = cross(u, v), twice = cross(u, once);
+  return {v[0] + 2 * (q[0] * once[0] + twice[0]), v[1] + 2 * (q[0] * once[1] + twice[1]),
+          v[2] + 2 * (q[0] * once[2] + twice[2])};
+}
+Real3 to_body(const Body& body, const Real3& x) {
+  return turned(body.orientation_wxyz, -1,
+                {x[0] - body.position_m[0], x[1] - body.position_m[1], x[2] - body.position_m[2]});
+}
+Real3 to_world(const Body& body, const Real3& x) {
+  const Real3 turn = turned(body.orientation_wxyz, 1, x);
+  return {turn[0] + body.position_m[0], turn[1] + body.position_m[1], turn[2] + body.position_m[2]};
+}
+
+// first, first + pitch, ... while below last.
+std::vector<double> ticks(double first, double pitch, double last) {
+  std::vector<double> at;
+  for (int i = 0; first + i * pitch < last; ++i) at.push_back(first + i * pitch);
+  return at;
+}
+
+void fill_plane(const Scene& scene, const Body& body, const Plane& plane, double reach, std::vector<Real3>& points) {
+  const int normal = axis_of(plane), d = scene.domain.dimensions;
+  if (normal < 0 || normal >= d)
+    throw std::invalid_argument("the plane of the boundary `" + body.name +
+                                "` is across no axis; walls of particles need a normal along an axis");
+  const double spacing = scene.fluids.front().spacing_m, sign = plane.normal[normal];
+  const Extent all = extent_of(scene, scene.fluids.size()), first = extent_of(scene, 1);
+  std::array<std::vector<double>, 3> at{std::vector<double>{0}, {0}, {0}};
+  double widest = 0;
+  for (int c = 0; c < d; ++c) widest = std::max(widest, all.max_m[c] - all.min_m[c]);
+  for (int c = 0; c < d; ++c) {
+    if (c == normal) {
+      at[c].clear();
+      for (int layer = 0; layer * spacing < reach; ++layer)
+        at[c].push_back(sign * (plane.offset_m - (layer + 0.5) * spacing));
+    } else if (const double period = scene.domain.periodic_m[c]; period > 0) {
+      const double pitch = period / std::max(1.0, std::round(period / spacing));
+      at[c] = ticks(pitch / 2, pitch, period);
+    } else {
+      double low = all.min_m[c], high = all.max_m[c];
+      for (const FluidBoundary& boundary : scene.fluid_boundaries)
+        if (const auto* other = std::get_if<Plane>(&scene.bodies[boundary.body].shape); other && axis_of(*other) == c) {
+          low = std::min(low, other->offset_m * other->normal[c]);
+          high = std::max(high, other->offset_m * other->normal[c]);
+        }
+      const double beyond = widest + reach;
+      const double anchor = lattice_corner(scene.fluids.front(), first)[c];
+      const double steps = std::ceil((anchor - (low - beyond)) / spacing);
+      at[c] = ticks(anchor + (0.5 - steps) * spacing, spacing, high + beyond);
+    }
+  }
+  for (const double x : at[0])
+    for (const double y : at[1])
+      for (const double z : at[2]) points.push_back({x, y, z});
+}
+
+// Points in the body's axes.
+void fill_box(const Box& box, int d, double spacing, std::vector<Real3>& points) {
+  std::array<std::vector<double>, 3> at{std::vector<double>{0}, {0}, {0}};
+  for (int c = 0; c < d; ++c) {
+    const double edge = 2 * box.half_extents_m[c], cells = std::max(1.0, std::round(edge / spacing));
+    at[c].clear();
+    for (int i = 0; i < cells; ++i) at[c].push_back((i + 0.5) * (edge / cells) - box.half_extents_m[c]);
+  }
+  for (const double x : at[0])
+    for (const double y : at[1])
+      for (const double z : at[2]) points.push_back({x, y, z});
+}
+
+void fill_ball(const Sphere& ball, int d, double spacing, std::vector<Real3>& points) {
+  const double half = std::ceil(ball.radius_m / spacing) * spacing;
+  fill_box({{half, half, half}}, d, spacing, points);
+}
+
+double depth_in_box(const Box& box, int d, const Real3& x) {
+  double depth = std::numeric_limits<double>::infinity();
+  for (int c = 0; c < d; ++c) depth = std::min(depth, box.half_extents_m[c] - std::abs(x[c]));
+  return depth;
+}
+
+}  // namespace
+
+double depth_in_body_m(const Body& body, int dimensions, const Real3& x) {
+  if (const auto* plane = std::get_if<Plane>(&body.shape))
+    return plane->offset_m - (plane->normal[0] * x[0] + plane->normal[1] * x[1] + plane->normal[2] * x[2]);
+  const Real3 at = to_body(body, x);
+  if (const auto* box = std::get_if<Box>(&body.shape)) return depth_in_box(*box, dimensions, at);
+  if (const auto* ball = std::get_if<Sphere>(&body.shape))
+    return ball->radius_m - std::sqrt(at[0] * at[0] + at[1] * at[1] + (dimensions == 3 ? at[2] * at[2] : 0));
+  return -std::numeric_limits<double>::infinity();
+}
+
+std::vector<WallPoint> wall_points(const Scene& scene, double reach) {
+  const int d = scene.domain.dimensions;
+  const double spacing = scene.fluids.front().spacing_m;
+  std::vector<WallPoint> walls;
+  for (std::size_t b = 0; b < scene.fluid_boundaries.size(); ++b) {
+    const Body& body = scene.bodies[scene.fluid_boundaries[b].body];
+    std::vector<Real3> points;  // in the body's axes, except of planes
+    const bool plane = std::holds_alternative<Plane>(body.shape);
+    if (plane) fill_plane(scene, body, std::get<Plane>(body.shape), reach, points);
+    else if (const auto* box = std::get_if<Box>(&body.shape)) fill_box(*box, d, spacing, points);
+    else if (const auto* ball = std::get_if<Sphere>(&body.shape)) fill_ball(*ball, d, spacing, points);
+    else
+      throw std::invalid_argument("the boundary `" + body.name +
+                                  "` is neither a plane nor a box nor a ball; walls of particles fill no other shape");
+    for (const Real3& x : points) {
+      const Real3 world = plane ? x : to_world(body, x);
+      const double depth = depth_in_body_m(body, d, world);
+      if (!plane && !(depth > 0 && depth < reach)) continue;
+      bool taken = false;
+      for (std::size_t earlier = 0; earlier < b && !taken; ++earlier)
+        taken = depth_in_body_m(scene.bodies[scene.fluid_boundaries[earlier].body], d, world) > 0;
+      if (!taken) walls.push_back({static_cast<int>(b), body.fixed ? world : x});
+    }
+  }
+  return walls;
+}
+
+}  // namespace atwood
