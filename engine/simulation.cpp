@@ -60,7 +60,9 @@ Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Obse
 Engine atwood_engine() {
   std::vector<MethodInfo> responses = contact_responses();
   responses.insert(responses.end(), fluid::responses().begin(), fluid::responses().end());
-  return {"atwood", "0.1.0", "double", integrator_catalogue(), run, true, responses, find_scene_contacts};
+  Engine engine{"atwood", "0.1.0", "double", integrator_catalogue(), run, true, responses, find_scene_contacts};
+  engine.fluids = true;
+  return engine;
 }
 
 bool contacts_possible(const Scene& scene) {
