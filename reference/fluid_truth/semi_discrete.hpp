@@ -11,7 +11,7 @@ namespace atwood {
 
 // Solves the equations of scenario.truth.response ("sph{...}", "polynomial{...}" with all settings) from the scene's
 // particles; Truth::values hold particles, the bars theirs. The methods, by the number of particles:
-//   up to 256      extrapolation of order up to 24 at two tolerances: in quad where that takes about a minute at most, else
+//   up to 256      extrapolation of order up to 24 at two tolerances: in quad where that takes half a minute at most, else
 //                  in long double (the source says which)
 //   up to 2 500    CVODE, Adams and BDF, each at two tolerances
 //   above          the classical Runge-Kutta method with n, 2 n and 4 n steps
