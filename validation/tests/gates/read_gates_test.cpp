@@ -64,9 +64,8 @@ TEST_CASE("gates: a file may be about the runs of one study") {
 
 TEST_CASE("gates: what is wrong is named with line, column, and what was expected") {
   CHECK(error_of(head + "witihn = [1, 2]\nreason = \"r\"\n") ==
-        ":5:1: unknown key `witihn` in [[gate]]; expected one of scenario, method, metric, steps, within, max, min, "
-        "max_ratio, within_claim, "
-        "reason (did you mean within?)");
+        ":5:1: unknown key `witihn` in [[gate]]; expected one of scenario, method, metric, steps, spacing_m, "
+        "sound_speed_m_per_s, within, max, min, max_ratio, within_claim, reason (did you mean within?)");
   CHECK(error_of(head + "max = 1\nmin = 0\nreason = \"r\"\n").find("exactly one of within, max, min, max_ratio") !=
         std::string::npos);
   CHECK(error_of(head + "reason = \"r\"\n").find("exactly one of within, max, min, max_ratio") != std::string::npos);
