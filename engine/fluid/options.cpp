@@ -59,7 +59,9 @@ MethodInfo polynomial_info() {
   info.id = "+polynomial";
   info.doc =
       "Weakly compressible flow on particles, with every derivative from a polynomial fitted by moving least squares; "
-      "equations in docs/fluids.md. Orders in space: 2 and 4, those of the degree, on disturbed particles too. "
+      "equations in docs/fluids.md. Orders in space of Taylor and Green's vortices on disturbed particles: 2 and 4, those of "
+      "the degree; the Laplacian alone is an order lower there. Fixed planes are walls; free surfaces need degree=2, "
+      "smoothing=1.8, filter=1. "
       "Nothing is conserved exactly: momenta, mass and energy are kept to the order of the fits (rows momenta, "
       "energy-budget). Particles are shifted towards even spacing and the fields take the fluxes of that motion; a "
       "filter, a term of its own, damps what changes from particle to particle. Order in time: the method's own, at "
@@ -82,6 +84,10 @@ MethodInfo polynomial_info() {
        {"filter",
         -1.0,
         {between(-1, 10), "Rate of the filter over sound speed / spacing; below 0: .005 and .1 by degree."}},
+       {"surface",
+        1.0,
+        {between(0, 10), "Rate at which a free surface's pressure goes to 0, over sound speed / spacing."}},
+       {"surface_force", 1.0, {between(0, 10), "Share of a fit's pressure at a free surface that acts on its row."}},
        {"lanes", true, {{}, "Fits in vector lanes; false: the scalar loop, the same bits."}},
        {"skin", 0.08, {between(0.001, 1), "Margin of the neighbour lists over the support; no effect on results."}},
        {"threads", std::int64_t(1), {between(1, 256), "Threads that share the rates of a step."}}});
@@ -109,6 +115,8 @@ Result<PolynomialOptions> polynomial_request(const MethodId& id) {
   options.shift = number("shift");
   options.shift_speed_m_per_s = number("shift_speed");
   options.filter = number("filter");
+  options.surface = number("surface");
+  options.surface_force = number("surface_force");
   options.skin = number("skin");
   options.lane_by_lane = !std::get<bool>(settings->at("lanes"));
   options.threads = whole("threads");

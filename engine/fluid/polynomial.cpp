@@ -106,7 +106,7 @@ Polynomial<S>::Polynomial(const Scene& scene, const PolynomialOptions& options)
     fits_.cover_support = support_;
     const S pi = S(3.14159265358979323846);
     cover_factor_ = d == 2 ? S(4) / pi : S(315) / (S(64) * pi);
-    for (int c = 0; c < d; ++c) cover_factor_ = cover_factor_ * spacing / support_;
+    for (int c = 0; c < d; ++c) cover_factor_ = cover_factor_ / support_;
   }
   for (const FluidLaw<S>& law : set_.laws) filter_rate_.push_back(S(options_.filter) * law.sound_speed / spacing);
   // u = 3 A U R_s sum D^d (-F) x_ij with -F = 20 b (1 - s)^3, x_ij = -(x_j - x_i).
@@ -196,7 +196,8 @@ void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int l
     S surface{}, excess{},
         normal[3]{};  // is this the surface's row; the density above rho0 that the fit has at the surface
     if (fits_.cover_support > S(0)) {
-      const S depth = depth_of(cover_factor_ * (S(1) + fit.cover), at.dimensions, fits_.cover_support, fits_.spacing);
+      const S depth = depth_of(cover_factor_ * set_.mass[i] / law.density0 * (S(1) + fit.cover), at.dimensions,
+                               fits_.cover_support, fits_.spacing);
       surface = fading(depth, S(0.75) * fits_.spacing, S(1.05) * fits_.spacing);
       S size2{}, out_of{};
       for (int c = 0; c < d; ++c) size2 += fit.lean[c] * fit.lean[c];
