@@ -29,11 +29,11 @@ const std::vector<Solution>& catalogue() {
 // The round-off of long double is 2^49 times that of quad. The difference of the same formulas between the two, divided
 // by this ratio, estimates the round-off error of quad, including the conditioning of formulas and motion. One
 // realisation of round-off may be small by chance; the bar therefore uses the largest difference over the four directions
-// of rounding, over the run up to now and over the components of a kind, a factor of 32, and at least 32 units in the last
+// of rounding, over the run up to now and over the components of a kind, a factor of 16, and at least 16 units in the last
 // place of the scale. With impacts the rounding of one number, the first gap, determines the rest, and small differences
-// by chance are more frequent: the factor is 64. (Rounded to nearest alone, 41 of 10 000 bounces left their bars, and so
-// did an orbit of two charges.)
-constexpr double kSmoothSafety = 32, kImpactSafety = 64;
+// by chance are more frequent: the factor is 64. (Rounded to nearest alone, with a factor of 32, 41 of 10 000 bounces left
+// their bars, and so did an orbit of two charges.)
+constexpr double kSmoothSafety = 16, kImpactSafety = 64;
 const Wide round_off = unit_round_off<Wide>();
 const Wide ratio = unit_round_off<Wide>() / unit_round_off<Narrow>();
 const Wide kMeasureLimit = 0x1p-20;
