@@ -43,8 +43,8 @@ Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Obse
   const MethodId own = for_fluids ? fluid::integrator_part(id) : integrator_part(id);
   if (const std::string fault = method_fault(own); !fault.empty()) return refused(fault);
   if (for_fluids != !scene.fluids.empty())
-    return refused(for_fluids ? "the scene has no fluid for +" + id.response
-                              : "a scene with fluids needs +sph behind the method's scheme");
+    return refused(for_fluids ? "+" + id.response + " steps fluids, and the scene has none"
+                              : "the scene has fluids: use +sph or +polynomial");
   if (for_fluids) return fluid::run_fluid(id, scene, plan, observer, repeats);
   if (contacts_possible(scene)) return run_in_contact(id, scene, plan, observer, repeats);
   const MethodId& smooth = own;  // a response's settings have no effect without contacts

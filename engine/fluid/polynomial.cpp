@@ -89,6 +89,11 @@ template <class S>
 Polynomial<S>::Polynomial(const Scene& scene, const PolynomialOptions& options)
     : scene_(scene), options_(resolved(options)), unsupported_(scene_fault(scene, options_)) {
   if (!unsupported_.empty()) return;
+  if (!scene.bodies.empty()) {
+    bodies_ = std::make_unique<RigidModel<S>>(scene);
+    unsupported_ = bodies_->unsupported();
+    if (!unsupported_.empty()) return;
+  }
   set_ = make_particle_set<S>(scene, true, 0);
   team_ = std::make_unique<Team>(std::max(1, options_.threads));
   const int d = set_.layout.dimensions;
@@ -286,8 +291,9 @@ template <class S> void Polynomial<S>::rate_of(void* context, S, const S* y, S* 
 }
 
 // ---- samples --------------------------------------------------------------------------------------------------------
-template <class S> void Polynomial<S>::write(S, const S* y, Sample& sample) {
+template <class S> void Polynomial<S>::write(S t_s, const S* y, Sample& sample) {
   write_particles(set_, scene_, y, y + set_.layout.densities(), sample);
+  if (bodies_ != nullptr) bodies_->write(t_s, y + set_.layout.bodies(), sample);
 }
 
 template <class S> std::string Polynomial<S>::fault(const S* y) const {

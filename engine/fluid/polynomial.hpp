@@ -11,6 +11,7 @@
 #include "fluid/polynomial_fit.hpp"
 #include "fluid/polynomial_walls.hpp"
 #include "parallel/team.hpp"
+#include "rigid/model.hpp"
 
 namespace atwood::fluid {
 
@@ -64,6 +65,7 @@ template <class S> class Polynomial final : public ParticleSystem<S> {
   std::string unsupported_;
   ParticleSet<S> set_;
   std::unique_ptr<Team> team_;
+  std::unique_ptr<RigidModel<S>> bodies_;      // fixed ones; null: no bodies
   std::unique_ptr<PolynomialWalls<S>> walls_;  // null: no boundary
   std::unique_ptr<Neighbours<S>> lists_;
   PolynomialFits<S> fits_;

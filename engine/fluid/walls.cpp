@@ -19,9 +19,11 @@ template <class S> struct Walls<S>::FluidLoad final : ForceTerm<S> {
   bool velocity_dependent() const override { return true; }
 };
 
+// The terms of one wall point in the rates of one particle.
 template <class S> struct Walls<S>::Touch {
-  Vec3<S> acceleration, surface;  // surface: V F x, the gradient of the wall's indicator
-  S density{}, heat{}, flux{};
+  Vec3<S> acceleration, surface;  // surface: V F x, the gradient of the wall's indicator, of boundaries with a flux
+  S density{}, heat{};
+  int boundary = 0;
 };
 
 template <class S>
@@ -168,10 +170,8 @@ auto Walls<S>::touch(const Neighbours<S>& lists, const S* records, const S* dens
   }
   touch.density = mass() * F * approach;
   touch.acceleration = {a[0], a[1], a[2]};
-  if (boundary.heat_flux_W_per_m2) {
-    touch.flux = S(*boundary.heat_flux_W_per_m2);
-    touch.surface = {volume_ * F * x[0], volume_ * F * x[1], volume_ * F * x[2]};
-  }
+  touch.boundary = points_[w].boundary;
+  if (boundary.heat_flux_W_per_m2) touch.surface = {volume_ * F * x[0], volume_ * F * x[1], volume_ * F * x[2]};
   return touch;
 }
 
@@ -179,6 +179,7 @@ template <class S>
 void Walls<S>::add_forces(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int first,
                           int last, S* sums) const {
   const Layout& at = set_.layout;
+  std::vector<Vec3<S>> surfaces(scene_.fluid_boundaries.size());  // of each boundary, near one particle
   for (int b = first; b < last; ++b) {
     if (!near_wall_[b]) continue;
     const NeighbourBlock block = lists.block(b);
@@ -186,7 +187,7 @@ void Walls<S>::add_forces(const Neighbours<S>& lists, const S* records, const S*
       const int slot = b * kLaneCount + lane;
       if (slot >= lists.count() || lists.order()[slot] >= at.particles) continue;
       S* const out = sums + std::ptrdiff_t(slot) * SumRecord::size;
-      Vec3<S> heated;  // by given flux: q times the gradient of the walls' indicator
+      std::fill(surfaces.begin(), surfaces.end(), Vec3<S>{});
       for (int n = 0; n < block.counts[lane]; ++n) {
         const int other = block.entries[n * kLaneCount + lane];
         if (lists.order()[other] < at.particles) continue;
@@ -196,13 +197,11 @@ void Walls<S>::add_forces(const Neighbours<S>& lists, const S* records, const S*
         out[SumRecord::acceleration + 2] += t.acceleration.z;
         out[SumRecord::density] += t.density;
         out[SumRecord::heat] += t.heat;
-        heated += t.flux * t.surface;
+        surfaces[t.boundary] += t.surface;
       }
-      const S flux = norm(heated);
-      if (flux == S(0)) continue;
-      const FluidBoundary& any = *std::find_if(scene_.fluid_boundaries.begin(), scene_.fluid_boundaries.end(),
-                                               [](const FluidBoundary& x) { return x.heat_flux_W_per_m2.has_value(); });
-      out[SumRecord::heat] += (*any.heat_flux_W_per_m2 < 0 ? S(-2) : S(2)) * flux / densities[slot];
+      for (std::size_t k = 0; k < surfaces.size(); ++k)
+        if (const auto& flux = scene_.fluid_boundaries[k].heat_flux_W_per_m2)
+          out[SumRecord::heat] += S(2) * S(*flux) * norm(surfaces[k]) / densities[slot];
     }
   }
 }

@@ -145,9 +145,11 @@ void take_resolution(const Options& options, Scenario& scenario) {
   const Fluid first = scenario.scene.fluids.front();
   const double spacing = options.spacings.empty() ? 0 : options.spacings.front();
   const double speed = options.sound_speeds.empty() ? 0 : options.sound_speeds.front();
-  for (const double given : {spacing, speed})
-    if (!(given >= 0) || !std::isfinite(given) || (given == 0 && std::signbit(given)))
-      throw InputError(fmt::format("--spacing, --sound-speed: found {}; expected a number above 0", given));
+  for (const auto& [name, values] :
+       {std::pair("--spacing", &options.spacings), {"--sound-speed", &options.sound_speeds}})
+    for (const double given : *values)
+      if (!(given > 0) || !std::isfinite(given))
+        throw InputError(fmt::format("{} {}: expected a number above 0", name, given));
   if (spacing == 0 && speed == 0) return;
   scenario.scene = at_resolution(scenario, spacing, speed);
   const double refinement =

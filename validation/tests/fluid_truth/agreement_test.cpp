@@ -105,7 +105,7 @@ TEST_CASE("+sph between walls: the engine and the reference agree, no-slip and f
         FluidBoundary& boundary = scene.fluid_boundaries.emplace_back();
         boundary.body = lower ? 0 : 1;
         boundary.slip = slip;
-        if (flux && lower) boundary.heat_flux_W_per_m2 = 30;
+        if (flux) boundary.heat_flux_W_per_m2 = lower ? 30 : -20;
         if (!flux) boundary.temperature_K = lower ? 310 : 290;
       }
       fluid::SphOptions options;
