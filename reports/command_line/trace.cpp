@@ -255,7 +255,7 @@ int command_trace(const Place& place, const Options& options) {
   Recording run = run_once(worker, method, scenario.scene, {scenario.t_end_s, steps, samples, scenario.frame_ends_s},
                            options.cell_limit_s);
   const int digits = digits_of(id.scalar.empty() ? worker.engine.scalar : id.scalar);
-  if (run.outcome.status != Status::unsupported) {
+  if (run.outcome.status != Status::unsupported || !run.values.empty()) {  // up to where the run ended
     if (options.events) print_events(scenario.scene, run.events, nullptr, digits, options.json);
     else if (!print_fluid(options, scenario, run.values, digits))
       print_motion(scenario.scene, run.values, nullptr, digits, options.json);

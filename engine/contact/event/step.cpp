@@ -25,14 +25,16 @@ namespace {
 // A run may have any number of events as long as its time advances.
 constexpr int kMaxEventsWithoutProgress = 10000, kMaxPiecesOfAFraction = 100000;
 constexpr double kFractionOfAStep = 1e-3;
+constexpr int kMaxFacetChanges = 1000;  // in a step; a ball that rolls over a mesh changes its facet a few times
 constexpr int kMaxPiecesNearSingularity = 5000;  // each changes a Delassus element by an eighth at most
 constexpr const char* kSingularSlip =
     "a contact slides into a configuration without contact forces (Painleve): its normal force grows without bound";
 
-// How much of the step was left when its time last advanced, and how many events or pieces came since.
+// How much of the step was left when its time last advanced, and how many events or pieces came since; and the changes of
+// facets in all of the step.
 template <class S> struct Progress {
   S left_at_event_s, left_at_piece_s;
-  int events = 0, pieces = 0;
+  int events = 0, pieces = 0, facet_changes = 0;
 
   // Does the time no longer advance by more than round_off_s from event to event?
   bool stalls_at_event(S left_s, S round_off_s) {
@@ -230,6 +232,10 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     if (!handle_event(run, first, t_s)) return false;
     ++run.proximity.piece;
     if (!(left_s > round_off_s)) return true;
+    if (first.function == Switch::facet && ++progress.facet_changes > kMaxFacetChanges)
+      return refuse_at(run.report, static_cast<double>(t_s),
+                       "a contact changes between two facets more than 1000 times within a step: it slides along their "
+                       "common boundary, and round-off decides on which of them it is");
     if (progress.stalls_at_event(left_s, real::epsilon<S>() * real::abs(t_s)))
       return diverged_at(run.report, static_cast<double>(t_s),
                          "10000 events followed each other without the time advancing");

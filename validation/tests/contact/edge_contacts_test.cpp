@@ -232,3 +232,23 @@ TEST_CASE("boxes that fall on pedestals never sink in, nor gain energy") {
   }
   CHECK(held >= 5);
 }
+
+// Two free boxes in empty space: the crossing edges' contact comes to an end of one edge, where the corner's contact with
+// the face takes over and gives back, over and over.
+TEST_CASE("a contact that slides along the boundary of two facets ends by name, not by the clock") {
+  Scene scene = world({0, 0, 0}, 0, 0);
+  Body a = box("a", 8.024069766721906, {0.5324883766144777, 0.3218763821261088, 0.5555157826302852}, {});
+  Body b = box("b", 0.037496683331986996, {0.11392056148893939, 0.5648099329814101, 0.35167092898410723},
+               {3, -0.33959166623961845, -0.27416760942020557}, {-2.6000479802240397, 0, 0});
+  a.angular_velocity_body_rad_per_s = {-0.8170772216807627, -2.795808951861229, 0.9742369028573362};
+  b.orientation_wxyz = {-0.07517850439938617, -0.994008205400637, 0.07863262070954019, -0.010620312275360335};
+  b.angular_velocity_body_rad_per_s = {-0.005519282250934483, -0.1518498930706001, 0.5577019586506179};
+  scene.bodies = {a, b};
+  const Recorded it = try_run("atwood/rk4+event", scene, {2.5, 200, 200});
+  if (it.outcome.status == Status::unsupported) {
+    CHECK(it.outcome.reason.find("changes between two facets") != std::string::npos);
+  } else {
+    REQUIRE(it.outcome.status == Status::ok);
+    CHECK(time_of(it.events.back()) == Approx(1.2649072417).epsilon(1e-8));  // dop853 at 200 to 1 600 steps
+  }
+}
