@@ -12,13 +12,14 @@ template <class S> struct Marked {
 };
 template <class S> using Polygon = std::vector<Marked<S>>;
 
-std::uint32_t mixed(std::uint32_t a, std::uint32_t b) {
+// A hash of two feature ids.
+std::uint32_t hash_ids(std::uint32_t a, std::uint32_t b) {
   return (a ^ (b + 0x9e3779b9u + (a << 6) + (a >> 2))) * 0x85ebca6bu;
 }
 
 constexpr int kRimPoints = 16;
 
-// What a piece turns towards the other: a face (a polygon, or a cylinder's cap), an edge (a cylinder's side), or less.
+// What a piece turns towards the other: a face (a polygon, or a cylinder's cap), an edge (a cylinder's side), or none.
 template <class S> struct Feature {
   enum Kind { none, edge, polygon, disc } kind = none;
   int index = 0;
@@ -32,8 +33,11 @@ template <class S> struct PlacedPiece {
   const Placement<S>& place;  // in A's axes
 };
 
-template <class S> constexpr S parallel() { return sizeof(S) == 4 ? S(2e-3) : S(1e-6); }
+// The largest sine of the angle between directions that count as parallel.
+template <class S> constexpr S parallel_tolerance() { return sizeof(S) == 4 ? S(2e-3) : S(1e-6); }
 
+// The face whose normal is nearest to `outwards`; with at_vertex >= 0 only faces at that vertex. Of a cylinder: the cap on
+// that side.
 template <class S> Feature<S> nearest_face(const PlacedPiece<S>& body, const Vec3<S>& outwards, int at_vertex = -1) {
   Feature<S> face;
   const Vec3<S> d = turned_back(body.place, outwards);
@@ -62,7 +66,7 @@ template <class S> Feature<S> nearest_face(const PlacedPiece<S>& body, const Vec
 // The edge across `outwards` at the farthest vertex.
 template <class S> Feature<S> nearest_edge(const PlacedPiece<S>& body, const Vec3<S>& outwards, int at_vertex) {
   Feature<S> found;
-  found.misfit = parallel<S>();
+  found.misfit = parallel_tolerance<S>();
   if (!body.piece.polyhedral()) {
     const S tilt = real::abs(dot(body.place.axis_W[2], outwards));
     if (tilt <= found.misfit) found.kind = Feature<S>::edge, found.along = body.place.axis_W[2], found.misfit = tilt;
@@ -79,6 +83,7 @@ template <class S> Feature<S> nearest_edge(const PlacedPiece<S>& body, const Vec
   return found;
 }
 
+// Appends the ends of the cylinder's side line that lies farthest along `outwards`; their ids are 101 and 102.
 template <class S> void add_side(const PlacedPiece<S>& body, const Vec3<S>& outwards, Polygon<S>& out) {
   const Vec3<S> d = turned_back(body.place, outwards), radial = unit_vector(Vec3<S>{d.x, d.y, S(0)});
   const Vec3<S>& h = body.piece.half;
@@ -130,7 +135,7 @@ void clip(Polygon<S>& polygon, const Vec3<S>& at, const Vec3<S>& side, std::uint
     if (n == 2 && i == 1) break;  // the way back
     if ((hp < S(0) && hq > S(0)) || (hp > S(0) && hq < S(0)))
       scratch.push_back(
-          {p.x + (hp / (hp - hq)) * (q.x - p.x), mixed(id, mixed(real::min(p.id, q.id), real::max(p.id, q.id)))});
+          {p.x + (hp / (hp - hq)) * (q.x - p.x), hash_ids(id, hash_ids(real::min(p.id, q.id), real::max(p.id, q.id)))});
   }
   if (n == 2 && scratch.size() == 3) scratch.pop_back();
   polygon.swap(scratch);
@@ -163,7 +168,7 @@ void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature
     if (!(a > S(0)) || !(d > S(0))) continue;
     const S root = real::sqrt(d);
     for (const S t : {(-half_b - root) / a, (-half_b + root) / a})
-      if (t > S(0) && t < S(1)) scratch.push_back({p.x + t * (q.x - p.x), mixed(300u + (root > S(0)), p.id)});
+      if (t > S(0) && t < S(1)) scratch.push_back({p.x + t * (q.x - p.x), hash_ids(300u + (root > S(0)), p.id)});
   }
   if (n > 2) {
     static thread_local Polygon<S> rim;
@@ -181,7 +186,7 @@ void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature
       // Up or down along the way onto the polygon's plane. An edge may cross the rim at one of its points.
       const Vec3<S> onto = x.x + (dot(across, polygon[0].x - x.x) / slope) * way;
       bool known = false;
-      for (const Marked<S>& other : scratch) known = known || norm(other.x - onto) <= parallel<S>() * r;
+      for (const Marked<S>& other : scratch) known = known || norm(other.x - onto) <= parallel_tolerance<S>() * r;
       if (!known) scratch.push_back({onto, x.id});
     }
   }
@@ -264,8 +269,8 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   support(a, n, vertex_a);
   support(b, turned_back(b_in_a, -n), vertex_b);
   const Feature<S> face_a = nearest_face(body_a, n), face_b = nearest_face(body_b, -n);
-  const bool flat_a = face_a.kind != Feature<S>::none && face_a.misfit <= parallel<S>();
-  const bool flat_b = face_b.kind != Feature<S>::none && face_b.misfit <= parallel<S>();
+  const bool flat_a = face_a.kind != Feature<S>::none && face_a.misfit <= parallel_tolerance<S>();
+  const bool flat_b = face_b.kind != Feature<S>::none && face_b.misfit <= parallel_tolerance<S>();
   bool by_edges = false;
   if (flat_a || flat_b) {
     // Between two faces the better aligned one is clipped to; a polygon rather than a cap.
@@ -291,12 +296,12 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
     for (const Marked<S>& p : scratch.incident) {
       const S height = dot(face.normal, p.x - at) * upright;  // over the reference face, along the contact's normal
       add(to_a ? p.x + height * towards : p.x, height,
-          mixed(p.id, (to_a ? 1u : 2u) + 8u * static_cast<std::uint32_t>(face.index)));
+          hash_ids(p.id, (to_a ? 1u : 2u) + 8u * static_cast<std::uint32_t>(face.index)));
     }
   } else {
     const Feature<S> edge_a = nearest_edge(body_a, n, vertex_a), edge_b = nearest_edge(body_b, -n, vertex_b);
     by_edges = edge_a.kind == Feature<S>::edge && edge_b.kind == Feature<S>::edge;
-    if (by_edges && norm(cross(edge_a.along, edge_b.along)) <= parallel<S>()) {
+    if (by_edges && norm(cross(edge_a.along, edge_b.along)) <= parallel_tolerance<S>()) {
       outline(body_a, edge_a, n, scratch.reference);
       outline(body_b, edge_b, -n, scratch.incident);
       static thread_local Polygon<S> stretch;
@@ -314,11 +319,12 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   const S round_off = S(256) * real::epsilon<S>() * reach;
   const bool lost = real::is_finite(features.gap) && deepest > features.gap - a.radius - b.radius + round_off;
   if (lost)
-    std::erase_if(found,
-                  [&](const auto& p) { return norm(p.x_W - (features.on_a + a.radius * n)) <= parallel<S>() * reach; });
+    std::erase_if(found, [&](const auto& p) {
+      return norm(p.x_W - (features.on_a + a.radius * n)) <= parallel_tolerance<S>() * reach;
+    });
   if (found.empty() || lost)
     add(features.on_a, features.gap,
-        mixed(static_cast<std::uint32_t>(vertex_a + 2), static_cast<std::uint32_t>(vertex_b + 2)));
+        hash_ids(static_cast<std::uint32_t>(vertex_a + 2), static_cast<std::uint32_t>(vertex_b + 2)));
   keep_four(found, n, manifold);
   manifold.type = manifold.count > 2    ? ManifoldType::face
                   : manifold.count == 2 ? ManifoldType::edge

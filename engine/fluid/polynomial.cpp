@@ -34,7 +34,8 @@ std::string scene_fault(const Scene& scene, const PolynomialOptions& options) {
     const double period = scene.domain.periodic_m[axis];
     if (period > 0 && period < 2 * support)
       return "the support of the fits, " + number(support) + " m, is more than half the period of " + number(period) +
-             " m along " + "xyz"[axis] + ": a particle would meet another twice";
+             " m along " + "xyz"[axis] +
+             ": a particle would have another as a neighbour twice; take a smaller spacing or smoothing";
   }
   return "";
 }

@@ -34,7 +34,8 @@ std::string scene_fault(const Scene& scene, const SphOptions& options) {
     const double period = scene.domain.periodic_m[axis];
     if (period > 0 && period < 2 * support)
       return "the kernel's support, " + number(support) + " m, is more than half the period of " + number(period) +
-             " m along " + "xyz"[axis] + ": a particle would meet another twice";
+             " m along " + "xyz"[axis] +
+             ": a particle would have another as a neighbour twice; take a smaller spacing or smoothing";
   }
   if (!scene.fluid_boundaries.empty() && scene.fluids.size() > 1) return "+sph has walls for a single fluid only";
   if (options.corrected && options.summation) return "corrected=true of +sph needs density=continuity";

@@ -383,6 +383,10 @@ Selection select_cells(const Place& place, const Options& options) {
   if (selection.cells.empty())
     throw InputError(
         "nothing to run: the filters leave no cell of this study; `atwood list` shows scenarios and methods");
+  if ((!options.spacings.empty() || !options.sound_speeds.empty()) &&
+      std::ranges::all_of(selection.cells, [](const Cell& cell) { return cell.scenario.scene.fluids.empty(); }))
+    throw InputError(
+        fmt::format("{}: no scene of this run has a fluid", options.spacings.empty() ? "--sound-speed" : "--spacing"));
   check_settings(options.methods.empty() ? of_study : "--method ", selection.cells, selection.workers);
   keep_used(selection);
   return selection;

@@ -137,7 +137,7 @@ void take_resolution(const Options& options, Scenario& scenario) {
     throw InputError("--events prints contacts; expected it without --particles and --probes");
   for (const std::string& output : options.outputs)
     if (!output.starts_with("vtk:") || output.size() == 4)
-      throw InputError(fmt::format("-o {}: expected vtk:DIR", output));
+      throw InputError(fmt::format("-o {}: expected vtk:DIR, with the name of a folder", output));
   if (options.probes && scenario.scene.probes.empty())
     throw InputError(fmt::format("--probes: `{}` has no [[probe]]", scenario.id));
   if (options.spacings.size() > 1 || options.sound_speeds.size() > 1)
@@ -257,8 +257,11 @@ int command_trace(const Place& place, const Options& options) {
   const int digits = digits_of(id.scalar.empty() ? worker.engine.scalar : id.scalar);
   if (run.outcome.status != Status::unsupported || !run.values.empty()) {  // up to where the run ended
     if (options.events) print_events(scenario.scene, run.events, nullptr, digits, options.json);
-    else if (!print_fluid(options, scenario, run.values, digits))
+    else if (!print_fluid(options, scenario, run.values, digits)) {
       print_motion(scenario.scene, run.values, nullptr, digits, options.json);
+      if (scenario.scene.bodies.empty())
+        fmt::print(stderr, "atwood: the scene has fluids and no bodies: --particles prints the particles\n");
+    }
   }
   if (std::string words = not_finite_words(run, scenario.scene); run.outcome.status == Status::ok && !words.empty())
     run.outcome = {Status::not_finite, std::move(words), 0, 0, {}};

@@ -7,7 +7,7 @@
 // step, and no approach is slowed down to close the gap.
 //
 // An approach that is no faster than the velocity increment of a substep is a lasting contact and left to the velocity
-// solver. So are contacts without restitution, and what remains when impacts do not end (inelastic collapse).
+// solver. So are contacts without restitution and, after inelastic collapse, the impacts that remain at the limit.
 #include <algorithm>
 
 #include "contact/impulse.hpp"

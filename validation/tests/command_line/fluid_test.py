@@ -62,6 +62,16 @@ class Fluids(Case):
         self.assertEqual(cells, {(dx, c, str(10 * n * m)) for dx, n in (("0.25", 1), ("0.125", 2), ("0.0625", 4), ("0.03125", 8))
                                  for c, m in (("10", 1), ("20", 2))})
 
+    def test_a_resolution_needs_a_fluid(self):
+        self.ask("run", "--scenario", "ballistic", "--method", "atwood/rk4", "--spacing", "0.1", "--no-timing", code=2,
+                 told=["--spacing: no scene of this run has a fluid"])
+        for option in ("--spacing", "--sound-speed"):
+            self.ask("trace", "taylor-green", "--method", "atwood/rk4+sph", option, "0", code=2, told=[option + " 0: expected"])
+
+    def test_bodies_of_a_scene_that_has_none(self):
+        self.ask("trace", "taylor-green", "--method", "atwood/rk4+sph", "--spacing", "0.125", "--samples", "1", "--steps", "100",
+                 told=["--particles prints the particles"])
+
     def test_known_errors(self):
         rows = self.rows("--method", "known/vortices{space=1.0}")
         for r in rows:
