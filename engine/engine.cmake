@@ -78,6 +78,7 @@ add_library(atwood_engine STATIC
   integrators/partitioned.cpp
   integrators/partitioned_methods.cpp
   integrators/radau15.cpp
+  integrators/responses.cpp
   integrators/rotation_lie.cpp
   integrators/rotation_methods.cpp
   integrators/runge_kutta.cpp

@@ -1,9 +1,7 @@
 #include "contact/options.hpp"
 
-#include <algorithm>
-
 #include "contact/stepping_options.hpp"
-#include "integrators/catalogue.hpp"
+#include "integrators/responses.hpp"
 
 namespace atwood {
 
@@ -84,31 +82,17 @@ const std::vector<MethodInfo>& contact_responses() {
   return all;
 }
 
-const MethodInfo* find_response(const std::string& name) {
-  const auto& all = contact_responses();
-  const auto found =
-      std::find_if(all.begin(), all.end(), [&](const MethodInfo& info) { return info.id == "+" + name; });
-  return found == all.end() ? nullptr : &*found;
-}
+const MethodInfo* find_response(const std::string& name) { return find_response_in(contact_responses(), name); }
 
 Result<Settings> response_settings(const MethodId& id) {
   const MethodInfo* response = find_response(id.response);
   if (response == nullptr) return Settings{};
-  Settings own;
-  for (const auto& [name, value] : id.overrides)
-    if (response->settings.count(name)) own[name] = value;
-  return merged_settings(*response, own);
+  return settings_of_response(*response, id);
 }
 
 MethodId integrator_part(const MethodId& id) {
   const MethodInfo* response = find_response(id.response);
-  const MethodInfo* scheme = find_integrator(id.scheme);
-  if (response == nullptr || scheme == nullptr) return id;
-  MethodId left = id;
-  std::erase_if(left.overrides, [&](const auto& entry) {
-    return response->settings.count(entry.first) > 0 && scheme->settings.count(entry.first) == 0;
-  });
-  return left;
+  return response == nullptr ? id : without_settings_of(*response, id);
 }
 
 }  // namespace atwood

@@ -1,8 +1,6 @@
 #include "fluid/options.hpp"
 
-#include <algorithm>
-
-#include "integrators/catalogue.hpp"
+#include "integrators/responses.hpp"
 
 namespace atwood::fluid {
 namespace {
@@ -94,17 +92,10 @@ MethodInfo polynomial_info() {
   return info;
 }
 
-Result<Settings> own_settings(const MethodInfo& info, const MethodId& id) {
-  Settings own;
-  for (const auto& [name, value] : id.overrides)
-    if (info.settings.count(name) > 0) own[name] = value;
-  return merged_settings(info, own);
-}
-
 }  // namespace
 
 Result<PolynomialOptions> polynomial_request(const MethodId& id) {
-  const Result<Settings> settings = own_settings(*find_response("polynomial"), id);
+  const Result<Settings> settings = settings_of_response(*find_response("polynomial"), id);
   if (!settings) return settings.fault();
   const auto number = [&](const char* name) { return std::get<double>(settings->at(name)); };
   const auto whole = [&](const char* name) { return static_cast<int>(std::get<std::int64_t>(settings->at(name))); };
@@ -128,18 +119,10 @@ const std::vector<MethodInfo>& responses() {
   return all;
 }
 
-const MethodInfo* find_response(const std::string& name) {
-  const auto found = std::find_if(responses().begin(), responses().end(),
-                                  [&](const MethodInfo& info) { return info.id == "+" + name; });
-  return found == responses().end() ? nullptr : &*found;
-}
+const MethodInfo* find_response(const std::string& name) { return find_response_in(responses(), name); }
 
 Result<SphRequest> sph_request(const MethodId& id) {
-  const MethodInfo& info = *find_response("sph");
-  Settings own;
-  for (const auto& [name, value] : id.overrides)
-    if (info.settings.count(name) > 0) own[name] = value;
-  const Result<Settings> settings = merged_settings(info, own);
+  const Result<Settings> settings = settings_of_response(*find_response("sph"), id);
   if (!settings) return settings.fault();
   const auto number = [&](const char* name) { return std::get<double>(settings->at(name)); };
   const auto word = [&](const char* name) { return std::get<std::string>(settings->at(name)); };
@@ -165,13 +148,9 @@ Result<SphRequest> sph_request(const MethodId& id) {
 
 MethodId integrator_part(const MethodId& id) {
   const MethodInfo* response = find_response(id.response);
-  const MethodInfo* scheme = find_integrator(id.scheme);
-  MethodId left = id;
-  if (response == nullptr || scheme == nullptr) return left;
+  if (response == nullptr) return id;
+  MethodId left = without_settings_of(*response, id);
   left.response.clear();
-  std::erase_if(left.overrides, [&](const auto& entry) {
-    return response->settings.count(entry.first) > 0 && scheme->settings.count(entry.first) == 0;
-  });
   return left;
 }
 

@@ -4,6 +4,17 @@
 
 namespace atwood::fluid {
 
+std::string period_fault(const Scene& scene, double support, const std::string& what) {
+  for (int axis = 0; axis < scene.domain.dimensions; ++axis) {
+    const double period = scene.domain.periodic_m[axis];
+    if (period > 0 && period < 2 * support)
+      return what + ", " + format_double(support) + " m, is more than half the period of " + format_double(period) +
+             " m along " + "xyz"[axis] +
+             ": a particle would have another as a neighbour twice; take a smaller spacing or smoothing";
+  }
+  return "";
+}
+
 template <class S> ParticleSet<S> make_particle_set(const Scene& scene, bool density, int body_scalars) {
   ParticleSet<S> set;
   for (std::size_t f = 0; f < scene.fluids.size(); ++f) {

@@ -1,6 +1,7 @@
 // The particles of a scene's fluids in the scalar of a run: laws, masses, layout of the state, its start and samples.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "fluid/law.hpp"
@@ -21,6 +22,9 @@ template <class S> struct ParticleSet {
 // density: densities are part of the state; temperatures are where some fluid has a heat capacity. body_scalars: of the
 // bodies' state behind the particles'.
 template <class S> ParticleSet<S> make_particle_set(const Scene& scene, bool density, int body_scalars);
+
+// Why the neighbours within `support` are not unique in a periodic scene; "": they are. `what` names the support [m].
+std::string period_fault(const Scene& scene, double support, const std::string& what);
 
 // The particles' part of the state at t = 0.
 template <class S> void initial_particles(const ParticleSet<S>& set, const Scene& scene, S* y);

@@ -30,13 +30,7 @@ std::string scene_fault(const Scene& scene, const PolynomialOptions& options) {
     return "+polynomial has no body acceleration by the named field `" + fluid.source.name + "`";
   const double widening = scene.fluid_boundaries.empty() ? 1 : 1 + kWidening;
   const double support = widening * support_ratio(options.kernel) * options.smoothing * fluid.spacing_m;
-  for (int axis = 0; axis < scene.domain.dimensions; ++axis) {
-    const double period = scene.domain.periodic_m[axis];
-    if (period > 0 && period < 2 * support)
-      return "the support of the fits, " + number(support) + " m, is more than half the period of " + number(period) +
-             " m along " + "xyz"[axis] +
-             ": a particle would have another as a neighbour twice; take a smaller spacing or smoothing";
-  }
+  if (std::string why = period_fault(scene, support, "the support of the fits"); !why.empty()) return why;
   return "";
 }
 

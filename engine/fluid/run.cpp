@@ -9,19 +9,12 @@
 #include "fluid/stability.hpp"
 #include "integrators/adaptive.hpp"
 #include "integrators/catalogue.hpp"
+#include "protocol/refusal.hpp"
+#include "protocol/timed_passes.hpp"
+#include "smooth/run.hpp"
 
 namespace atwood::fluid {
 namespace {
-
-Outcome refuse(const std::string& reason) { return {Status::unsupported, reason, 0, 0, {}, {}}; }
-
-std::string plan_fault(const MethodId& id, const Plan& plan) {
-  if (!(plan.t_end_s > 0) || plan.steps < 1 || plan.samples < 1)
-    return "a run needs t_end_s, steps and samples above 0";
-  if (!id.rtol && plan.steps % plan.samples != 0) return "samples must divide the number of equal steps";
-  if (id.rtol && !(*id.rtol > 0)) return "a tolerance must be above 0";
-  return "";
-}
 
 // ---- marching -------------------------------------------------------------------------------------------------------
 template <class S> struct March {
@@ -136,20 +129,6 @@ template <class S> struct March {
   }
 };
 
-StepLimits step_limits(const MethodId& id) {
-  StepLimits limits;
-  const Result<Settings> settings = merged_settings(*find_integrator(id.scheme), id.overrides);
-  if (!settings) return limits;
-  const auto take = [&](const char* name, double& into) {
-    if (const auto found = settings->find(name); found != settings->end()) into = std::get<double>(found->second);
-  };
-  take("safety", limits.safety);
-  take("beta", limits.beta);
-  take("least_factor", limits.least);
-  take("most_factor", limits.most);
-  return limits;
-}
-
 // ---- +sph -----------------------------------------------------------------------------------------------------------
 ModeRates mode_rates(const Scene& scene, const SphOptions& options, const Kernel<double>& kernel) {
   ModeRates rates;
@@ -200,23 +179,23 @@ Scene on_lattice(Scene scene, const Lattice& lattice) {
 template <class S>
 Outcome run_sph(const MethodId& id, const Scene& asked, const Plan& plan, const Observer& observer, int repeats) {
   const Result<SphRequest> request = sph_request(id);
-  if (!request) return refuse(request.fault().reason);
+  if (!request) return refused(request.fault());
   const MethodId own = integrator_part(id);
   Lattice lattice;
   if (request->reversible) {
     if (!is_kick_drift(own.scheme))
-      return refuse("reversible=true needs a method of kicks and drifts, such as atwood/leapfrog");
-    if (!std::is_same_v<S, double>) return refuse("reversible=true computes in double");
+      return refused("reversible=true needs a method of kicks and drifts, such as atwood/leapfrog");
+    if (!std::is_same_v<S, double>) return refused("reversible=true computes in double");
     lattice = lattice_of(asked);
   }
   const Scene moved = request->reversible ? on_lattice(asked, lattice) : Scene{};
   const Scene& scene = request->reversible ? moved : asked;
   Sph<S> particles(scene, request->options);
-  if (!particles.unsupported().empty()) return refuse(particles.unsupported());
+  if (!particles.unsupported().empty()) return refused(particles.unsupported());
   const bool compensated = own.overrides.count("compensated") > 0 && std::get<bool>(own.overrides.at("compensated"));
   auto stepper = is_kick_drift(own.scheme) ? make_kick_drift<S>(own.scheme, particles, lattice, compensated)
                                            : make_stepper<S>(own.scheme, particles.system(), own.overrides);
-  if (!stepper) return refuse(stepper.fault().reason);
+  if (!stepper) return refused(stepper.fault());
   if (!own.rtol) {
     const double spacing = scene.fluids.front().spacing_m;
     const auto kernel =
@@ -224,7 +203,7 @@ Outcome run_sph(const MethodId& id, const Scene& asked, const Plan& plan, const 
     const std::string why =
         unstable(own.scheme, own.overrides, kernel, spacing, mode_rates(scene, request->options, kernel),
                  plan.t_end_s / static_cast<double>(plan.steps), plan.steps);
-    if (!why.empty()) return refuse(why);
+    if (!why.empty()) return refused(why);
   }
   return march(particles, **stepper, own, plan, observer, repeats);
 }
@@ -234,15 +213,15 @@ template <class S>
 Outcome run_polynomial(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
                        int repeats) {
   const Result<PolynomialOptions> options = polynomial_request(id);
-  if (!options) return refuse(options.fault().reason);
+  if (!options) return refused(options.fault());
   const MethodId own = integrator_part(id);
   Polynomial<S> particles(scene, *options);
-  if (!particles.unsupported().empty()) return refuse(particles.unsupported());
+  if (!particles.unsupported().empty()) return refused(particles.unsupported());
   if (is_kick_drift(own.scheme))
-    return refuse("atwood/" + own.scheme +
-                  " moves velocities and positions in turns: +polynomial has no kicks and drifts");
+    return refused("atwood/" + own.scheme +
+                   " moves velocities and positions in turns: +polynomial has no kicks and drifts");
   auto stepper = make_stepper<S>(own.scheme, particles.system(), own.overrides);
-  if (!stepper) return refuse(stepper.fault().reason);
+  if (!stepper) return refused(stepper.fault());
   return march(particles, **stepper, own, plan, observer, repeats);
 }
 
@@ -261,32 +240,27 @@ Outcome march(ParticleSystem<S>& particles, Stepper<S>& stepper, const MethodId&
   March<S> run{particles, stepper, plan, repeats > 0 ? nullptr : &observer, outcome, {}, {}, {}, {}};
   const double rtol = id.rtol.value_or(0);
   const StepLimits limits = step_limits(id);
-  std::vector<std::int64_t> busy_ns;
-  for (int pass = 0; pass <= repeats; ++pass) {  // pass 0 is the accuracy pass, or the warm-up of the timed one
-    const auto start = std::chrono::steady_clock::now();
-    if (id.rtol) run.by_tolerance(S(rtol), S(id.atol.value_or(rtol / 100)), limits);
-    else run.equal_steps();
-    const auto stop = std::chrono::steady_clock::now();
-    if (outcome.status != Status::ok) break;
-    if (pass > 0) busy_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(stop - start).count());
-  }
-  outcome.rate_evaluations = particles.system().evaluations;
+  Outcome made = timed_passes(repeats, whole_pass([&] {
+                                if (id.rtol) run.by_tolerance(S(rtol), S(id.atol.value_or(rtol / 100)), limits);
+                                else run.equal_steps();
+                                return outcome;
+                              }));
+  made.rate_evaluations = particles.system().evaluations;
   particles.system().solvers.keep_capped();
-  outcome.solvers = named_tallies(particles.system().solvers);
-  outcome.busy_ns = busy_ns;
-  return outcome;
+  made.solvers = named_tallies(particles.system().solvers);
+  return made;
 }
 
 Outcome run_fluid(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   if (find_response(id.response) == nullptr)
-    return refuse("a scene with fluids needs +sph or +polynomial behind the method's scheme");
+    return refused("a scene with fluids needs +sph or +polynomial behind the method's scheme");
   const MethodId own = integrator_part(id);
-  if (const std::string fault = plan_fault(own, plan); !fault.empty()) return refuse(fault);
+  if (const std::string fault = plan_fault(own, plan); !fault.empty()) return refused(fault);
   if (id.scalar.empty() || id.scalar == "double") return run_response<double>(id, scene, plan, observer, repeats);
   if (id.scalar == "float") return run_response<float>(id, scene, plan, observer, repeats);
   if (id.scalar == "long-double") return run_response<long double>(id, scene, plan, observer, repeats);
   if (id.scalar == "quad") return run_response<Quad>(id, scene, plan, observer, repeats);
-  return refuse("atwood does not compute in `" + id.scalar + "`; use float, double, long-double or quad");
+  return refused("atwood does not compute in `" + id.scalar + "`; use float, double, long-double or quad");
 }
 
 template Outcome march<float>(ParticleSystem<float>&, Stepper<float>&, const MethodId&, const Plan&, const Observer&,

@@ -30,13 +30,7 @@ std::string scene_fault(const Scene& scene, const SphOptions& options) {
     if (!fluid.source.name.empty())
       return "+sph has no body acceleration by the named field `" + fluid.source.name + "`";
   }
-  for (int axis = 0; axis < scene.domain.dimensions; ++axis) {
-    const double period = scene.domain.periodic_m[axis];
-    if (period > 0 && period < 2 * support)
-      return "the kernel's support, " + number(support) + " m, is more than half the period of " + number(period) +
-             " m along " + "xyz"[axis] +
-             ": a particle would have another as a neighbour twice; take a smaller spacing or smoothing";
-  }
+  if (std::string why = period_fault(scene, support, "the kernel's support"); !why.empty()) return why;
   if (!scene.fluid_boundaries.empty() && scene.fluids.size() > 1) return "+sph has walls for a single fluid only";
   if (options.corrected && options.summation) return "corrected=true of +sph needs density=continuity";
   if ((options.corrected || options.shift != 0) && !scene.fluid_boundaries.empty())

@@ -1,4 +1,4 @@
-// Settings that decide results and that nobody can change: printed beside the others, with one value in their range.
+// Settings that cannot be changed but decide results: printed beside the others, with a range of one value.
 #pragma once
 
 #include <string>

@@ -20,20 +20,6 @@ Place place_of(const Value& table, const char* key) {
   return found ? found->place : table.place;
 }
 
-// `each` of every table under [[where]].
-template <class F> void each_of(Reading& r, const Value* list, const std::string& where, F each) {
-  if (!list) return;
-  r.where = where;
-  r.key.clear();
-  const auto* items = list->list();
-  if (!items) fail_value(r, *list, "tables under " + where);
-  for (const Value& item : *items) {
-    r.where = where;
-    r.key.clear();
-    each(item);
-  }
-}
-
 // ---- parameters of fields ---------------------------------------------------------------------------------------------
 void check_field(Reading& r, const Value& table, const char* key, const Fluid& fluid, InitialField& field) {
   if (field.name.empty()) return;
@@ -316,7 +302,7 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
   if (const Value* dimensions = draft.domain->find("dimensions"))  // what vectors of [domain] may be follows from it
     if (const auto* d = std::get_if<std::int64_t>(&dimensions->data)) scene.domain.dimensions = static_cast<int>(*d);
   read_table(r, *draft.domain, domain_keys(), {}, scene.domain);
-  each_of(r, draft.fluid, "[[fluid]]", [&](const Value& table) {
+  each_table(r, draft.fluid, "[[fluid]]", [&](const Value& table) {
     if (const Value* name = table.find("name"); name && name->text()) r.where += " `" + *name->text() + "`";
     Fluid fluid;
     read_table(r, table, fluid_keys(), {}, fluid);
@@ -337,13 +323,13 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
                ", which does not fill its region: " + gap + "; expected a spacing that divides it");
     scene.fluids.push_back(std::move(fluid));
   });
-  each_of(r, draft.fluid_boundary, "[[fluid_boundary]]", [&](const Value& table) {
+  each_table(r, draft.fluid_boundary, "[[fluid_boundary]]", [&](const Value& table) {
     FluidBoundary boundary;
     read_table(r, table, fluid_boundary_keys(), {}, boundary);
     check_boundary(r, table, boundary);
     scene.fluid_boundaries.push_back(boundary);
   });
-  each_of(r, draft.probe, "[[probe]]", [&](const Value& table) {
+  each_table(r, draft.probe, "[[probe]]", [&](const Value& table) {
     FluidProbe probe;
     read_table(r, table, fluid_probe_keys(), {}, probe);
     if (probe.name.empty()) probe.name = *table.find("kind")->text();

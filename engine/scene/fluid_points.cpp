@@ -130,8 +130,8 @@ std::vector<Real3> positions_of(const Fluid& fluid, int dimensions) {
 }
 
 // ---- boundaries -------------------------------------------------------------------------------------------------------
-// The lattice gives way to bodies that lie in it; what lies behind a plane was put there by mistake.
-void give_way(const Scene& scene, const Fluid& fluid, std::vector<Real3>& points) {
+// Removes the points that lie in a body, which displaces the fluid. A point behind a plane is an error of the scene.
+void displace(const Scene& scene, const Fluid& fluid, std::vector<Real3>& points) {
   for (const FluidBoundary& boundary : scene.fluid_boundaries) {
     const Body& body = scene.bodies[static_cast<std::size_t>(boundary.body)];
     const auto within = [&](const Real3& x) { return distance_outside_m(body, x) <= 0; };
@@ -276,7 +276,7 @@ void place_particles(Scene& scene) {
     const double volume =
         round ? volume_m(fluid.region, dimensions) / static_cast<double>(std::max<std::size_t>(1, points.size()))
               : std::pow(fluid.spacing_m, dimensions);
-    give_way(scene, fluid, points);
+    displace(scene, fluid, points);
     if (points.empty())
       throw InputError("the fluid `" + fluid.name + "` has no particle at a spacing of " + in_words(fluid.spacing_m) +
                        " m; expected a finer spacing");

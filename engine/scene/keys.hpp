@@ -108,6 +108,20 @@ void read_table(Reading& r, const Value& table, const Keys<T>& keys, const std::
   r.key = outer_key;
 }
 
+// f(table) of every table under [[where]]; none where `list` is null.
+template <class F> void each_table(Reading& r, const Value* list, const std::string& where, F f) {
+  if (!list) return;
+  r.where = where;
+  r.key.clear();
+  const auto* items = list->list();
+  if (!items) fail_value(r, *list, "tables under " + where);
+  for (const Value& item : *items) {
+    r.where = where;
+    r.key.clear();
+    f(item);
+  }
+}
+
 template <class T> void write_table(const Scene& scene, const T& from, const Keys<T>& keys, Value& table) {
   for (const auto& k : keys) {
     if (!belongs(k.in, Form::resolved) || !k.write) continue;

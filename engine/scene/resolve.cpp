@@ -8,18 +8,6 @@
 namespace atwood {
 namespace {
 
-template <class F> void each_table(Reading& r, const Value* list, const std::string& where, F f) {
-  if (!list) return;
-  r.where = where;
-  r.key.clear();
-  const auto* items = list->list();
-  if (!items) fail_value(r, *list, "tables under " + where);
-  for (const Value& item : *items) {
-    r.where = where;
-    f(item);
-  }
-}
-
 void resolve_materials(Reading& r, const FileDraft& draft) {
   const Value::Table none;
   const Value::Table* tables = &none;

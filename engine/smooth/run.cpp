@@ -4,7 +4,6 @@
 #include <cmath>
 #include <type_traits>
 
-#include "integrators/adaptive.hpp"
 #include "protocol/refusal.hpp"
 
 namespace atwood {
@@ -180,6 +179,8 @@ template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolera
   run.observe_state(run.plan.samples, s.y.data());
 }
 
+}  // namespace
+
 std::string plan_fault(const MethodId& id, const Plan& plan) {
   if (!(plan.t_end_s > 0) || plan.steps < 1 || plan.samples < 1)
     return "a run needs t_end_s, steps and samples above 0";
@@ -199,8 +200,6 @@ StepLimits step_limits(const MethodId& id) {
   return {of("safety", standard.safety), of("beta", standard.beta), of("least_factor", standard.least),
           of("most_factor", standard.most)};
 }
-
-}  // namespace
 
 template <class S>
 Outcome run_smooth(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {

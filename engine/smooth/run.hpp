@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "forces/stateful_force.hpp"
+#include "integrators/adaptive.hpp"
 #include "integrators/catalogue.hpp"
 #include "integrators/free_flight.hpp"
 #include "protocol/method.hpp"
@@ -38,6 +39,11 @@ void observe(RigidModel<S>& model, const Plan& plan, std::int64_t k, const S* y,
 // Are all `size` components finite and at most 1e12 `scale`? If not, sets the outcome: not finite, or diverged.
 template <class S> bool healthy(const S* y, int size, S scale, S t_s, Outcome& outcome);
 template <class S> S state_scale(const S* y, int size);  // largest component, at least 1
+
+// Why a plan cannot be run, or a tolerance is none; "": it can.
+std::string plan_fault(const MethodId& id, const Plan& plan);
+// The step control's settings of an id whose settings have been checked; the standard ones for a scheme without them.
+StepLimits step_limits(const MethodId& id);
 
 // Equal steps, or adaptive ones where the id carries a tolerance. repeats = 0: the accuracy pass, whose samples go to
 // `observer`. repeats > 0: one warm-up, then so many timed passes without observation. The outcome says why a run was

@@ -173,20 +173,16 @@ template <class S> void fill(const Request& request, const std::vector<States<S>
   }
 }
 
-// The rate of a system with this kernel has no higher derivative where two particles enter each other's support, of which
-// there are many in a run: at each, steps of a high order shrink to tolerance^(1/order), so that a tolerance far below the
-// errors to be measured costs hours. `order`: what docs/fluids.md gives as the time order at most.
+// Where two particles enter each other's support, the rate has as many continuous derivatives as the kernel. Steps of a
+// high order shrink there to tolerance^(1/order), so that with the less smooth kernels a tolerance far below the errors to
+// be measured costs hours. Of extrapolation in long double; `quad`: quad is worth its time.
 struct Tolerances {
-  int order;
   double fine, coarse;
+  bool quad;
 };
 Tolerances tolerances_for(const std::string& response) {
-  const auto settings = parse_response(response).settings;
-  const auto kernel = settings.find("kernel");
-  const std::string name = kernel == settings.end() ? "wendland-c2" : kernel->second;
-  if (name == "wendland-c6") return {8, 1e-17, 1e-15};
-  if (name == "wendland-c4" || name == "quintic") return {6, 1e-16, 1e-14};
-  return {4, 1e-16, 1e-14};
+  if (word(parse_response(response), "kernel", "") == "wendland-c6") return {1e-17, 1e-15, true};
+  return {1e-16, 1e-14, false};
 }
 
 // Work of quad: evaluations of the rate (some 100 in the time in which sound crosses a spacing, at the tolerances below)
@@ -230,12 +226,12 @@ void solve(const Request& request, Truth& truth) {
                   by_cvode(request, cvode::Family::bdf, 1e-10), by_cvode(request, cvode::Family::bdf, 1e-9)},
                  0x1p-53, truth);
     truth.source = "semi-discrete: CVODE Adams at 1e-12 and 1e-10, BDF at 1e-10 and 1e-9";
-  } else if (tolerances_for(request.response).order == 8 && quad_is_affordable(request, data)) {
+  } else if (tolerances_for(request.response).quad && quad_is_affordable(request, data)) {
     fill<Wide>(request, {by_extrapolation<Wide>(request, 1e-20), by_extrapolation<Wide>(request, 1e-17)}, 0x1p-113,
                truth);
     truth.source = "semi-discrete: extrapolation in quad at 1e-20 and 1e-17";
   } else {
-    const auto [order, fine, coarse] = tolerances_for(request.response);
+    const auto [fine, coarse, quad] = tolerances_for(request.response);
     fill<Narrow>(request, {by_extrapolation<Narrow>(request, fine), by_extrapolation<Narrow>(request, coarse)}, 0x1p-64,
                  truth);
     truth.source =
