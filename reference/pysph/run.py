@@ -1,4 +1,8 @@
 """One run of a PySPH scheme on a fluid: arrays, solver, steps, what is observed."""
+import contextlib
+import fcntl
+import glob
+import os
 import time
 
 import numpy
@@ -94,7 +98,8 @@ class Run:
         equations = scheme.get_equations()
         without_friction(getattr(equations, "groups", equations), [name for name in fluid.solids if name == "free_slip"])
         nnps = LinkedListNNPS(dim=fluid.dimensions, particles=arrays, radius_scale=kernel.radius_scale, domain=domain(fluid))
-        solver.setup(particles=arrays, equations=equations, nnps=nnps, kernel=kernel)
+        with use_of_cache():
+            solver.setup(particles=arrays, equations=equations, nnps=nnps, kernel=kernel)
         self.array = arrays[0]
         self.turns = numpy.zeros((len(fluid.x), 3))  # through the periods
         self.wrapped = fluid.x
@@ -147,6 +152,23 @@ class Run:
         x, u, _, _ = self.state()
         self.check(x, u, self.t_end_s)
         return busy
+
+
+@contextlib.contextmanager
+def use_of_cache():
+    """Processes compile beside each other. One that was killed has left its locks, and PySPH would wait for them: they are
+    removed by a process that finds itself alone."""
+    root = os.path.join(os.path.expanduser("~"), ".pysph")
+    os.makedirs(root, exist_ok=True)
+    with open(os.path.join(root, "atwood.lock"), "w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            for stale in glob.glob(os.path.join(root, "source", "*", "*.lock")):
+                os.rmdir(stale)
+        except BlockingIOError:
+            pass
+        fcntl.flock(lock, fcntl.LOCK_SH)
+        yield
 
 
 def domain(fluid):

@@ -117,6 +117,17 @@ def presets():
             yield name + "-tuned", scheme, {**defaults, **TUNED[name]}
 
 
+def refusal(name, scheme, fluid):
+    """What a fluid has and a scheme has not; empty: it can run it."""
+    if fluid.tait and not scheme.tait:
+        return f"{name} has a linear equation of state; the scene's is Tait's"
+    if fluid.has_free_surface and not scheme.free_surface:
+        return f"{name} has no free surface"
+    if scheme.make is make_gtvf and fluid.nu > 0 and "no_slip" in fluid.solids:
+        return f"{name} has no friction at walls in PySPH 1.0b1: the equation asks for a volume that the scheme's particles lack"
+    return ""
+
+
 def rule(setting):
     said = {"doc": setting.doc, "least": setting.least, "most": setting.most, "choices": setting.choices}
     return {key: value for key, value in said.items() if value is not None}

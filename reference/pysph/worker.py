@@ -11,8 +11,8 @@ Conventions
   state's. tvf, gtvf: both, of the last sum. edac: the pressure, integrated; its density is the sum half a step before.
 - Walls of wcsph begin with the density of the nearest particle and the weight between; no-slip is the wall's velocity at
   its particles. A free-slip wall is left out of the viscous sums; the artificial viscosity (alpha) acts there as everywhere.
-- PySPH compiles the equations of a scheme when they are first used (some tens of seconds) and keeps the code in ~/.pysph.
-  That is not timed. busy_ns is Solver.solve() with its initial evaluation, and nothing else.
+- PySPH compiles the equations of a scheme when they are first used, which takes some 10 s. The build does it for the kinds
+  of scenes in situations.py; the code is kept in the folder `cache`, not in the user's home. busy_ns is Solver.solve() with its initial evaluation, and nothing else.
 """
 import hashlib
 import importlib.metadata
@@ -78,10 +78,9 @@ def run(request, put):
     from scene import Fluid
     kind, settings = schemes.parse(request["method"])
     fluid = Fluid(request["scene"])
-    if fluid.tait and not kind.tait:
-        raise Refusal(request["method"].partition("{")[0] + " has a linear equation of state; the scene's is Tait's")
-    if fluid.has_free_surface and not kind.free_surface:
-        raise Refusal(request["method"].partition("{")[0] + " has no free surface")
+    refusal = schemes.refusal(request["method"].partition("{")[0], kind, fluid)
+    if refusal:
+        raise Refusal(refusal)
     t_end_s, steps, samples = request["t_end_s"], request["steps"], request["samples"]
     one = Run(fluid, kind, settings, t_end_s, steps)
     outcome = {"status": "ok", "reason": "", "steps_taken": steps, "rate_evaluations": one.evaluations, "busy_ns": []}
@@ -122,7 +121,11 @@ def answer(request, put):
     put({"cell": cell, "done": done})
 
 
-def serve():
+def serve(cache):
+    os.environ["HOME"] = cache  # PySPH and compyle keep code and read options in the user's home
+    if "--compile" in sys.argv:
+        from situations import compile_all
+        return compile_all()
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # what PySPH prints is no answer
 
