@@ -82,10 +82,6 @@ MethodInfo polynomial_info() {
        {"filter",
         -1.0,
         {between(-1, 10), "Rate of the filter over sound speed / spacing; below 0: .005 and .1 by degree."}},
-       {"surface",
-        1.0,
-        {between(0, 10), "Rate at which a free surface's pressure goes to 0, over sound speed / spacing."}},
-       {"surface_force", 1.0, {between(0, 10), "Share of a fit's pressure at a free surface that acts on its row."}},
        {"lanes", true, {{}, "Fits in vector lanes; false: the scalar loop, the same bits."}},
        {"skin", 0.08, {between(0.001, 1), "Margin of the neighbour lists over the support; no effect on results."}},
        {"threads", std::int64_t(1), {between(1, 256), "Threads that share the rates of a step."}}});
@@ -106,8 +102,6 @@ Result<PolynomialOptions> polynomial_request(const MethodId& id) {
   options.shift = number("shift");
   options.shift_speed_m_per_s = number("shift_speed");
   options.filter = number("filter");
-  options.surface = number("surface");
-  options.surface_force = number("surface_force");
   options.skin = number("skin");
   options.lane_by_lane = !std::get<bool>(settings->at("lanes"));
   options.threads = whole("threads");
