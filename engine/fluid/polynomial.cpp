@@ -2,13 +2,25 @@
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
 
 #include "protocol/sample.hpp"
+#include "scene/fluid_surface.hpp"
 
 namespace atwood::fluid {
 namespace {
 
 constexpr int kLeastShared = 500;  // particles
+
+// Not known (PolynomialSurface says why): no.
+bool has_free_surface(const Scene& scene) {
+  if (scene.fluids.size() != 1 || !(scene.fluids.front().spacing_m > 0)) return false;
+  try {
+    return !surface_points(scene).empty();
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
 
 // Why the equations of docs/fluids.md do not describe this scene; empty: they do.
 std::string scene_fault(const Scene& scene, const PolynomialOptions& options) {
@@ -26,7 +38,10 @@ std::string scene_fault(const Scene& scene, const PolynomialOptions& options) {
   if (!(fluid.density_kg_per_m3 > 0) || !(fluid.spacing_m > 0))
     return "the density and the spacing" + whose + " must be above 0";
   if (fluid.particles.mass_kg.empty()) return "the fluid `" + fluid.name + "` has no particles";
-  const double widening = scene.fluid_boundaries.empty() ? 1 : 1 + kWidening;
+  const bool open = has_free_surface(scene);
+  if (open && options.degree != 2)
+    return "+polynomial has free surfaces with degree=2 only; the fluid `" + fluid.name + "` has one";
+  const double widening = scene.fluid_boundaries.empty() && !open ? 1 : 1 + kWidening;
   const double support = widening * support_ratio(options.kernel) * options.smoothing * fluid.spacing_m;
   if (std::string why = period_fault(scene, support, "the support of the fits"); !why.empty()) return why;
   return "";
@@ -48,15 +63,16 @@ template <class S> S nan() { return S(std::numeric_limits<double>::quiet_NaN());
 
 }  // namespace
 
-PolynomialOptions resolved(PolynomialOptions options) {
-  if (options.smoothing == 0) options.smoothing = options.degree == 2 ? 1.5 : 1.55;
-  if (options.filter < 0) options.filter = options.degree == 2 ? 0.005 : 0.1;
+PolynomialOptions resolved(PolynomialOptions options, bool free_surface) {
+  if (options.smoothing == 0) options.smoothing = free_surface ? 1.75 : options.degree == 2 ? 1.5 : 1.55;
+  if (options.filter < 0) options.filter = free_surface ? 1 : options.degree == 2 ? 0.005 : 0.1;
+  if (options.shift < 0) options.shift = free_surface ? 0 : 1;
   return options;
 }
 
 template <class S>
 Polynomial<S>::Polynomial(const Scene& scene, const PolynomialOptions& options)
-    : scene_(scene), options_(resolved(options)), unsupported_(scene_fault(scene, options_)) {
+    : scene_(scene), options_(resolved(options, has_free_surface(scene))), unsupported_(scene_fault(scene, options_)) {
   if (!unsupported_.empty()) return;
   if (!scene.bodies.empty()) {
     bodies_ = std::make_unique<RigidModel<S>>(scene);

@@ -64,7 +64,7 @@ template <class S> std::string PolynomialSurface<S>::place(const S* x) const {
 }
 
 template <class S> std::string PolynomialSurface<S>::fault(const S* x) const {
-  if (alone_ >= 0)
+  if (alone_ >= 0 && real::is_finite(distance2(x + alone_ * dimensions_, x + alone_ * dimensions_, dimensions_)))
     return "too few particles are near the free surface at " + place(x + alone_ * dimensions_) +
            " to determine its velocity; +polynomial has no breaking surfaces";
   const S torn = S(kTornNodes) * spacing_;

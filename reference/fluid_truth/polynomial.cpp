@@ -124,11 +124,6 @@ template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response&
   const bool high = degree == 4;
   this->data = particle_data<S>(scene, true);
   const int d = this->data.layout.d;
-  const KernelKind kind = kernel_named(word(response, "kernel", "wendland-c2"));
-  const S D = this->data.spacing, R = S(given(response, "smoothing", high ? 1.55 : 1.5)) * D * S(support_of(kind));
-  weight_ = kernel_of<S>(kind, d, R);
-  crowding_ = kernel_of<S>(KernelKind::wendland_c2, d, 2 * D);
-  H_ = R / 2;
   of_node_ = monomials(d, 2, 0);
   try {
     this->data.layout.node_count = static_cast<int>(surface_points(scene).size());
@@ -137,13 +132,22 @@ template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response&
   }
   this->data.layout.nodes = this->data.layout.size;
   this->data.layout.size += d * this->data.layout.node_count;
-  shift_ = number(response, "shift", 1);
+  const bool surface = this->data.layout.node_count > 0;
+  require(!surface || !high, "a free surface needs degree=2");
+  const KernelKind kind = kernel_named(word(response, "kernel", "wendland-c2"));
+  const S D = this->data.spacing, R = S(given(response, "smoothing", surface ? 1.75 : high ? 1.55 : 1.5)) * D * S(support_of(kind));
+  weight_ = kernel_of<S>(kind, d, R);
+  crowding_ = kernel_of<S>(KernelKind::wendland_c2, d, 2 * D);
+  H_ = R / 2;
+  const double shift = number(response, "shift", -1);
+  shift_ = shift >= 0 ? shift : surface ? 0 : 1;
   const double filter = number(response, "filter", -1);
-  filter_ = filter >= 0 ? filter : high ? 0.1 : 0.005;
+  filter_ = filter >= 0 ? filter : surface ? 1 : high ? 0.1 : 0.005;
   const double speed = number(response, "shift_speed", 0);
   shift_speed_ = speed > 0                      ? S(speed)
                  : this->data.largest_speed > 0 ? S(this->data.largest_speed)
                                                 : S(this->data.largest_sound_speed) / 20;
+  H_ = R / 2;
   basis_ = monomials(d, static_cast<int>(degree), 1);
   for (int k = 0; k < static_cast<int>(basis_.size()); ++k)
     for (int a = 0; a < d; ++a) {
