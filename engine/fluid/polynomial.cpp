@@ -196,9 +196,8 @@ void Polynomial<S>::rate_of_particles(S t_s, const S* y, S* dydt, int first_slot
         if (at.temperature) diffused -= law.viscosity_decay * fit.gradient[temperature][c] * fit.gradient[a][c];
       }
       dydt[at.positions() + i * d + a] = v[a] + u[a];
-      dydt[at.velocities() + i * d + a] =
-          -push * fit.gradient[density][a] + mu / rho * diffused + along_u(a) + filter * fit.change[a] +
-          weight * gravity_[a];
+      dydt[at.velocities() + i * d + a] = -push * fit.gradient[density][a] + mu / rho * diffused + along_u(a) +
+                                          filter * fit.change[a] + weight * gravity_[a];
     }
     if (source_.acts()) source_.add(t_s, y + at.positions() + i * d, dydt + at.velocities() + i * d);
     dydt[at.densities() + i] = -rho * divergence + along_u(density) + filter * fit.change[density];
@@ -295,7 +294,9 @@ template <class S> std::string Polynomial<S>::fault(const S* y) const {
              format_double(static_cast<double>(y[at.densities() + i])) + " kg/m^3";
     if (walls_ == nullptr) continue;
     const std::string through = walls_->crossed(y + at.positions() + std::ptrdiff_t(i) * at.dimensions);
-    if (!through.empty()) return particle_name(set_, scene_, i) + " went through the boundary `" + through + "`";
+    if (!through.empty())
+      return particle_name(set_, scene_, i) + " went through the boundary `" + through + "` at " +
+             place_words(y + at.positions() + std::ptrdiff_t(i) * at.dimensions, at.dimensions);
   }
   return "";
 }

@@ -20,8 +20,8 @@ namespace atwood::fluid {
 struct PolynomialOptions {
   int degree = 4;  // of the fitted polynomials: 2 or 4
   KernelShape kernel = KernelShape::wendland_c2;
-  double smoothing = 0;            // h over the particles' spacing; 0: 1.5 (degree 2), 1.55 (degree 4); free surface: 1.75
-  double shift = -1;               // of the shifting velocity; 0: none; < 0: 1, with a free surface 0
+  double smoothing = 0;  // h over the particles' spacing; 0: 1.5 (degree 2), 1.55 (degree 4); free surface: 1.75
+  double shift = -1;     // of the shifting velocity; 0: none; < 0: 1, with a free surface 0
   double shift_speed_m_per_s = 0;  // U of docs/fluids.md; 0: as said there
   double filter = -1;              // of the dissipation of what changes from particle to particle; < 0: 0.005, 0.1; 1
   int threads = 1;
@@ -66,8 +66,8 @@ template <class S> class Polynomial final : public ParticleSystem<S> {
   ParticleSet<S> set_;
   BodyAcceleration<S> source_;
   std::unique_ptr<Team> team_;
-  std::unique_ptr<RigidModel<S>> bodies_;      // fixed ones; null: no bodies
-  std::unique_ptr<PolynomialWalls<S>> walls_;  // null: no boundary
+  std::unique_ptr<RigidModel<S>> bodies_;          // fixed ones; null: no bodies
+  std::unique_ptr<PolynomialWalls<S>> walls_;      // null: no boundary
   std::unique_ptr<PolynomialSurface<S>> surface_;  // null: no free surface
   std::unique_ptr<Neighbours<S>> lists_;
   PolynomialFits<S> fits_;

@@ -94,7 +94,8 @@ ATWOOD_INLINE void stage_neighbours(const PolynomialFits<S>& fits, const Neighbo
       stage.weight[n] = stage.weight[n] * lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].fit; });
       near = near * lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].crowding; });
       const V g = positive_part(V(S(1) - r2 * (per_reach * per_reach)));
-      submerged = submerged - submerged * g * g * g * lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].surface; });
+      submerged = submerged -
+                  submerged * g * g * g * lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].surface; });
     }
     for (int c = 0; c < d; ++c) {
       crowding[c] = crowding[c] + near * x[c];
@@ -167,7 +168,8 @@ ATWOOD_INLINE void fit_block(const PolynomialFits<S>& fits, const Neighbours<S>&
   const int rows = block.longest;
   const Stage<V> stage{rows, scratch, scratch + rows * d, scratch + rows * (d + 1)};
   V crowding[d]{}, submerged = V{} + S(1);
-  stage_neighbours<d>(fits, lists, block, records, weights, own_row, inverse_support, lanes, stage, crowding, submerged);
+  stage_neighbours<d>(fits, lists, block, records, weights, own_row, inverse_support, lanes, stage, crowding,
+                      submerged);
 
   V moments[MonomialRows<d, 2 * p>::count], L[n][n], m[n];
   monomial_sums<d, 2 * p>(

@@ -17,8 +17,9 @@ template <class S> S distance2(const S* a, const S* b, int d) {
 
 template <class S>
 PolynomialSurface<S>::PolynomialSurface(const Scene& scene, const ParticleSet<S>& set, KernelShape shape, S support)
-    : set_(set), dimensions_(scene.domain.dimensions), spacing_(S(scene.fluids.front().spacing_m)),
-      fits_{shape, dimensions_, 2, set.layout.particles, (S(1) + S(kWidening)) * support} {
+    : set_(set), dimensions_(scene.domain.dimensions),
+      spacing_(S(scene.fluids.front().spacing_m)), fits_{shape, dimensions_, 2, set.layout.particles,
+                                                         (S(1) + S(kWidening)) * support} {
   try {
     for (const Real3& x : surface_points(scene))
       for (int c = 0; c < dimensions_; ++c) start_.push_back(S(x[c]));
@@ -57,21 +58,16 @@ bool PolynomialSurface<S>::fill(const Neighbours<S>& lists, int first, S* record
   return true;
 }
 
-template <class S> std::string PolynomialSurface<S>::place(const S* x) const {
-  std::string text = "[";
-  for (int c = 0; c < dimensions_; ++c) text += (c > 0 ? ", " : "") + format_double(static_cast<double>(x[c]));
-  return text + "] m";
-}
-
 template <class S> std::string PolynomialSurface<S>::fault(const S* x) const {
   if (alone_ >= 0 && real::is_finite(distance2(x + alone_ * dimensions_, x + alone_ * dimensions_, dimensions_)))
-    return "too few particles are near the free surface at " + place(x + alone_ * dimensions_) +
+    return "too few particles are near the free surface at " + place_words(x + alone_ * dimensions_, dimensions_) +
            " to determine its velocity; +polynomial has no breaking surfaces";
   const S torn = S(kTornNodes) * spacing_;
   for (const auto& [a, b] : near_)
     if (distance2(x + a * dimensions_, x + b * dimensions_, dimensions_) > torn * torn)
-      return "the free surface at " + place(x + a * dimensions_) + " is stretched: two of its nodes that began beside each other are more than " +
-             format_double(kTornNodes) + " spacings apart; +polynomial has no breaking surfaces";
+      return "the free surface at " + place_words(x + a * dimensions_, dimensions_) +
+             " is stretched: two of its nodes that began beside each other are more than " + format_double(kTornNodes) +
+             " spacings apart; +polynomial has no breaking surfaces";
   return "";
 }
 

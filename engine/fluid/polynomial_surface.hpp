@@ -31,8 +31,6 @@ template <class S> class PolynomialSurface {
   std::string fault(const S* x) const;
 
  private:
-  std::string place(const S* x) const;
-
   const ParticleSet<S>& set_;
   int dimensions_, alone_ = -1;  // a node that had too few particles around it in some rate
   S spacing_{};

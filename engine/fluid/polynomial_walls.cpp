@@ -10,8 +10,9 @@ namespace atwood::fluid {
 template <class S>
 PolynomialWalls<S>::PolynomialWalls(const Scene& scene, const ParticleSet<S>& set, KernelShape shape, int degree,
                                     S support)
-    : scene_(scene), set_(set), dimensions_(scene.domain.dimensions), support_(support),
-      fits_{shape, dimensions_, degree == 2 ? 2 : kWallDegree, set.layout.particles, (S(1) + S(kWidening)) * support} {
+    : scene_(scene), set_(set), dimensions_(scene.domain.dimensions),
+      support_(support), fits_{shape, dimensions_, degree == 2 ? 2 : kWallDegree, set.layout.particles,
+                               (S(1) + S(kWidening)) * support} {
   spacing_ = S(scene.fluids.front().spacing_m);
   const Fluid& fluid = scene.fluids.front();
   for (const FluidBoundary& boundary : scene.fluid_boundaries) {

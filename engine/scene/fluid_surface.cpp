@@ -85,14 +85,16 @@ std::vector<Real3> surface_points(const Scene& scene) {
   if (points.empty() && !is_known(fluid.region)) {
     for (int c = 0; c < d; ++c)
       if (scene.domain.periodic_m[c] == 0)
-        throw std::invalid_argument("the free surface of the fluid `" + fluid.name +
-                                    "` is not known: its region is a file of points; expected a box, a circle, an ellipse, "
-                                    "a ball or an ellipsoid");
+        throw std::invalid_argument(
+            "the free surface of the fluid `" + fluid.name +
+            "` is not known: its region is a file of points; expected a box, a circle, an ellipse, "
+            "a ball or an ellipsoid");
   }
   std::erase_if(points, [&](const Real3& x) {
-    return std::any_of(scene.fluid_boundaries.begin(), scene.fluid_boundaries.end(), [&](const FluidBoundary& boundary) {
-      return depth_in_body_m(scene.bodies[static_cast<std::size_t>(boundary.body)], d, x) > -1e-9 * fluid.spacing_m;
-    });
+    return std::any_of(
+        scene.fluid_boundaries.begin(), scene.fluid_boundaries.end(), [&](const FluidBoundary& boundary) {
+          return depth_in_body_m(scene.bodies[static_cast<std::size_t>(boundary.body)], d, x) > -1e-9 * fluid.spacing_m;
+        });
   });
   return points;
 }

@@ -135,7 +135,11 @@ template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response&
   const bool surface = this->data.layout.node_count > 0;
   require(!surface || !high, "a free surface needs degree=2");
   const KernelKind kind = kernel_named(word(response, "kernel", "wendland-c2"));
-  const S D = this->data.spacing, R = S(given(response, "smoothing", surface ? 1.75 : high ? 1.55 : 1.5)) * D * S(support_of(kind));
+  const S D = this->data.spacing, R = S(given(response, "smoothing",
+                                              surface ? 1.75
+                                              : high  ? 1.55
+                                                      : 1.5)) *
+                                      D * S(support_of(kind));
   weight_ = kernel_of<S>(kind, d, R);
   crowding_ = kernel_of<S>(KernelKind::wendland_c2, d, 2 * D);
   H_ = R / 2;
@@ -204,13 +208,13 @@ template <class S> void Polynomial<S>::rate(S t, const S* y, S* dydt) {
   std::vector<Vec<S>> x;
   for (int i = 0; i < layout.count; ++i) x.push_back(of.read(y, i));
   for (int k = 0; k < layout.node_count; ++k) x.push_back(of.read(y + layout.nodes, k));
-  const auto near = neighbours_of(of, x, larger(layout.node_count > 0 ? S(14) / 10 * weight_.R : weight_.R, crowding_.R));
+  const auto near =
+      neighbours_of(of, x, larger(layout.node_count > 0 ? S(14) / 10 * weight_.R : weight_.R, crowding_.R));
   // Velocity components, density, temperature of particles and nodes.
   std::vector<std::vector<S>> values(fields, std::vector<S>(x.size()));
   for (int i = 0; i < layout.count; ++i)
     for (int f = 0; f < fields; ++f)
-      values[f][i] =
-          f < d ? y[layout.velocity + d * i + f] : y[(f == d ? layout.density : layout.temperature) + i];
+      values[f][i] = f < d ? y[layout.velocity + d * i + f] : y[(f == d ? layout.density : layout.temperature) + i];
   for (int k = 0; k < layout.node_count; ++k) {
     const std::vector<S> free = at_node(near[layout.count + k], values);
     for (int f = 0; f < fields; ++f) values[f][layout.count + k] = f == d ? of.laws.front().rho0 : free[f];
