@@ -1,6 +1,5 @@
 #include "fluid/run.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <type_traits>
 
@@ -51,7 +50,11 @@ template <class S> struct March {
     observer->sample(sample);
     return true;
   }
-  bool unsolved(S t_s) { return fail(Status::diverged, "the implicit equations of the step were not solved", t_s); }
+  bool unsolved(S t_s) {
+    outcome.status = Status::diverged;
+    outcome.reason = unsolved_step(particles.system().solvers, static_cast<double>(t_s));
+    return false;
+  }
 
   void restart() {
     outcome = {};
@@ -259,6 +262,8 @@ Outcome march(ParticleSystem<S>& particles, Stepper<S>& stepper, const MethodId&
               const Observer& observer, int repeats) {
   Outcome outcome;
   March<S> run{particles, stepper, plan, repeats > 0 ? nullptr : &observer, outcome, {}, {}, {}, {}};
+  if (id.rtol)
+    if (const std::string fault = tolerance_fault(id, stepper); !fault.empty()) return refused(fault);
   const double rtol = id.rtol.value_or(0);
   const StepLimits limits = step_limits(id);
   Outcome made = timed_passes(repeats, whole_pass([&] {

@@ -38,13 +38,14 @@ std::string environment_or(const char* name, const std::string& otherwise) {
   return value && *value ? value : otherwise;
 }
 
-// Optional engines: built where CMake finds their libraries.
+// Optional engines: built, or installed as a script, where CMake finds their libraries.
 struct OptionalEngine {
   const char *name, *library, *packages;
 };
 constexpr OptionalEngine kOptionalEngines[] = {
     {"dart", "DART", "libdart-dev, libdart-external-ikfast-dev, libdart-collision-ode-dev"},
     {"mujoco", "MuJoCo", "libmujoco-dev"},
+    {"pysph", "PySPH", "python3-pysph"},
     {"simbody", "Simbody", "libsimbody-dev"}};
 
 // What to do about an optional engine whose executable is not there.
