@@ -2,6 +2,7 @@
 add_library(atwood_engine STATIC
   simulation.cpp
   parallel/team.cpp
+  fluid/body_acceleration.cpp
   fluid/corrections.cpp
   fluid/kernel.cpp
   fluid/kick_drift.cpp
@@ -11,6 +12,8 @@ add_library(atwood_engine STATIC
   fluid/particle_set.cpp
   fluid/polynomial.cpp
   fluid/polynomial_fit.cpp
+  fluid/polynomial_nodes.cpp
+  fluid/polynomial_surface.cpp
   fluid/polynomial_walls.cpp
   fluid/run.cpp
   fluid/sph.cpp

@@ -57,6 +57,12 @@ template <class S> S FluidLaw<S>::pressure(S density) const {
   return density0 * c2 / gamma * (raised - S(1));
 }
 
+// Of Tait's law c^2 (rho / rho0)^(gamma - 1) = (c^2 + gamma p / rho0) rho0 / rho.
+template <class S> S FluidLaw<S>::pressure_slope(S density) const {
+  const S c2 = sound_speed * sound_speed;
+  return tait ? (c2 * density0 + gamma * pressure(density)) / density : c2;
+}
+
 template <class S> S FluidLaw<S>::density(S pressure) const {
   const S c2 = sound_speed * sound_speed;
   if (!tait) return density0 + pressure / c2;

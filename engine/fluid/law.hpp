@@ -15,6 +15,7 @@ template <class S> struct FluidLaw {
   bool viscous_heat = false;
 
   S pressure(S density) const;
+  S pressure_slope(S density) const;         // dp / drho
   S density(S pressure) const;               // inverse of pressure(); NaN where there is none
   S elastic_energy(S density) const;         // integral of p / rho^2 from rho0 [J/kg]
   S dynamic_viscosity(S temperature) const;  // mu exp(-decay (T - T0))

@@ -5,6 +5,7 @@
 //   densities     1 number a particle, where density is integrated
 //   temperatures  1 number a particle, where the fluids have a heat capacity
 //   bodies        as in rigid/model.hpp
+//   nodes         d numbers a node of the free surface (+polynomial), positions
 //
 // Particles are those of all fluids, in the order of Scene::fluids.
 #pragma once
@@ -15,13 +16,15 @@ struct Layout {
   int dimensions = 3, particles = 0;
   bool density = false, temperature = false;
   int body_scalars = 0;
+  int surface_nodes = 0;
 
   constexpr int positions() const { return 0; }
   constexpr int velocities() const { return dimensions * particles; }
   constexpr int densities() const { return 2 * dimensions * particles; }
   constexpr int temperatures() const { return densities() + (density ? particles : 0); }
   constexpr int bodies() const { return temperatures() + (temperature ? particles : 0); }
-  constexpr int size() const { return bodies() + body_scalars; }
+  constexpr int nodes() const { return bodies() + body_scalars; }
+  constexpr int size() const { return nodes() + dimensions * surface_nodes; }
 };
 
 }  // namespace atwood::fluid

@@ -58,13 +58,13 @@ MethodInfo polynomial_info() {
   info.doc =
       "Weakly compressible flow on particles, with every derivative from a polynomial fitted by moving least squares; "
       "equations in docs/fluids.md. Orders in space of Taylor and Green's vortices on disturbed particles: 2 and 4, those of "
-      "the degree; the Laplacian alone is an order lower there. Fixed planes are walls; free surfaces need degree=2, "
-      "smoothing=1.8, filter=1. "
+      "the degree; the Laplacian alone is an order lower there. Fixed planes are walls; free surfaces, which the fluid carries "
+      "along as nodes of pressure 0, need degree=2. "
       "Nothing is conserved exactly: momenta, mass and energy are kept to the order of the fits (rows momenta, "
       "energy-budget). Particles are shifted towards even spacing and the fields take the fluxes of that motion; a "
       "filter, a term of its own, damps what changes from particle to particle. Order in time: the method's own, at "
       "most that of the kernel. A neighbourhood that does not determine its polynomial ends the run with the condition "
-      "of its fit: degree 4 from a perfect lattice that is then strained, and breaking surfaces. Equal steps beyond the "
+      "of its fit: degree 4 from a perfect lattice that is then strained. Breaking surfaces end it too. Equal steps beyond the "
       "limit of the start's fastest modes (Arnoldi's method) are refused with the limit.";
   info.source =
       "Lancaster, Salkauskas, Math. Comp. 37 (1981) 141; Liszka, Orkisz, Computers & Structures 11 (1980) 83; Lind et "
@@ -75,18 +75,21 @@ MethodInfo polynomial_info() {
        {"kernel",
         std::string("wendland-c2"),
         {one_of({"cubic", "quintic", "wendland-c2", "wendland-c4", "wendland-c6"}), "Weight of the fits."}},
-       {"smoothing", 0.0, {between(0, 10), "Smoothing length over spacing; 0: 1.5 for degree 2, 1.55 for degree 4."}},
-       {"shift", 1.0, {between(0, 10), "Coefficient of the velocity that keeps particles evenly spaced."}},
+       {"smoothing",
+        0.0,
+        {between(0, 10),
+         "Smoothing length over spacing; 0: 1.5 for degree 2 (1.75 with a free surface), 1.55 for degree 4."}},
+       {"shift",
+        -1.0,
+        {between(-1, 10),
+         "Coefficient of the velocity that keeps particles evenly spaced; below 0: 1, with a free surface 0."}},
        {"shift_speed",
         0.0,
         {between(0, 1e9), "Speed of shifting, m/s; 0: the largest initial speed, or a twentieth of the sound speed."}},
        {"filter",
         -1.0,
-        {between(-1, 10), "Rate of the filter over sound speed / spacing; below 0: .005 and .1 by degree."}},
-       {"surface",
-        1.0,
-        {between(0, 10), "Rate at which a free surface's pressure goes to 0, over sound speed / spacing."}},
-       {"surface_force", 1.0, {between(0, 10), "Share of a fit's pressure at a free surface that acts on its row."}},
+        {between(-1, 10),
+         "Rate of the filter over sound speed / spacing; below 0: .005 and .1 by degree, 1 with a free surface."}},
        {"lanes", true, {{}, "Fits in vector lanes; false: the scalar loop, the same bits."}},
        {"skin", 0.08, {between(0.001, 1), "Margin of the neighbour lists over the support; no effect on results."}},
        {"threads", std::int64_t(1), {between(1, 256), "Threads that share the rates of a step."}}});
@@ -107,12 +110,10 @@ Result<PolynomialOptions> polynomial_request(const MethodId& id) {
   options.shift = number("shift");
   options.shift_speed_m_per_s = number("shift_speed");
   options.filter = number("filter");
-  options.surface = number("surface");
-  options.surface_force = number("surface_force");
   options.skin = number("skin");
   options.lane_by_lane = !std::get<bool>(settings->at("lanes"));
   options.threads = whole("threads");
-  return resolved(options);
+  return options;
 }
 
 const std::vector<MethodInfo>& responses() {

@@ -72,12 +72,19 @@ template <class S> std::string particle_name(const ParticleSet<S>& set, const Sc
          scene.fluids[set.fluid_of[particle]].name + "`";
 }
 
+template <class S> std::string place_words(const S* x_m, int dimensions) {
+  std::string text = "[";
+  for (int c = 0; c < dimensions; ++c) text += (c > 0 ? ", " : "") + format_double(static_cast<double>(x_m[c]));
+  return text + "] m";
+}
+
 #define ATWOOD_PARTICLE_SET(S)                                                                        \
   template struct ParticleSet<S>;                                                                     \
   template ParticleSet<S> make_particle_set<S>(const Scene&, bool, int);                              \
   template void initial_particles<S>(const ParticleSet<S>&, const Scene&, S*);                        \
   template void write_particles<S>(const ParticleSet<S>&, const Scene&, const S*, const S*, Sample&); \
-  template std::string particle_name<S>(const ParticleSet<S>&, const Scene&, int);
+  template std::string particle_name<S>(const ParticleSet<S>&, const Scene&, int);                    \
+  template std::string place_words<S>(const S*, int);
 ATWOOD_PARTICLE_SET(float)
 ATWOOD_PARTICLE_SET(double)
 ATWOOD_PARTICLE_SET(long double)

@@ -36,4 +36,7 @@ void write_particles(const ParticleSet<S>& set, const Scene& scene, const S* y, 
 // "particle 17 of `water`": particles are counted over each fluid.
 template <class S> std::string particle_name(const ParticleSet<S>& set, const Scene& scene, int particle);
 
+// "[0.5, 0.25] m"
+template <class S> std::string place_words(const S* x_m, int dimensions);
+
 }  // namespace atwood::fluid

@@ -2,13 +2,25 @@
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
 
 #include "protocol/sample.hpp"
+#include "scene/fluid_surface.hpp"
 
 namespace atwood::fluid {
 namespace {
 
 constexpr int kLeastShared = 500;  // particles
+
+// Not known (PolynomialSurface says why): no.
+bool has_free_surface(const Scene& scene) {
+  if (scene.fluids.size() != 1 || !(scene.fluids.front().spacing_m > 0)) return false;
+  try {
+    return !surface_points(scene).empty();
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
 
 // Why the equations of docs/fluids.md do not describe this scene; empty: they do.
 std::string scene_fault(const Scene& scene, const PolynomialOptions& options) {
@@ -26,9 +38,10 @@ std::string scene_fault(const Scene& scene, const PolynomialOptions& options) {
   if (!(fluid.density_kg_per_m3 > 0) || !(fluid.spacing_m > 0))
     return "the density and the spacing" + whose + " must be above 0";
   if (fluid.particles.mass_kg.empty()) return "the fluid `" + fluid.name + "` has no particles";
-  if (!fluid.source.name.empty())
-    return "+polynomial has no body acceleration by the named field `" + fluid.source.name + "`";
-  const double widening = scene.fluid_boundaries.empty() ? 1 : 1 + kWidening;
+  const bool open = has_free_surface(scene);
+  if (open && options.degree != 2)
+    return "+polynomial has free surfaces with degree=2 only; the fluid `" + fluid.name + "` has one";
+  const double widening = scene.fluid_boundaries.empty() && !open ? 1 : 1 + kWidening;
   const double support = widening * support_ratio(options.kernel) * options.smoothing * fluid.spacing_m;
   if (std::string why = period_fault(scene, support, "the support of the fits"); !why.empty()) return why;
   return "";
@@ -46,43 +59,20 @@ double shift_speed(const Scene& scene, const PolynomialOptions& options) {
   return most2 > 0 ? std::sqrt(most2) : sound / 20;
 }
 
-// dp / drho: of Tait's law c^2 (rho / rho0)^(gamma - 1) = (c^2 + gamma p / rho0) rho0 / rho.
-template <class S> S pressure_slope(const FluidLaw<S>& law, S density) {
-  const S c2 = law.sound_speed * law.sound_speed;
-  return law.tait ? (c2 * law.density0 + law.gamma * law.pressure(density)) / density : c2;
-}
-
-// 1 at x <= a, 0 at x >= b, with two continuous derivatives.
-template <class S> S fading(S x, S a, S b) {
-  const S t = real::min(real::max((b - x) / (b - a), S(0)), S(1));
-  return t * t * t * (S(10) - S(15) * t + S(6) * t * t);
-}
-
-// How far a particle stands below a free surface, from the share of a kernel's integral that the fluid covers. The sum
-// over rows is a midpoint rule that ends at the surface; the last factor removes its error.
-template <class S> S depth_of(S covered, int d, S support, S spacing) {
-  const S rows = spacing * spacing / (S(24) * support * support);
-  if (d == 2) {
-    const S y = (covered - S(0.5)) / S(1.1641593226536837), y2 = y * y;  // 128 / (35 pi)
-    return support * y * (S(1) + y2 * (S(7) / S(6) + S(77) / S(24) * y2)) * (S(1) - S(7) * rows);
-  }
-  const S y = (covered - S(0.5)) * S(256) / S(315), y2 = y * y;
-  return support * y * (S(1) + y2 * (S(4) / S(3) + S(62) / S(15) * y2)) * (S(1) - S(8) * rows);
-}
-
 template <class S> S nan() { return S(std::numeric_limits<double>::quiet_NaN()); }
 
 }  // namespace
 
-PolynomialOptions resolved(PolynomialOptions options) {
-  if (options.smoothing == 0) options.smoothing = options.degree == 2 ? 1.5 : 1.55;
-  if (options.filter < 0) options.filter = options.degree == 2 ? 0.005 : 0.1;
+PolynomialOptions resolved(PolynomialOptions options, bool free_surface) {
+  if (options.smoothing == 0) options.smoothing = free_surface ? 1.75 : options.degree == 2 ? 1.5 : 1.55;
+  if (options.filter < 0) options.filter = free_surface ? 1 : options.degree == 2 ? 0.005 : 0.1;
+  if (options.shift < 0) options.shift = free_surface ? 0 : 1;
   return options;
 }
 
 template <class S>
 Polynomial<S>::Polynomial(const Scene& scene, const PolynomialOptions& options)
-    : scene_(scene), options_(resolved(options)), unsupported_(scene_fault(scene, options_)) {
+    : scene_(scene), options_(resolved(options, has_free_surface(scene))), unsupported_(scene_fault(scene, options_)) {
   if (!unsupported_.empty()) return;
   if (!scene.bodies.empty()) {
     bodies_ = std::make_unique<RigidModel<S>>(scene);
@@ -90,6 +80,7 @@ Polynomial<S>::Polynomial(const Scene& scene, const PolynomialOptions& options)
     if (!unsupported_.empty()) return;
   }
   set_ = make_particle_set<S>(scene, true, 0);
+  source_ = BodyAcceleration<S>(scene.fluids.front());
   team_ = std::make_unique<Team>(std::max(1, options_.threads));
   const int d = set_.layout.dimensions;
   const S spacing = S(scene.fluids.front().spacing_m);
@@ -100,14 +91,6 @@ Polynomial<S>::Polynomial(const Scene& scene, const PolynomialOptions& options)
   fits_.fields = set_.layout.temperature ? d + 2 : d + 1;
   fits_.spacing = spacing;
   fits_.lane_by_lane = options_.lane_by_lane;
-  bool open = false;
-  for (int c = 0; c < d; ++c) open = open || scene.domain.periodic_m[c] == 0;
-  if (open) {
-    fits_.cover_support = support_;
-    const S pi = S(3.14159265358979323846);
-    cover_factor_ = d == 2 ? S(4) / pi : S(315) / (S(64) * pi);
-    for (int c = 0; c < d; ++c) cover_factor_ = cover_factor_ / support_;
-  }
   for (const FluidLaw<S>& law : set_.laws) filter_rate_.push_back(S(options_.filter) * law.sound_speed / spacing);
   // u = 3 A U R_s sum D^d (-F) x_ij with -F = 20 b (1 - s)^3, x_ij = -(x_j - x_i).
   S volume = S(1);
@@ -122,6 +105,13 @@ Polynomial<S>::Polynomial(const Scene& scene, const PolynomialOptions& options)
     unsupported_ = walls_->unsupported();
     reach = std::max(reach, walls_->widest_support());
   }
+  surface_ = std::make_unique<PolynomialSurface<S>>(scene, set_, options_.kernel, support_);
+  if (!surface_->unsupported().empty()) unsupported_ = surface_->unsupported();
+  if (surface_->count() == 0) surface_.reset();
+  if (surface_ != nullptr) {
+    reach = std::max(reach, surface_->reach());
+    set_.layout.surface_nodes = surface_->count();
+  }
   lists_ = std::make_unique<Neighbours<S>>(scene.domain, reach, S(options_.skin) * reach);
   system_.size = set_.layout.size();
   system_.context = this;
@@ -132,12 +122,11 @@ template <class S> bool Polynomial<S>::update(const S* y) {
   const Layout& at = set_.layout;
   const S* x = y + at.positions();
   int count = at.particles;
-  if (walls_ != nullptr) {
-    count += walls_->count();
-    points_.resize(std::size_t(count) * at.dimensions);
-    std::copy_n(x, std::size_t(at.particles) * at.dimensions, points_.begin());
-    std::copy(walls_->positions().begin(), walls_->positions().end(),
-              points_.begin() + std::ptrdiff_t(at.particles) * at.dimensions);
+  if (walls_ != nullptr || surface_ != nullptr) {
+    points_.assign(x, x + std::ptrdiff_t(at.particles) * at.dimensions);
+    if (walls_ != nullptr) points_.insert(points_.end(), walls_->positions().begin(), walls_->positions().end());
+    points_.insert(points_.end(), y + at.nodes(), y + at.size());
+    count = static_cast<int>(points_.size()) / at.dimensions;
     x = points_.data();
   }
   return lists_->update(x, count, team_.get());
@@ -151,10 +140,10 @@ template <class S> void Polynomial<S>::pack(const S* y, int first_block, int las
     const int i = lists_->order()[std::min(slot, count - 1)];
     S* const record = &records_[std::size_t(slot) * kFitRecord];
     supports_[slot] = support_;
-    if (walls_ != nullptr) {
+    if (!points_.empty()) {
       const S* const x = &points_[std::size_t(i) * d];
-      supports_[slot] = walls_->support_at(x);
-      weights_[slot] = {S(1), S(1)};
+      if (walls_ != nullptr) supports_[slot] = walls_->support_at(x);
+      weights_[slot] = {S(1), S(1), S(0)};
       if (i >= at.particles) {
         for (int c = 0; c < d; ++c) record[c] = lists_->wrapped(x[c], c);
         continue;
@@ -171,7 +160,7 @@ template <class S> void Polynomial<S>::pack(const S* y, int first_block, int las
 
 // ---- rates ----------------------------------------------------------------------------------------------------------
 template <class S>
-void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int last_slot, int& singular) const {
+void Polynomial<S>::rate_of_particles(S t_s, const S* y, S* dydt, int first_slot, int last_slot, int& singular) const {
   const Layout& at = set_.layout;
   const std::ptrdiff_t d = at.dimensions;
   const int density = static_cast<int>(d), temperature = density + 1, last = std::min(last_slot, lists_->count());
@@ -190,36 +179,15 @@ void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int l
 
     S u[3]{}, divergence{}, gradient2{};
     for (int c = 0; c < d; ++c) {
-      u[c] = shift_factor_ * fit.crowding[c];
+      u[c] = shift_factor_ * fit.submerged * fit.crowding[c];
       divergence += fit.gradient[c][c];
-    }
-    S surface{}, excess{},
-        normal[3]{};  // is this the surface's row; the density above rho0 that the fit has at the surface
-    if (fits_.cover_support > S(0)) {
-      const S depth = depth_of(cover_factor_ * set_.mass[i] / law.density0 * (S(1) + fit.cover), at.dimensions,
-                               fits_.cover_support, fits_.spacing);
-      surface = fading(depth, S(0.75) * fits_.spacing, S(1.05) * fits_.spacing);
-      S size2{}, out_of{};
-      for (int c = 0; c < d; ++c) size2 += fit.lean[c] * fit.lean[c];
-      const S size = real::sqrt(size2);
-      if (surface > S(0) && size > S(0)) {
-        excess = rho - law.density0;
-        for (int c = 0; c < d; ++c) {
-          excess -= depth * fit.lean[c] / size * fit.gradient[density][c];
-          out_of += u[c] * fit.lean[c] / size;
-        }
-        for (int c = 0; c < d; ++c) {
-          normal[c] = -fit.lean[c] / size;
-          u[c] += surface * out_of * normal[c];
-        }
-      }
     }
     const auto along_u = [&](int f) {  // (u . grad) f
       S sum{};
       for (int c = 0; c < d; ++c) sum += u[c] * fit.gradient[f][c];
       return sum;
     };
-    const S push = pressure_slope(law, rho) / rho;
+    const S push = law.pressure_slope(rho) / rho;
     const S weight = at.temperature ? S(1) - law.expansion * (T - law.temperature0) : S(1);
     for (int a = 0; a < d; ++a) {
       S diffused = fit.laplacian[a];
@@ -228,12 +196,11 @@ void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int l
         if (at.temperature) diffused -= law.viscosity_decay * fit.gradient[temperature][c] * fit.gradient[a][c];
       }
       dydt[at.positions() + i * d + a] = v[a] + u[a];
-      dydt[at.velocities() + i * d + a] =
-          -push * fit.gradient[density][a] + mu / rho * diffused + along_u(a) + filter * fit.change[a] +
-          weight * gravity_[a] + surface * S(options_.surface_force) * push * excess / fits_.spacing * normal[a];
+      dydt[at.velocities() + i * d + a] = -push * fit.gradient[density][a] + mu / rho * diffused + along_u(a) +
+                                          filter * fit.change[a] + weight * gravity_[a];
     }
-    dydt[at.densities() + i] = -rho * divergence + along_u(density) + filter * fit.change[density] -
-                               surface * S(options_.surface) * law.sound_speed / fits_.spacing * excess;
+    if (source_.acts()) source_.add(t_s, y + at.positions() + i * d, dydt + at.velocities() + i * d);
+    dydt[at.densities() + i] = -rho * divergence + along_u(density) + filter * fit.change[density];
     if (at.temperature) {
       S& rate = dydt[at.temperatures() + i];
       rate = along_u(temperature) + filter * fit.change[temperature];
@@ -245,7 +212,7 @@ void Polynomial<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int l
   }
 }
 
-template <class S> void Polynomial<S>::rate_of(void* context, S, const S* y, S* dydt) {
+template <class S> void Polynomial<S>::rate_of(void* context, S t_s, const S* y, S* dydt) {
   Polynomial& self = *static_cast<Polynomial*>(context);
   const Layout& at = self.set_.layout;
   if (!self.update(y)) {
@@ -255,7 +222,8 @@ template <class S> void Polynomial<S>::rate_of(void* context, S, const S* y, S* 
   const int blocks = self.lists_->blocks(), slots = blocks * kLaneCount;
   self.records_.resize(std::size_t(slots) * kFitRecord);
   self.supports_.resize(slots);
-  if (self.walls_ != nullptr) self.weights_.resize(slots);
+  const bool all_count = self.walls_ == nullptr && self.surface_ == nullptr;
+  if (!all_count) self.weights_.resize(slots);
   self.fits_of_.resize(slots);
   const int threads = self.team_->size();
   const int parts = threads == 1 || at.particles < kLeastShared ? 1 : std::min(blocks, 4 * threads);
@@ -267,12 +235,19 @@ template <class S> void Polynomial<S>::rate_of(void* context, S, const S* y, S* 
     self.pack(y, own.first, own.last);
   });
   if (self.walls_ != nullptr) self.walls_->fill(*self.lists_, self.records_.data(), self.weights_.data());
-  const SlotWeight<S>* const weights = self.walls_ == nullptr ? nullptr : self.weights_.data();
+  if (self.surface_ != nullptr) {
+    const int first = self.lists_->count() - self.surface_->count();
+    if (!self.surface_->fill(*self.lists_, first, self.records_.data(), self.weights_.data(), dydt + at.nodes())) {
+      std::fill(dydt, dydt + at.size(), nan<S>());
+      return;
+    }
+  }
+  const SlotWeight<S>* const weights = all_count ? nullptr : self.weights_.data();
   self.team_->run(parts, [&](int part) {
     const Share own = blocks_of(part);
     self.fits_.fit(*self.lists_, self.records_.data(), self.supports_.data(), weights, own.first, own.last,
                    self.scratch_[part], self.fits_of_.data());
-    self.rate_of_particles(y, dydt, own.first * kLaneCount, own.last * kLaneCount, self.singular_[part]);
+    self.rate_of_particles(t_s, y, dydt, own.first * kLaneCount, own.last * kLaneCount, self.singular_[part]);
   });
   for (const int slot : self.singular_) {
     if (slot < 0) continue;
@@ -283,6 +258,11 @@ template <class S> void Polynomial<S>::rate_of(void* context, S, const S* y, S* 
     std::fill(dydt, dydt + at.size(), nan<S>());
     return;
   }
+}
+
+template <class S> void Polynomial<S>::initial_state(S* y) const {
+  initial_particles(set_, scene_, y);
+  if (surface_ != nullptr) std::copy(surface_->start().begin(), surface_->start().end(), y + set_.layout.nodes());
 }
 
 // ---- samples --------------------------------------------------------------------------------------------------------
@@ -300,6 +280,8 @@ template <class S> std::string Polynomial<S>::fault(const S* y) const {
            ": the condition of its fit is " + (pivot > 0 ? "about " + format_double(1 / pivot) : "beyond round-off") +
            ", at most " + format_double(1 / least_pivot(options_.degree)) + " is accepted";
   }
+  if (surface_ != nullptr)
+    if (std::string why = surface_->fault(y + at.nodes()); !why.empty()) return why;
   for (int i = 0; i < at.particles; ++i) {
     bool finite = real::is_finite(y[at.densities() + i]);
     for (int c = 0; c < at.dimensions; ++c)
@@ -312,7 +294,9 @@ template <class S> std::string Polynomial<S>::fault(const S* y) const {
              format_double(static_cast<double>(y[at.densities() + i])) + " kg/m^3";
     if (walls_ == nullptr) continue;
     const std::string through = walls_->crossed(y + at.positions() + std::ptrdiff_t(i) * at.dimensions);
-    if (!through.empty()) return particle_name(set_, scene_, i) + " went through the boundary `" + through + "`";
+    if (!through.empty())
+      return particle_name(set_, scene_, i) + " went through the boundary `" + through + "` at " +
+             place_words(y + at.positions() + std::ptrdiff_t(i) * at.dimensions, at.dimensions);
   }
   return "";
 }

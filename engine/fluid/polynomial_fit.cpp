@@ -72,7 +72,7 @@ template <int d, class S, class Lanes, class V>
 ATWOOD_INLINE void stage_neighbours(const PolynomialFits<S>& fits, const Neighbours<S>& lists,
                                     const NeighbourBlock& block, const S* records, const SlotWeight<S>* weights,
                                     const int* own_row, const V& inverse_support, const Lanes& lanes,
-                                    const Stage<V>& stage, V* crowding, V* cover) {
+                                    const Stage<V>& stage, V* crowding, V& submerged) {
   V own[kFitRecord], other[kFitRecord];
   lanes.read(records, own_row, own);
   const V per_height = inverse_support + inverse_support;  // 1 / H
@@ -88,18 +88,14 @@ ATWOOD_INLINE void stage_neighbours(const PolynomialFits<S>& fits, const Neighbo
     const V r = lanes.root_of(r2), w = kernel_value<S>(fits.shape, V(r * inverse_support));
     stage.weight[n] = r2 > V{} ? w : V{};  // a lane's own slot fills its list up
     const V u = positive_part(V(S(1) - r * per_reach));
-    V near = u * u * u, among = V{} + S(1);
+    V near = u * u * u;
     if (weights != nullptr) {
       const int* const row = block.entries + n * kLaneCount;
       stage.weight[n] = stage.weight[n] * lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].fit; });
-      among = lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].crowding; });
-      near = near * among;
-    }
-    if (fits.cover_support > S(0)) {
-      const S scale = S(1) / (fits.cover_support * fits.cover_support);
-      const V g = positive_part(V(S(1) - r2 * scale)), counted = r2 > V{} ? g * g * g * among : V{};
-      cover[0] = cover[0] + counted;
-      for (int c = 0; c < d; ++c) cover[1 + c] = cover[1 + c] + counted * x[c];
+      near = near * lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].crowding; });
+      const V g = positive_part(V(S(1) - r2 * (per_reach * per_reach)));
+      submerged = submerged -
+                  submerged * g * g * g * lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].surface; });
     }
     for (int c = 0; c < d; ++c) {
       crowding[c] = crowding[c] + near * x[c];
@@ -171,8 +167,9 @@ ATWOOD_INLINE void fit_block(const PolynomialFits<S>& fits, const Neighbours<S>&
           per_height = inverse_support + inverse_support;
   const int rows = block.longest;
   const Stage<V> stage{rows, scratch, scratch + rows * d, scratch + rows * (d + 1)};
-  V crowding[d]{}, cover[1 + d]{};
-  stage_neighbours<d>(fits, lists, block, records, weights, own_row, inverse_support, lanes, stage, crowding, cover);
+  V crowding[d]{}, submerged = V{} + S(1);
+  stage_neighbours<d>(fits, lists, block, records, weights, own_row, inverse_support, lanes, stage, crowding,
+                      submerged);
 
   V moments[MonomialRows<d, 2 * p>::count], L[n][n], m[n];
   monomial_sums<d, 2 * p>(
@@ -214,9 +211,7 @@ ATWOOD_INLINE void fit_block(const PolynomialFits<S>& fits, const Neighbours<S>&
   }
   for (int axis = 0; axis < d; ++axis)
     lanes.each(crowding[axis], [&](int k, S value) ATWOOD_INLINED { out[first + k].crowding[axis] = value; });
-  lanes.each(cover[0], [&](int k, S value) ATWOOD_INLINED { out[first + k].cover = value; });
-  for (int axis = 0; axis < d; ++axis)
-    lanes.each(cover[1 + axis], [&](int k, S value) ATWOOD_INLINED { out[first + k].lean[axis] = value; });
+  lanes.each(submerged, [&](int k, S value) ATWOOD_INLINED { out[first + k].submerged = value; });
   lanes.each(least_pivot, [&](int k, S value) ATWOOD_INLINED { out[first + k].least_pivot = value; });
 }
 

@@ -19,8 +19,9 @@ namespace atwood::fluid {
 inline constexpr int kFitRecord = 8;
 inline constexpr int kMostFields = 5;
 
-// How much a slot counts in the fits and in the sum for shifting of its neighbours.
-template <class S> struct SlotWeight { S fit, crowding; };
+// How much a slot counts in the fits and in the sum for shifting of its neighbours, and whether it is a node of the free
+// surface (1) or not (0).
+template <class S> struct SlotWeight { S fit, crowding, surface; };
 
 // What the fits of a slot give. Field f is component f of velocity, density (f = d), temperature (f = d + 1).
 template <class S> struct Fit {
@@ -28,7 +29,7 @@ template <class S> struct Fit {
   S laplacian[kMostFields];
   S change[kMostFields];  // G f of docs/fluids.md
   S crowding[3];          // sum of (1 - r / (2 D))^3 (x_j - x_i) [m]
-  S cover, lean[3];       // sums of g = (1 - (r / R0)^2)^3 and of g (x_j - x_i) [m], where the fluid may have a surface
+  S submerged;            // product of 1 - (1 - (r / (2 D))^2)^3 over the nodes of the free surface within 2 D
   S least_pivot;          // of the Cholesky factors of M, scaled to a unit diagonal; <= 0 or NaN: singular
 };
 
@@ -36,7 +37,6 @@ template <class S> struct PolynomialFits {
   KernelShape shape = KernelShape::wendland_c2;
   int dimensions = 2, degree = 2, fields = 3;  // degree 4: in two dimensions; fields = d + 1, or d + 2 with temperature
   S spacing{};                                 // D
-  S cover_support{};                           // R0; 0: there is no free surface
   VectorWidth width = widest_vectors();
   bool lane_by_lane = false;  // the reference
 

@@ -3,71 +3,16 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "fluid/polynomial_basis.hpp"
 #include "scene/fluid_walls.hpp"
 
 namespace atwood::fluid {
-namespace {
-
-constexpr double kDryPivot = 1e-4;  // of a node whose neighbours do not determine its fit
-
-// Monomials of degree 0 .. q in z, by ascending degree; the linear ones come first after 1.
-template <class S> int monomials(int d, int q, const S* z, S* out) {
-  int count = 0;
-  for (int degree = 0; degree <= q; ++degree)
-    for (int a = degree; a >= 0; --a)
-      for (int b = degree - a; b >= (d == 2 ? degree - a : 0); --b) {
-        S value = S(1);
-        for (int k = 0; k < a; ++k) value *= z[0];
-        for (int k = 0; k < b; ++k) value *= z[1];
-        for (int k = 0; k < degree - a - b; ++k) value *= z[2];
-        out[count++] = value;
-      }
-  return count;
-}
-
-constexpr int kMostMonomials = 35;
-
-// a with M a = e_0, M n by n, row-major, overwritten; false: singular.
-template <class S> bool solve_first_unit(int n, S* M, S* a) {
-  for (int i = 0; i < n; ++i) {
-    const S diagonal = M[i * n + i];
-    S pivot = diagonal;
-    for (int k = 0; k < i; ++k) pivot -= M[i * n + k] * M[i * n + k];
-    if (!(pivot > S(kDryPivot) * diagonal)) return false;
-    M[i * n + i] = real::sqrt(pivot);
-    for (int j = i + 1; j < n; ++j) {
-      S sum = M[j * n + i];
-      for (int k = 0; k < i; ++k) sum -= M[j * n + k] * M[i * n + k];
-      M[j * n + i] = sum / M[i * n + i];
-    }
-  }
-  for (int i = 0; i < n; ++i) {
-    S sum = i == 0 ? S(1) : S(0);
-    for (int k = 0; k < i; ++k) sum -= M[i * n + k] * a[k];
-    a[i] = sum / M[i * n + i];
-  }
-  for (int i = n - 1; i >= 0; --i) {
-    S sum = a[i];
-    for (int k = i + 1; k < n; ++k) sum -= M[k * n + i] * a[k];
-    a[i] = sum / M[i * n + i];
-  }
-  return true;
-}
-
-}  // namespace
-
-// Neighbours of a node among the particles, with their weights in the value there.
-template <class S> struct PolynomialWalls<S>::Weights {
-  std::vector<int> slots;
-  std::vector<S> distance, free, sloped;  // distance along the normal; free: no condition; sloped: normal slope given
-};
 
 template <class S>
 PolynomialWalls<S>::PolynomialWalls(const Scene& scene, const ParticleSet<S>& set, KernelShape shape, int degree,
                                     S support)
-    : scene_(scene), set_(set), shape_(shape), dimensions_(scene.domain.dimensions), degree_(degree),
-      support_(support) {
+    : scene_(scene), set_(set), dimensions_(scene.domain.dimensions),
+      support_(support), fits_{shape, dimensions_, degree == 2 ? 2 : kWallDegree, set.layout.particles,
+                               (S(1) + S(kWidening)) * support} {
   spacing_ = S(scene.fluids.front().spacing_m);
   const Fluid& fluid = scene.fluids.front();
   for (const FluidBoundary& boundary : scene.fluid_boundaries) {
@@ -123,8 +68,6 @@ PolynomialWalls<S>::PolynomialWalls(const Scene& scene, const ParticleSet<S>& se
   }
 }
 
-template <class S> S PolynomialWalls<S>::widest_support() const { return (S(1) + S(kWidening)) * support_; }
-
 template <class S> S PolynomialWalls<S>::support_at(const S* x) const {
   S near{};
   for (const Wall& wall : walls_) {
@@ -134,85 +77,21 @@ template <class S> S PolynomialWalls<S>::support_at(const S* x) const {
   return (S(1) + S(kWidening) * near) * support_;
 }
 
-template <class S>
-bool PolynomialWalls<S>::extrapolate(const Neighbours<S>& lists, const S* records, int slot, const Wall& wall,
-                                     Weights& weights) const {
-  const int d = dimensions_, record = 8, particles = set_.layout.particles, lane = slot % kLaneCount;
-  const NeighbourBlock block = lists.block(slot / kLaneCount);
-  const S reach = widest_support();
-  S M[2][kMostMonomials * kMostMonomials]{}, a[2][kMostMonomials], p[kMostMonomials];
-  const int count = monomial_count(d, degree_ < 3 ? 2 : kWallDegree);
-  const int q = degree_ < 3 ? 2 : kWallDegree, normal = 1 + wall.axis;
-  weights.slots.clear();
-  weights.distance.clear();
-  weights.free.clear();
-  weights.sloped.clear();
-  std::vector<S>& basis = weights.free;  // count values a neighbour, until the end
-  std::vector<S> w;
-  for (int n = 0; n < block.counts[lane]; ++n) {
-    const int other = block.entries[n * kLaneCount + lane];
-    if (lists.order()[other] >= particles) continue;
-    S z[3]{}, r2{};
-    for (int c = 0; c < d; ++c) {
-      S x = records[std::ptrdiff_t(other) * record + c] - records[std::ptrdiff_t(slot) * record + c];
-      if (lists.period(c) > S(0)) x = nearest_image(x, lists.period(c));
-      r2 += x * x;
-      z[c] = x;
-    }
-    const S s = real::sqrt(r2) / reach;
-    if (!(s < S(1))) continue;
-    weights.slots.push_back(other);
-    weights.distance.push_back(wall.sign * z[wall.axis]);
-    for (int c = 0; c < d; ++c) z[c] = z[c] / (S(0.5) * reach);
-    monomials(d, q, z, p);
-    basis.insert(basis.end(), p, p + count);
-    w.push_back(kernel_value<S>(shape_, s));
-    for (int i = 0; i < count; ++i)
-      for (int j = 0; j <= i; ++j) M[0][i * count + j] += w.back() * p[i] * p[j];
-  }
-  const int found = static_cast<int>(w.size());
-  if (found < count) return false;
-  // The same without the monomial along the normal, whose coefficient is given.
-  const int fewer = count - 1;
-  for (int i = 0, k = 0; i < count; ++i) {
-    if (i == normal) continue;
-    for (int j = 0, l = 0; j <= i; ++j) {
-      if (j == normal) continue;
-      M[1][k * fewer + l++] = M[0][i * count + j];
-    }
-    ++k;
-  }
-  if (!solve_first_unit(count, M[0], a[0]) || !solve_first_unit(fewer, M[1], a[1])) return false;
-  weights.sloped.resize(found);
-  std::vector<S> free(found);
-  for (int n = 0; n < found; ++n) {
-    S one{}, two{};
-    for (int i = 0, k = 0; i < count; ++i) {
-      one += a[0][i] * basis[n * count + i];
-      if (i != normal) two += a[1][k++] * basis[n * count + i];
-    }
-    free[n] = w[n] * one;
-    weights.sloped[n] = w[n] * two;
-  }
-  weights.free = free;
-  return true;
-}
-
 template <class S> void PolynomialWalls<S>::fill(const Neighbours<S>& lists, S* records, SlotWeight<S>* weights) const {
-  const int d = dimensions_, record = 8, particles = set_.layout.particles;
-  Weights around;
+  const int d = dimensions_, particles = set_.layout.particles;
+  NodeWeights<S> around;
   for (int w = 0; w < count(); ++w) {
     const int slot = lists.slot_of()[particles + w];
-    weights[slot] = {S(0), w < nodes_ ? S(0) : S(1)};
+    weights[slot] = {S(0), w < nodes_ ? S(0) : S(1), S(0)};
     if (w >= nodes_) continue;
     const Wall& wall = walls_[wall_of_[w]];
-    if (!extrapolate(lists, records, slot, wall, around)) continue;  // dry
+    if (!fits_.around(lists, records, slot, wall.axis, wall.sign, around)) continue;  // dry
     weights[slot].fit = S(1);
-    S* const own = records + std::ptrdiff_t(slot) * record;
+    S* const own = records + std::ptrdiff_t(slot) * kFitRecord;
     const auto value = [&](const std::vector<S>& by, int field, S slope) {
       S sum{};
       for (std::size_t n = 0; n < around.slots.size(); ++n)
-        sum += by[n] * (records[std::ptrdiff_t(around.slots[n]) * record + field] - slope * around.distance[n]);
+        sum += by[n] * (records[std::ptrdiff_t(around.slots[n]) * kFitRecord + field] - slope * around.distance[n]);
       return sum;
     };
     for (int c = 0; c < d; ++c)

@@ -5,16 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "fluid/kernel.hpp"
-#include "fluid/neighbours.hpp"
 #include "fluid/particle_set.hpp"
 #include "fluid/polynomial_fit.hpp"
+#include "fluid/polynomial_nodes.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood::fluid {
 
-// Near walls the support grows by up to this share, and nodes extrapolate by polynomials of this degree (degree 2: 2).
-inline constexpr double kWidening = 0.4;
+// Nodes extrapolate by polynomials of this degree (degree 2: 2).
 inline constexpr int kWallDegree = 3;
 
 template <class S> class PolynomialWalls {
@@ -26,7 +24,7 @@ template <class S> class PolynomialWalls {
   // Nodes, then dummies that only shifting sees. Point w of the walls is point `particles + w` of the lists.
   int count() const { return static_cast<int>(positions_.size()) / dimensions_; }
   const std::vector<S>& positions() const { return positions_; }
-  S widest_support() const;
+  S widest_support() const { return fits_.reach; }
   // R at a position (wrapped or not): wider near walls, where half of the neighbours is missing.
   S support_at(const S* x) const;
   // Records and weights of the slots of walls, from those of the particles.
@@ -42,14 +40,12 @@ template <class S> class PolynomialWalls {
     bool no_slip, has_temperature;
     S temperature, slope;  // of the temperature along the normal: - flux / conductivity
   };
-  struct Weights;  // of the particles around a node, for the value of a field there
-  bool extrapolate(const Neighbours<S>& lists, const S* records, int slot, const Wall& wall, Weights& weights) const;
 
   const Scene& scene_;
   const ParticleSet<S>& set_;
-  KernelShape shape_;
-  int dimensions_, degree_, nodes_ = 0;
+  int dimensions_, nodes_ = 0;
   S spacing_{}, support_{};
+  NodeFits<S> fits_;
   std::string unsupported_;
   std::vector<Wall> walls_;
   std::vector<int> wall_of_;  // of a node

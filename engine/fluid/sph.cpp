@@ -27,8 +27,6 @@ std::string scene_fault(const Scene& scene, const SphOptions& options) {
     if (fluid.particles.mass_kg.empty()) return "the fluid `" + fluid.name + "` has no particles";
     if (fluid.viscous_heat != scene.fluids.front().viscous_heat)
       return "+sph needs viscous_heat of all fluids or of none; that" + whose + " differs";
-    if (!fluid.source.name.empty())
-      return "+sph has no body acceleration by the named field `" + fluid.source.name + "`";
   }
   if (std::string why = period_fault(scene, support, "the kernel's support"); !why.empty()) return why;
   if (!scene.fluid_boundaries.empty() && scene.fluids.size() > 1) return "+sph has walls for a single fluid only";
@@ -50,6 +48,9 @@ Sph<S>::Sph(const Scene& scene, const SphOptions& options)
     if (!unsupported_.empty()) return;
   }
   set_ = make_particle_set<S>(scene, !options.summation, bodies_ == nullptr ? 0 : bodies_->state_size());
+  const auto has_source = [](const Fluid& fluid) { return !fluid.source.name.empty(); };
+  if (std::any_of(scene.fluids.begin(), scene.fluids.end(), has_source))
+    for (const Fluid& fluid : scene.fluids) sources_.emplace_back(fluid);
   if (options.threads > 1) team_ = std::make_unique<Team>(options.threads);
   const int d = set_.layout.dimensions;
   const S h = S(options.smoothing) * S(scene.fluids.front().spacing_m);
@@ -243,7 +244,7 @@ template <class S> void Sph<S>::set_corrections(const S* y) {
 // ---- rates ----------------------------------------------------------------------------------------------------------
 template <class S>
 template <int d>
-void Sph<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int last_slot) const {
+void Sph<S>::rate_of_particles(S t_s, const S* y, S* dydt, int first_slot, int last_slot) const {
   const Layout& at = set_.layout;
   const int last = std::min(last_slot, lists_->count());
   for (int slot = first_slot; slot < last; ++slot) {
@@ -259,6 +260,8 @@ void Sph<S>::rate_of_particles(const S* y, S* dydt, int first_slot, int last_slo
       dydt[at.positions() + i * d + c] = y[at.velocities() + i * d + c] + carried;
       dydt[at.velocities() + i * d + c] = sum[SumRecord::acceleration + c] + weight * gravity_[c];
     }
+    if (!sources_.empty())
+      sources_[set_.fluid_of[i]].add(t_s, y + at.positions() + i * d, dydt + at.velocities() + i * d);
     if (at.density) dydt[at.densities() + i] = sum[SumRecord::density];
     if (!at.temperature) continue;
     S warming = law.heat_capacity > S(0) ? sum[SumRecord::heat] / law.heat_capacity : S(0);
@@ -277,8 +280,8 @@ template <class S> void Sph<S>::rate_of(void* context, S t_s, const S* y, S* dyd
   self.set_sums(y);
   self.over_blocks([&](int first, int last) {
     const int first_slot = first * kLaneCount, last_slot = last * kLaneCount;
-    if (at.dimensions == 2) self.template rate_of_particles<2>(y, dydt, first_slot, last_slot);
-    else self.template rate_of_particles<3>(y, dydt, first_slot, last_slot);
+    if (at.dimensions == 2) self.template rate_of_particles<2>(t_s, y, dydt, first_slot, last_slot);
+    else self.template rate_of_particles<3>(t_s, y, dydt, first_slot, last_slot);
   });
   if (at.body_scalars == 0) return;
   if (self.walls_ != nullptr)
@@ -317,6 +320,9 @@ template <class S> void Sph<S>::accelerations(S t_s, const S* y, S* acceleration
       if (i >= at.particles) continue;
       for (int c = 0; c < d; ++c)
         acceleration[std::ptrdiff_t(i) * d + c] = out_[std::size_t(slot) * SumRecord::size + c] + gravity_[c];
+      if (!sources_.empty())
+        sources_[set_.fluid_of[i]].add(t_s, y + at.positions() + std::ptrdiff_t(i) * d,
+                                       acceleration + std::ptrdiff_t(i) * d);
     }
   });
 }
@@ -373,7 +379,9 @@ template <class S> std::string Sph<S>::fault(const S* y) const {
              format_double(static_cast<double>(y[at.densities() + i])) + " kg/m^3";
     if (walls_ != nullptr) {
       const std::string through = walls_->crossed(y + at.positions() + std::ptrdiff_t(i) * at.dimensions);
-      if (!through.empty()) return particle_name(set_, scene_, i) + " went through the boundary `" + through + "`";
+      if (!through.empty())
+        return particle_name(set_, scene_, i) + " went through the boundary `" + through + "` at " +
+               place_words(y + at.positions() + std::ptrdiff_t(i) * at.dimensions, at.dimensions);
     }
   }
   return "";

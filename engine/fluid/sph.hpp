@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "fluid/body_acceleration.hpp"
 #include "fluid/particle_set.hpp"
 #include "fluid/particle_system.hpp"
 #include "fluid/sums.hpp"
@@ -55,7 +56,7 @@ template <class S> class Sph final : public ParticleSystem<S> {
   bool update(S t_s, const S* y);  // lists and records at a state; false: some position is not finite
   template <int d> void pack(const S* y, int first_block, int last_block);
   template <int d> void set_pressures(const S* y, int first_block, int last_block);
-  template <int d> void rate_of_particles(const S* y, S* dydt, int first_slot, int last_slot) const;
+  template <int d> void rate_of_particles(S t_s, const S* y, S* dydt, int first_slot, int last_slot) const;
   template <class Work> void over_blocks(const Work& work);
   SlotData<S> slot_data() const;
   void set_sums(const S* y);  // after update(): what the pairs do to each slot
@@ -65,6 +66,7 @@ template <class S> class Sph final : public ParticleSystem<S> {
   SphOptions options_;
   std::string unsupported_;
   ParticleSet<S> set_;
+  std::vector<BodyAcceleration<S>> sources_;  // one a fluid; empty: no fluid has one
   std::unique_ptr<Team> team_;
   std::unique_ptr<RigidModel<S>> bodies_;  // null: no bodies
   std::unique_ptr<Walls<S>> walls_;        // null: no boundary

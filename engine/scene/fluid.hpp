@@ -93,11 +93,11 @@ struct FluidBoundary {
   std::optional<double> temperature_K, heat_flux_W_per_m2;  // at most one; neither: insulated. Flux into the fluid.
 };
 
-enum class ProbeKind { pressure, velocity, front, column_height, force_on_body };
+enum class ProbeKind { pressure, velocity, front, column_height, force_on_body, marker };
 struct FluidProbe {
   std::string name;
   ProbeKind kind = ProbeKind::pressure;
-  std::array<double, 3> position_m{};  // pressure, velocity
+  std::array<double, 3> position_m{};  // pressure, velocity, column_height; marker: at t = 0
   int body = -1;                       // force_on_body
 };
 

@@ -223,9 +223,7 @@ void check_boundary(Reading& r, const Value& table, const FluidBoundary& boundar
 }
 
 void check_probe(Reading& r, const Value& table, const FluidProbe& probe) {
-  const bool placed =
-      probe.kind == ProbeKind::pressure || probe.kind == ProbeKind::velocity || probe.kind == ProbeKind::column_height;
-  const bool of_body = probe.kind == ProbeKind::force_on_body;
+  const bool of_body = probe.kind == ProbeKind::force_on_body, placed = !of_body && probe.kind != ProbeKind::front;
   if (placed && !table.find("position_m"))
     fail(r, table.place, "missing key `position_m` in " + r.where + "; expected where the probe measures");
   if (of_body != (probe.body >= 0))

@@ -113,6 +113,12 @@ double surface_height(const Scene& scene, const Fluid& fluid) {
   return height;
 }
 
+// Vortices in x and y that know of no gravity: u = K sin qx cos qy, v = -K cos qx sin qy, q = 2 pi / knock_length_m.
+Real3 knock(const InitialField& field, const Real3& x) {
+  const double speed = parameter(field, "knock_m_per_s"), q = 2 * kPi / parameter(field, "knock_length_m");
+  return {speed * sin(q * x[0]) * cos(q * x[1]), -speed * cos(q * x[0]) * sin(q * x[1]), 0};
+}
+
 // At rest under gravity, d below the surface, dp/dd = rho g. Linear: rho = rho0 exp(g d / c^2). Tait:
 // (rho / rho0)^(gamma - 1) = 1 + (gamma - 1) g d / c^2.
 FluidState hydrostatic(const Scene& scene, const Fluid& fluid, const Real3& x) {
@@ -122,7 +128,7 @@ FluidState hydrostatic(const Scene& scene, const Fluid& fluid, const Real3& x) {
   const double head = g * (parameter(fluid.initial, "surface_m") - height) / (c * c);
   const double gamma = fluid.equation_of_state == EquationOfState::linear ? 1 : fluid.tait_exponent;
   const double ratio = gamma == 1 ? std::exp(head) : std::pow(1 + (gamma - 1) * head, 1 / (gamma - 1));
-  return {{}, fluid.density_kg_per_m3 * ratio, fluid.temperature_K};
+  return {knock(fluid.initial, x), fluid.density_kg_per_m3 * ratio, fluid.temperature_K};
 }
 
 // A manufactured motion: u = U cos(wt) dpsi/dy, v = -U cos(wt) dpsi/dx, psi = sin kx sin ky / k, under which a density
@@ -212,7 +218,9 @@ const std::vector<FieldInfo>& fluid_fields() {
        true},
       {"hydrostatic",
        "at rest under gravity, with the density of the equation of state",
-       {{"surface_m", "height of the free surface against gravity [m]; the region's top unless given", 0, true}}},
+       {{"surface_m", "height of the free surface against gravity [m]; the region's top unless given", 0, true},
+        {"knock_m_per_s", "largest speed of vortices that disturb the rest [m/s]; 0 unless given", 0},
+        {"knock_length_m", "their wavelength [m]; 1 unless given", 1, false, true}}},
       {"couette-thermal",
        "steady flow between two planes of given temperatures, viscosity exp(-decay (T - T0))",
        {},

@@ -8,6 +8,8 @@
 namespace atwood {
 namespace {
 
+constexpr double kBeyond = 4;  // how far planes extend beyond the fluids, over their largest extent
+
 struct Extent {
   Real3 min_m{}, max_m{};
 };
@@ -93,7 +95,7 @@ void fill_plane(const Scene& scene, const Body& body, const Plane& plane, double
           low = std::min(low, other->offset_m * other->normal[c]);
           high = std::max(high, other->offset_m * other->normal[c]);
         }
-      const double beyond = widest + reach;
+      const double beyond = kBeyond * widest + reach;
       const double anchor = lattice_corner(scene.fluids.front(), first)[c];
       const double steps = std::ceil((anchor - (low - beyond)) / spacing);
       at[c] = ticks(anchor + (0.5 - steps) * spacing, spacing, high + beyond);

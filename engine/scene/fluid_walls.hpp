@@ -3,8 +3,8 @@
 // D is the spacing of the first fluid. A plane, whose normal is along an axis: layers at the depths (l + 1/2) D for
 // l = 0, 1, ... while l D < reach, each a square lattice of spacing D whose points stand at (i + 1/2) D from the corner
 // of the first fluid's region, of another region than a box that of the box around its particles with D / 2 around each
-// (along a periodic axis: at (i + 1/2) L / n, n = round(L / D)). It extends along each open axis over all fluids and all planes across that axis, and beyond by the
-// largest extent of the fluids and the reach. A box: cells of edges 2 a / n, n = max(1, round(2 a / D)), along its own
+// (along a periodic axis: at (i + 1/2) L / n, n = round(L / D)). It extends along each open axis over all fluids and all planes across that axis, and beyond by four
+// times the largest extent of the fluids and the reach. A box: cells of edges 2 a / n, n = max(1, round(2 a / D)), along its own
 // axes, those whose centre is less than `reach` below the surface. A ball (a circle in two dimensions): a square lattice
 // through its centre moved by D / 2, those inside and less than `reach` deep. In two dimensions all points have z = 0.
 #pragma once

@@ -447,13 +447,13 @@ const Keys<FluidProbe>& fluid_probe_keys() {
       return from.body < 0 ? Value() : write(s, from);
     };
     auto position = key<FluidProbe>("position_m", &FluidProbe::position_m, domain_vector(),
-                                    "pressure, velocity, column-height: where [m]");
+                                    "pressure, velocity, column-height: where [m]; marker: where it begins");
     return Keys<FluidProbe>{
         key<FluidProbe>("name", &FluidProbe::name, name_text(), "unique among the probes; its kind unless given"),
         required(choice<FluidProbe>("kind", &FluidProbe::kind,
-                                    {"pressure", "velocity", "front", "column-height", "force-on-body"},
+                                    {"pressure", "velocity", "front", "column-height", "force-on-body", "marker"},
                                     "pressure, velocity, front (largest x of a particle), column-height, "
-                                    "force-on-body")),
+                                    "force-on-body, marker (distance of a material point from the origin)")),
         position, body};
   }();
   return keys;

@@ -97,9 +97,13 @@ template <class S> Field<S> solve(const Asked& asked) {
     };
   };
   made.probe = [=](S t, const FluidProbe& probe) -> std::optional<ProbeAt<S>> {
-    if (probe.kind != ProbeKind::front) return {};
     const Drop<S> now = drop_at(start, t);
-    return ProbeAt<S>{centre[0] + now.a, now.error * now.a};
+    if (probe.kind == ProbeKind::front) return ProbeAt<S>{centre[0] + now.a, now.error * now.a};
+    if (probe.kind != ProbeKind::marker) return {};
+    // The flow is linear: the map of material points stretches by a / a0 and b / b0.
+    const Vec<S> from = vec<S>(probe.position_m) - centre,
+                 x = centre + Vec<S>{now.a / start.a * from[0], now.b / start.b * from[1], S(0)};
+    return ProbeAt<S>{sqrt(dot(x, x)), now.error * (magnitude(x[0]) + magnitude(x[1]))};
   };
   return made;
 }

@@ -5,6 +5,7 @@
 
 #include "fluid_truth/manufactured.hpp"
 #include "fluid_truth/solution.hpp"
+#include "scene/fluid_surface.hpp"
 
 namespace atwood::fluid_truth {
 
@@ -106,6 +107,10 @@ template <class S> std::vector<S> initial_state(const Scene& scene, const Partic
       if (layout.temperature >= 0) y[layout.temperature + i] = from.temperature_K[k];
     }
   }
+  if (layout.node_count == 0) return y;
+  const std::vector<Real3> points = surface_points(scene);
+  for (int n = 0; n < layout.node_count; ++n)
+    for (int a = 0; a < layout.d; ++a) y[layout.nodes + layout.d * n + a] = points[n][a];
   return y;
 }
 

@@ -1,6 +1,6 @@
 // The particles of a scene as one flat system of equations, in the layout of docs/fluids.md: all positions (unwrapped), all
-// velocities, all densities where they are integrated, all temperatures where a fluid has a heat capacity; d or 1 numbers
-// a particle, particle after particle.
+// velocities, all densities where they are integrated, all temperatures where a fluid has a heat capacity, the nodes of a
+// free surface; d or 1 numbers a particle, particle after particle.
 #pragma once
 
 #include <memory>
@@ -16,6 +16,7 @@ namespace atwood::fluid_truth {
 struct ParticleLayout {
   int d = 2, count = 0;
   int velocity = 0, density = -1, temperature = -1, size = 0;  // first index of each; -1: not integrated
+  int nodes = 0, node_count = 0;                               // of a free surface: positions
 };
 
 // A fluid's constants over S.

@@ -1,12 +1,13 @@
-// The equations of `+polynomial` (docs/fluids.md) without walls and free surfaces, written from that page: derivatives by
-// moving least squares.
+// The equations of `+polynomial` (docs/fluids.md) without walls, written from that page: derivatives by moving least squares.
 // P. Lancaster and K. Salkauskas, Math. Comp. 37 (1981) 141; T. Liszka and J. Orkisz, Comput. Struct. 11 (1980) 83.
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "fluid_truth/particles.hpp"
 #include "fluid_truth/solution.hpp"
+#include "scene/fluid_surface.hpp"
 
 namespace atwood::fluid_truth {
 
@@ -18,10 +19,10 @@ struct Monomial {
   int power[3] = {0, 0, 0};
 };
 
-// All monomials of degree 1 ... P in d variables, by descending degree.
-std::vector<Monomial> monomials(int d, int P) {
+// All monomials of degree `least` ... P in d variables, by descending degree.
+std::vector<Monomial> monomials(int d, int P, int least) {
   std::vector<Monomial> made;
-  for (int degree = P; degree >= 1; --degree)
+  for (int degree = P; degree >= least; --degree)
     for (int a = degree; a >= 0; --a)
       for (int b = degree - a; b >= 0; --b) {
         const int e = degree - a - b;
@@ -96,9 +97,10 @@ template <class S> class Polynomial final : public FluidSystem<S> {
 
  private:
   Vec<S> transport(const std::vector<Neighbour<S>>& near) const;
+  std::vector<S> at_node(const std::vector<Neighbour<S>>& near, const std::vector<std::vector<S>>& values) const;
 
   Kernel<S> weight_, crowding_;
-  std::vector<Monomial> basis_;
+  std::vector<Monomial> basis_, of_node_;
   int first_[3] = {-1, -1, -1}, second_[3] = {-1, -1, -1};  // monomials z_a and z_a^2
   S H_{}, shift_{}, shift_speed_{}, filter_{};
 };
@@ -112,7 +114,7 @@ double given(const Response& response, const char* name, double otherwise) {
 template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response& response) {
   for (const auto& [name, value] : response.settings) {
     const char* known[] = {"degree", "kernel",  "smoothing", "shift", "shift_speed",
-                           "filter", "threads", "lanes",     "skin",  "surface"};
+                           "filter", "threads", "lanes",     "skin"};
     require(std::find(std::begin(known), std::end(known), name) != std::end(known),
             "the setting `" + name + "` of +polynomial is not covered");
   }
@@ -122,19 +124,35 @@ template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response&
   const bool high = degree == 4;
   this->data = particle_data<S>(scene, true);
   const int d = this->data.layout.d;
+  of_node_ = monomials(d, 2, 0);
+  try {
+    this->data.layout.node_count = static_cast<int>(surface_points(scene).size());
+  } catch (const std::invalid_argument& error) {
+    require(false, error.what());
+  }
+  this->data.layout.nodes = this->data.layout.size;
+  this->data.layout.size += d * this->data.layout.node_count;
+  const bool surface = this->data.layout.node_count > 0;
+  require(!surface || !high, "a free surface needs degree=2");
   const KernelKind kind = kernel_named(word(response, "kernel", "wendland-c2"));
-  const S D = this->data.spacing, R = S(given(response, "smoothing", high ? 1.55 : 1.5)) * D * S(support_of(kind));
+  const S D = this->data.spacing, R = S(given(response, "smoothing",
+                                              surface ? 1.75
+                                              : high  ? 1.55
+                                                      : 1.5)) *
+                                      D * S(support_of(kind));
   weight_ = kernel_of<S>(kind, d, R);
   crowding_ = kernel_of<S>(KernelKind::wendland_c2, d, 2 * D);
   H_ = R / 2;
-  shift_ = number(response, "shift", 1);
+  const double shift = number(response, "shift", -1);
+  shift_ = shift >= 0 ? shift : surface ? 0 : 1;
   const double filter = number(response, "filter", -1);
-  filter_ = filter >= 0 ? filter : high ? 0.1 : 0.005;
+  filter_ = filter >= 0 ? filter : surface ? 1 : high ? 0.1 : 0.005;
   const double speed = number(response, "shift_speed", 0);
   shift_speed_ = speed > 0                      ? S(speed)
                  : this->data.largest_speed > 0 ? S(this->data.largest_speed)
                                                 : S(this->data.largest_sound_speed) / 20;
-  basis_ = monomials(d, static_cast<int>(degree));
+  H_ = R / 2;
+  basis_ = monomials(d, static_cast<int>(degree), 1);
   for (int k = 0; k < static_cast<int>(basis_.size()); ++k)
     for (int a = 0; a < d; ++a) {
       const auto& power = basis_[k].power;
@@ -143,15 +161,44 @@ template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response&
     }
 }
 
-// u_i = 3 A U R_s sum_j D^d (-F_ij) x_ij
+// u_i = 3 A U R_s sum_j D^d (-F_ij) x_ij over particles, times the product of 1 - (1 - (r / (2 D))^2)^3 over nodes
 template <class S> Vec<S> Polynomial<S>::transport(const std::vector<Neighbour<S>>& near) const {
   const S D = this->data.spacing;
-  S volume = D * D;
+  S volume = D * D, open = 1;
   if (this->data.layout.d == 3) volume *= D;
   Vec<S> sum{};
-  for (const Neighbour<S>& each : near)
-    if (each.r < crowding_.R) sum = sum - (volume * crowding_.slope_over_r(each.r)) * each.x;
-  return (3 * shift_ * shift_speed_ * crowding_.R) * sum;
+  for (const Neighbour<S>& each : near) {
+    if (!(each.r < crowding_.R)) continue;
+    if (each.other < this->data.layout.count) sum = sum - (volume * crowding_.slope_over_r(each.r)) * each.x;
+    else open *= 1 - raised(1 - each.r * each.r / (4 * D * D), 3);
+  }
+  return (3 * shift_ * shift_speed_ * crowding_.R * open) * sum;
+}
+
+// All fields' free values at a node, from particles within 1.4 R of it: the constants of polynomials of degree 2.
+template <class S>
+std::vector<S> Polynomial<S>::at_node(const std::vector<Neighbour<S>>& near,
+                                      const std::vector<std::vector<S>>& values) const {
+  const int n = static_cast<int>(of_node_.size()), d = this->data.layout.d;
+  const S reach = S(14) / 10 * weight_.R;
+  std::vector<S> M(static_cast<std::size_t>(n) * n, S(0)), p(n), made(values.size());
+  std::vector<std::vector<S>> B(values.size(), std::vector<S>(n, S(0)));
+  for (const Neighbour<S>& each : near) {
+    if (!(each.r < reach) || each.other >= this->data.layout.count) continue;
+    const S w = weight_.shape(each.r / reach);
+    for (int k = 0; k < n; ++k) {
+      p[k] = 1;
+      for (int a = 0; a < d; ++a) p[k] *= raised(-2 * each.x[a] / reach, of_node_[k].power[a]);
+    }
+    for (int k = 0; k < n; ++k) {
+      for (int l = 0; l <= k; ++l) M[k * n + l] += w * p[k] * p[l];
+      for (std::size_t f = 0; f < values.size(); ++f) B[f][k] += w * p[k] * values[f][each.other];
+    }
+  }
+  const Fit<S> fit(M, n);
+  for (std::size_t f = 0; f < values.size(); ++f)
+    made[f] = fit.regular() ? fit.solve(B[f])[n - 1] : S(std::numeric_limits<double>::quiet_NaN());
+  return made;
 }
 
 template <class S> void Polynomial<S>::rate(S t, const S* y, S* dydt) {
@@ -160,11 +207,20 @@ template <class S> void Polynomial<S>::rate(S t, const S* y, S* dydt) {
   const int d = layout.d, n = static_cast<int>(basis_.size()), fields = d + 1 + (layout.temperature >= 0 ? 1 : 0);
   std::vector<Vec<S>> x;
   for (int i = 0; i < layout.count; ++i) x.push_back(of.read(y, i));
-  const auto near = neighbours_of(of, x, larger(weight_.R, crowding_.R));
-  const auto value = [&](int field, int i) {  // velocity components, density, temperature
-    if (field < d) return y[layout.velocity + d * i + field];
-    return y[(field == d ? layout.density : layout.temperature) + i];
-  };
+  for (int k = 0; k < layout.node_count; ++k) x.push_back(of.read(y + layout.nodes, k));
+  const auto near =
+      neighbours_of(of, x, larger(layout.node_count > 0 ? S(14) / 10 * weight_.R : weight_.R, crowding_.R));
+  // Velocity components, density, temperature of particles and nodes.
+  std::vector<std::vector<S>> values(fields, std::vector<S>(x.size()));
+  for (int i = 0; i < layout.count; ++i)
+    for (int f = 0; f < fields; ++f)
+      values[f][i] = f < d ? y[layout.velocity + d * i + f] : y[(f == d ? layout.density : layout.temperature) + i];
+  for (int k = 0; k < layout.node_count; ++k) {
+    const std::vector<S> free = at_node(near[layout.count + k], values);
+    for (int f = 0; f < fields; ++f) values[f][layout.count + k] = f == d ? of.laws.front().rho0 : free[f];
+    for (int a = 0; a < d; ++a) dydt[layout.nodes + d * k + a] = free[a];
+  }
+  const auto value = [&](int field, int i) { return values[field][i]; };
   for (int i = 0; i < layout.count; ++i) {
     std::vector<S> M(static_cast<std::size_t>(n) * n, S(0)), m(n, S(0)), p(n);
     std::vector<std::vector<S>> B(fields, std::vector<S>(n, S(0)));

@@ -62,6 +62,9 @@ std::vector<Row> fit_fluid_orders(std::span<const Row> cells);
 //   front                          largest x of a particle and half a spacing
 //   column-height                  highest particle within one spacing of the line through the position against gravity
 //                                  (y without gravity), and half a spacing
+//   marker                         distance from the origin of the material point that began at the position: its place is
+//                                  the linear function of places at t = 0 that fits the particles best which began
+//                                  within three spacings of it, weights as above; where particles are not shifted
 //   force-on-body                  from the momentum of a body that moves freely; of a fixed body not known
 double probe_value(const Scene& scene, const FluidProbe& probe, const Sample& sample);
 const char* probe_unit(const FluidProbe& probe);

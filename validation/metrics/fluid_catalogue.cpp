@@ -59,6 +59,13 @@ std::vector<MetricInfo> fluid_metrics() {
       {"spacing-min", "1", "Least distance of two particles at the end, over their spacing."},
       {"speed-max", "m/s", "Largest speed of a particle at the end: the noise of a fluid that should rest."},
       {"front-error", "1", "The probe `front` less its true value, over that value."},
+      {"front-speed-error", "1",
+       "Speed of the front against a measured one, less 1: slopes of straight lines through the times of the same places, "
+       "from 1.4 of the distance at t = 0 on."},
+      {"front-delay", "s",
+       "Delay of a measured front behind the run's that makes front-delayed-error least: the release takes time."},
+      {"front-delayed-error", "1",
+       "Largest |front / measured front - 1| after that one delay, from 1.4 of the distance at t = 0 on."},
       {"probe-error", "1", "A probe less its true value, over that value; the probe's name stands in `body`."},
   };
   all.insert(all.end(), others.begin(), others.end());

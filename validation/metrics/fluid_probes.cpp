@@ -35,15 +35,17 @@ Vec nearest_image(const Domain& domain, const Vec& from, const std::array<Wide, 
 
 // The value at x of the linear function that fits best, by weighted least squares: minimise
 // sum_j w(r_j) (a + b . (x_j - x) - f_j)^2 over a and b; w(r) = (1 - r/R)^4 (1 + 4 r/R). Its value at x is a. Fewer
-// particles than unknowns, or all in a line: the weighted mean. None: NaN.
-template <class Get> double fitted(const Scene& scene, const Sample& sample, const Vec& x, Get get) {
+// particles than unknowns, or all in a line: the weighted mean. None: NaN. `place` gives x_j of particle j.
+template <class Place, class Get>
+double fitted(const Scene& scene, const Sample& sample, const Vec& x, Place place, Get get) {
   const auto d = static_cast<Eigen::Index>(scene.domain.dimensions);
   const double reach = kReachSpacings * coarsest_spacing(scene);
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(d + 1, d + 1);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(d + 1);
   Eigen::Index count = 0;
-  for (const ParticleSample& p : sample.particles) {
-    const Vec away = nearest_image(scene.domain, x, p.p_m);
+  for (std::size_t j = 0; j < sample.particles.size(); ++j) {
+    const ParticleSample& p = sample.particles[j];
+    const Vec away = nearest_image(scene.domain, x, place(j));
     const double r = std::hypot(away[0], away[1], away[2]) / reach;
     if (!(r < 1)) continue;
     const double weight = std::pow(1 - r, 4) * (1 + 4 * r);
@@ -58,6 +60,24 @@ template <class Get> double fitted(const Scene& scene, const Sample& sample, con
   const Eigen::FullPivLU<Eigen::MatrixXd> lu(normal / normal(0, 0));
   if (count <= d || !(lu.rcond() > 1e-10)) return right[0] / normal(0, 0);
   return lu.solve(right / normal(0, 0))[0];
+}
+
+template <class Get> double fitted(const Scene& scene, const Sample& sample, const Vec& x, Get get) {
+  return fitted(
+      scene, sample, x, [&](std::size_t j) { return sample.particles[j].p_m; }, get);
+}
+
+// Where the point that began at x is now, by the particles that began around it; its distance from the origin.
+double marker(const Scene& scene, const FluidProbe& probe, const Sample& sample) {
+  std::vector<std::array<Wide, 3>> start;
+  for (const Fluid& fluid : scene.fluids)
+    for (const Real3& x : fluid.particles.position_m) start.push_back({x[0], x[1], x[2]});
+  Vec at{};
+  for (std::size_t i = 0; i < 3; ++i)
+    at[i] = fitted(
+        scene, sample, probe.position_m, [&](std::size_t j) { return start[j]; },
+        [i](const ParticleSample& p) { return p.p_m[i]; });
+  return std::hypot(at[0], at[1], at[2]);
 }
 
 double column_height(const Scene& scene, const FluidProbe& probe, const Sample& sample) {
@@ -100,6 +120,7 @@ double probe_value(const Scene& scene, const FluidProbe& probe, const Sample& sa
     case ProbeKind::front: return front(scene, sample);
     case ProbeKind::column_height: return column_height(scene, probe, sample);
     case ProbeKind::force_on_body: return kNan;
+    case ProbeKind::marker: return marker(scene, probe, sample);
   }
   return kNan;
 }
@@ -109,7 +130,8 @@ const char* probe_unit(const FluidProbe& probe) {
     case ProbeKind::pressure: return "Pa";
     case ProbeKind::velocity: return "m/s";
     case ProbeKind::front:
-    case ProbeKind::column_height: return "m";
+    case ProbeKind::column_height:
+    case ProbeKind::marker: return "m";
     case ProbeKind::force_on_body: return "N";
   }
   return "";
@@ -122,6 +144,7 @@ const char* probe_kind(const FluidProbe& probe) {
     case ProbeKind::front: return "front";
     case ProbeKind::column_height: return "column-height";
     case ProbeKind::force_on_body: return "force-on-body";
+    case ProbeKind::marker: return "marker";
   }
   return "";
 }
@@ -212,26 +235,96 @@ void append_semi_discrete(const Truth& truth, const Recording& run, const std::v
         row("time-error", error / size, bar / size, "of the true velocity's own norm at the end; " + truth.source));
 }
 
+namespace {
+
+struct Curve {  // x over t, both rising
+  std::vector<double> t_s, x_m;
+  static double between(const std::vector<double>& at, const std::vector<double>& of, double value) {
+    const auto after = std::lower_bound(at.begin(), at.end(), value);
+    if (after == at.end() || (after == at.begin() && *after > value)) return kNan;
+    const auto k = static_cast<std::size_t>(after - at.begin());
+    if (k == 0) return of[0];
+    return of[k - 1] + (of[k] - of[k - 1]) * (value - at[k - 1]) / (at[k] - at[k - 1]);
+  }
+  double x_at(double time_s) const { return between(t_s, x_m, time_s); }
+  double t_at(double place_m) const { return between(x_m, t_s, place_m); }
+};
+
+double slope_of_line(const std::vector<double>& t, const std::vector<double>& x) {
+  const double n = static_cast<double>(t.size());
+  double st = 0, sx = 0, stt = 0, stx = 0;
+  for (std::size_t k = 0; k < t.size(); ++k) st += t[k], sx += x[k], stt += t[k] * t[k], stx += t[k] * x[k];
+  return (n * stx - st * sx) / (n * stt - st * st);
+}
+
+// The largest |run(t) / measured(t + delay) - 1| of the measured places from `least_m` on; infinite where fewer than ten are
+// known in both.
+double worst_after(const Curve& run, const Curve& measured, double delay_s, double least_m) {
+  double worst = 0;
+  int compared = 0;
+  for (std::size_t k = 0; k < run.t_s.size(); ++k) {
+    const double x = measured.x_at(run.t_s[k] + delay_s);
+    if (std::isnan(x) || x < least_m) continue;
+    worst = std::max(worst, std::fabs(run.x_m[k] / x - 1));
+    ++compared;
+  }
+  return compared < 10 ? std::numeric_limits<double>::infinity() : worst;
+}
+
+// A front against a measured one, from 1.4 of its distance at t = 0 on, where the release is over: the speed at equal
+// places, and the place after the one delay that fits best.
+void append_measured_front(const Curve& run, const Curve& measured, std::vector<Row>& rows) {
+  const double begin_m = 1.4 * run.x_m.front();
+  constexpr int kDelays = 1000;
+  std::vector<double> t_run, t_measured, x;
+  for (std::size_t k = 0; k < measured.x_m.size(); ++k) {
+    const double t_s = run.t_at(measured.x_m[k]);
+    if (std::isnan(t_s) || measured.x_m[k] < begin_m) continue;
+    t_run.push_back(t_s), t_measured.push_back(measured.t_s[k]), x.push_back(measured.x_m[k]);
+  }
+  if (x.size() < 4) return;
+  const double own = slope_of_line(t_run, x), theirs = slope_of_line(t_measured, x);
+  rows.push_back(row("front-speed-error", own / theirs - 1, 0,
+                     "slopes of straight lines through the places from " + format_measure(x.front(), 0) + " to " +
+                         format_measure(x.back(), 0) + " m; measured " + format_measure(theirs, 0) + " m/s"));
+  double best_s = 0, least = worst_after(run, measured, 0, begin_m);
+  for (int k = 1; k <= kDelays; ++k) {
+    const double delay_s = 0.5 * run.t_s.back() * k / kDelays, worst = worst_after(run, measured, delay_s, begin_m);
+    if (worst < least) least = worst, best_s = delay_s;
+  }
+  rows.push_back(row("front-delay", best_s, 0, "the measured front is that much later"));
+  rows.push_back(row("front-delayed-error", least, 0,
+                     "after a delay of " + format_measure(best_s, 0) + " s, from " + format_measure(begin_m, 0) +
+                         " m on; over all readings " + format_measure(worst_after(run, measured, best_s, 0), 0)));
+}
+
+}  // namespace
+
 void append_probes(const Scenario& scenario, const FieldAtParticles& exact, const Recording& run,
                    std::vector<Row>& rows) {
   if (exact.outcome.status != Status::ok || exact.samples.size() != run.values.size()) return;
   const auto& probes = scenario.scene.probes;
   for (std::size_t n = 0; n < probes.size(); ++n) {
     const bool of_front = probes[n].kind == ProbeKind::front;
-    for (std::size_t k = 1; k < run.values.size(); ++k) {
-      const auto& known = exact.samples[k].probes;
-      if (n >= known.size() || !known[n]) continue;
-      const double truth = static_cast<double>(known[n]->value), bar = static_cast<double>(known[n]->bar);
+    Curve own, measured;
+    for (std::size_t k = 0; k < run.values.size(); ++k) {
       const double value = probe_value(scenario.scene, probes[n], run.values[k]);
+      const double t_s = static_cast<double>(run.values[k].t_s);
+      own.t_s.push_back(t_s), own.x_m.push_back(value);
+      const auto& known = exact.samples[k].probes;
+      if (k == 0 || n >= known.size() || !known[n]) continue;
+      const double truth = static_cast<double>(known[n]->value), bar = static_cast<double>(known[n]->bar);
+      measured.t_s.push_back(t_s), measured.x_m.push_back(truth);
       const double scale = std::fabs(truth);
       if (!(scale > 0)) continue;
       Row one = row(of_front ? "front-error" : "probe-error", (value - truth) / scale, bar / scale,
                     "of " + format_measure(truth, 0) + " " + probe_unit(probes[n]));
       one.body = of_front ? "" : probes[n].name;
       if (k + 1 == run.values.size()) rows.push_back(one);
-      one.t_s = static_cast<double>(run.values[k].t_s);
+      one.t_s = t_s;
       rows.push_back(one);
     }
+    if (of_front && scenario.truth.kind == TruthKind::literature) append_measured_front(own, measured, rows);
   }
 }
 

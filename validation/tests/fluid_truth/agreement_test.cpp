@@ -28,6 +28,7 @@ template <class Engine> double apart(const Scene& scene, Engine& engine, const s
   std::vector<int> borders{0, layout.velocity};
   if (layout.density >= 0) borders.push_back(layout.density);
   if (layout.temperature >= 0) borders.push_back(layout.temperature);
+  if (layout.node_count > 0) borders.push_back(layout.nodes);
   borders.push_back(layout.size);
   for (std::size_t part = 0; part + 1 < borders.size(); ++part) {
     double difference = 0, largest = 0;
@@ -87,6 +88,27 @@ TEST_CASE("+sph: the engine and the reference agree on every kernel, density, vi
     }
 }
 
+TEST_CASE("The source of a manufactured field: the engine and the reference agree in two and three dimensions") {
+  for (const int dimensions : {2, 3})
+    for (const EquationOfState law : {EquationOfState::linear, EquationOfState::tait}) {
+      Scene scene = block_scene({dimensions, dimensions == 2 ? 9 : 6, 0.125, 0.25});
+      Fluid& fluid = scene.fluids[0];
+      fluid.equation_of_state = law;
+      fluid.source.name = dimensions == 2 ? "mms-2d" : "mms-3d";
+      fluid.source.parameters = {{"speed_m_per_s", 3},
+                                 {"length_m", scene.domain.periodic_m[0]},
+                                 {"mode", 2},
+                                 {"angular_frequency_rad_per_s", 4},
+                                 {"density_amplitude", 0.03}};
+      fluid::Sph<double> pairs(scene, {});
+      CHECK(apart(scene, pairs, "sph{kernel=wendland-c2,smoothing=1.3}") < 1e-12);
+      fluid::PolynomialOptions options;
+      options.degree = 2;
+      fluid::Polynomial<double> fits(scene, options);
+      CHECK(apart(scene, fits, "polynomial{degree=2}") < 1e-11);
+    }
+}
+
 TEST_CASE("+sph between walls: the engine and the reference agree, no-slip and free-slip, with heat") {
   for (const Slip slip : {Slip::no_slip, Slip::free_slip})
     for (const bool flux : {false, true}) {
@@ -128,4 +150,20 @@ TEST_CASE("+polynomial: the engine and the reference agree in two and three dime
       fluid::Polynomial<double> engine(scene, options);
       CHECK(apart(scene, engine, "polynomial{degree=" + std::to_string(degree) + "}") < (degree == 2 ? 1e-11 : 1e-9));
     }
+}
+
+TEST_CASE("+polynomial with a free surface: the engine and the reference agree, its nodes included") {
+  for (const int dimensions : {2, 3}) {
+    Scene scene = block_scene({dimensions, dimensions == 2 ? 10 : 7, 0.125, 0.25});
+    const double side = dimensions == 2 ? 1.25 : 0.875;
+    scene.domain.periodic_m = {};
+    scene.fluids[0].region = BoxRegion{{0, 0, 0}, {side, side, dimensions == 2 ? 0 : side}};
+    heat(scene.fluids[0]);
+    scene.fluids[0].equation_of_state = EquationOfState::tait;
+    fluid::PolynomialOptions options;
+    options.degree = 2;
+    options.shift = 0.7;
+    fluid::Polynomial<double> engine(scene, options);
+    CHECK(apart(scene, engine, "polynomial{degree=2,shift=0.7}") < 1e-11);
+  }
 }
