@@ -40,8 +40,8 @@ class Questions(Case):
         for place in places:
             self.assertEqual([r["family"] for r in place["ranked"]], [EXACT, COARSE])
             for ranked, share in zip(place["ranked"], (0.001, 1)):
-                self.assertAlmostEqual(ranked["error"], share * known_error(place), delta=1e-6 * known_error(place))
-                self.assertAlmostEqual(ranked["cost"], 0.2e-9 * ranked["steps"] / place["spacing_m"]**2, delta=1e-9)
+                self.assertAlmostEqual(ranked["error"], share * known_error(place), delta=1e-5 * known_error(place))  # six digits
+                self.assertAlmostEqual(ranked["cost"], 0.2e-9 * ranked["steps"] / place["spacing_m"]**2, delta=1e-7)
         # An error of 0.03: the other method needs half the spacing, four times the particles and twice the steps.
         level = next(c for c in tables[0]["by_error"] if c["asked"] == 0.03)["ranked"]
         self.assertEqual([(r["family"], r["spacing_m"], r["sound_speed_m_per_s"]) for r in level],
@@ -58,7 +58,7 @@ class Questions(Case):
         told = json.loads(self.advise("--error", "0.05", "--json").stdout)
         self.assertEqual((told["metric"], told["advice"]["spacing_m"], told["advice"]["sound_speed_m_per_s"]),
                          ("velocity-l1", 0.125, 10))
-        self.assertAlmostEqual(told["advice"]["error"], 0.125**2 * 1.125, delta=1e-9)
+        self.assertAlmostEqual(told["advice"]["error"], 0.125**2 * 1.125, delta=1e-7)
         self.assertIn("--spacing 0.125 --sound-speed 10", told["rerun"])
         told = json.loads(self.advise("--budget", "1us", "--json").stdout)  # 20 steps of 64 particles: 256 ns
         self.assertEqual(told["advice"]["spacing_m"], 0.125)
@@ -136,8 +136,8 @@ methods = ["known/vortices{{space=1.0}}"]
         goals = {g["id"]: g for g in json.loads(told.stdout)["goals"]}
         self.assertEqual({name: g["reached"] for name, g in goals.items()},
                          {"met": True, "missed": False, "order": True, "no-order": False})
-        self.assertAlmostEqual(goals["met"]["ours"]["error"], 0.25**2 * 1.25, delta=1e-9)
-        self.assertAlmostEqual(goals["missed"]["ours"]["error"], 0.125**2 * 1.125, delta=1e-9)
+        self.assertAlmostEqual(goals["met"]["ours"]["error"], 0.25**2 * 1.25, delta=1e-6)
+        self.assertAlmostEqual(goals["missed"]["ours"]["error"], 0.125**2 * 1.125, delta=1e-7)
         self.assertIn("times too large", goals["missed"]["why"])
         self.assertIn("is outside", goals["no-order"]["why"])
 
