@@ -3,6 +3,7 @@
 #include "reports/command_line/advise.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -167,11 +168,21 @@ std::vector<Resolution> rounds_of(const Options& options, const Scenario& scenar
 bool AdviceSearch::run(const Candidates& candidates) {
   run_limit_s_ = std::min(options_.cell_limit_s,
                           std::max(kLeastLimit_s, options_.search_s / static_cast<double>(candidates.firsts)));
+  std::string late;  // rounds that the search had no time for
   for (const Resolution& at : rounds_of(options_, scenario_)) {
+    if (!first_round_ && over()) {
+      late += (late.empty() ? "" : "; ") + spacing_words(at);
+      continue;
+    }
     at_ = at;
     if (!run_round(candidates)) return false;
     first_round_ = false;
   }
+  if (!late.empty())
+    advice_.left_out.emplace_back(
+        fmt::format("not tried: the {:g} s of the search were over (--time SECONDS gives it more): every method at {}",
+                    options_.search_s, late),
+        fmt::format("{}", fmt::join(candidates.ids, ", ")));
   const bool measured =
       scenario_.scene.fluids.empty()
           ? std::any_of(rows_.begin(), rows_.end(), [](const Row& row) { return row.metric.rfind("error-", 0) == 0; })
