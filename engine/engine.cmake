@@ -14,6 +14,7 @@ add_library(atwood_engine STATIC
   fluid/polynomial_walls.cpp
   fluid/run.cpp
   fluid/sph.cpp
+  fluid/spectrum.cpp
   fluid/stability.cpp
   fluid/sums.cpp
   fluid/walls.cpp

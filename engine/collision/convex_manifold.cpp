@@ -6,9 +6,10 @@
 namespace atwood {
 namespace {
 
+// A vertex of a polygon that is clipped.
 template <class S> struct Marked {
   Vec3<S> x;             // A's axes
-  std::uint32_t id = 0;  // the features it comes from
+  std::uint32_t id = 0;  // a hash of the features it comes from: the same contact keeps it from step to step
 };
 template <class S> using Polygon = std::vector<Marked<S>>;
 
@@ -19,7 +20,8 @@ std::uint32_t hash_ids(std::uint32_t a, std::uint32_t b) {
 
 constexpr int kRimPoints = 16;
 
-// What a piece turns towards the other: a face (a polygon, or a cylinder's cap), an edge (a cylinder's side), or none.
+// The feature of a piece that faces the other piece: a polygon, a disc (a cylinder's cap), an edge (of a polyhedron, or
+// the line of a cylinder's side), or none of these.
 template <class S> struct Feature {
   enum Kind { none, edge, polygon, disc } kind = none;
   int index = 0;
@@ -36,8 +38,8 @@ template <class S> struct PlacedPiece {
 // The largest sine of the angle between directions that count as parallel.
 template <class S> constexpr S parallel_tolerance() { return sizeof(S) == 4 ? S(2e-3) : S(1e-6); }
 
-// The face whose normal is nearest to `outwards`; with at_vertex >= 0 only faces at that vertex. Of a cylinder: the cap on
-// that side.
+// The face whose normal is nearest to `outwards`; with at_vertex >= 0 only faces that have this vertex. Of a cylinder: the
+// cap on that side.
 template <class S> Feature<S> nearest_face(const PlacedPiece<S>& body, const Vec3<S>& outwards, int at_vertex = -1) {
   Feature<S> face;
   const Vec3<S> d = turned_back(body.place, outwards);
@@ -63,7 +65,8 @@ template <class S> Feature<S> nearest_face(const PlacedPiece<S>& body, const Vec
   return face;
 }
 
-// The edge across `outwards` at the farthest vertex.
+// The edge with the vertex at_vertex that is most nearly perpendicular to `outwards`; of a cylinder: the line of its side.
+// Kind `none` if none is perpendicular within parallel_tolerance.
 template <class S> Feature<S> nearest_edge(const PlacedPiece<S>& body, const Vec3<S>& outwards, int at_vertex) {
   Feature<S> found;
   found.misfit = parallel_tolerance<S>();
@@ -91,7 +94,8 @@ template <class S> void add_side(const PlacedPiece<S>& body, const Vec3<S>& outw
     out.push_back({placed(body.place, {h.x * radial.x, h.x * radial.y, z}), z < S(0) ? 101u : 102u});
 }
 
-// The corners of a face, edge or cap; of a cap points of its rim, of which the first is the lowest along `outwards`.
+// The vertices of a feature. Of a disc: kRimPoints points of its rim, of which the first lies farthest along `outwards`.
+// Of a piece without a feature: all of its vertices.
 template <class S>
 void outline(const PlacedPiece<S>& body, const Feature<S>& feature, const Vec3<S>& outwards, Polygon<S>& out) {
   out.clear();
@@ -123,7 +127,8 @@ void outline(const PlacedPiece<S>& body, const Feature<S>& feature, const Vec3<S
   }
 }
 
-// Keeps the part with side . (x - at) <= 0. Two points are a segment, more a closed polygon (Sutherland, Hodgman 1974).
+// Keeps the part with side . (x - at) <= 0. Two points are a segment; three or more a closed polygon (Sutherland, Hodgman
+// 1974). New vertices get ids that are made of `id` and the ends of the edge that was cut.
 template <class S>
 void clip(Polygon<S>& polygon, const Vec3<S>& at, const Vec3<S>& side, std::uint32_t id, Polygon<S>& scratch) {
   scratch.clear();
@@ -132,7 +137,7 @@ void clip(Polygon<S>& polygon, const Vec3<S>& at, const Vec3<S>& side, std::uint
     const Marked<S>&p = polygon[i], &q = polygon[(i + 1) % n];
     const S hp = dot(side, p.x - at), hq = dot(side, q.x - at);
     if (hp <= S(0)) scratch.push_back(p);
-    if (n == 2 && i == 1) break;  // the way back
+    if (n == 2 && i == 1) break;  // a segment has no second edge
     if ((hp < S(0) && hq > S(0)) || (hp > S(0) && hq < S(0)))
       scratch.push_back(
           {p.x + (hp / (hp - hq)) * (q.x - p.x), hash_ids(id, hash_ids(real::min(p.id, q.id), real::max(p.id, q.id)))});
@@ -149,19 +154,19 @@ void clip_to_polygon(Polygon<S>& polygon, const Polygon<S>& face, const Vec3<S>&
   }
 }
 
-// Clips along `way` (nearly the cap's normal): vertices inside the rim, intersections of edges with the rim, and rim
-// points inside the polygon.
+// Clips a point, segment or polygon to the prism over a cylinder's cap along `axis` (nearly the cap's normal). The result
+// has the vertices inside the rim, the intersections of edges with the rim, and the rim's points inside the polygon.
 template <class S>
-void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature<S>& disc, const Vec3<S>& way,
+void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature<S>& disc, const Vec3<S>& axis,
                   Polygon<S>& scratch) {
   scratch.clear();
   const S r = body.piece.half.x;
   const std::size_t n = polygon.size();
-  const S upright = S(1) / dot(way, disc.normal);
-  const auto level = [&](const Vec3<S>& x) { return x - (dot(x, disc.normal) * upright) * way; };
+  const S upright = S(1) / dot(axis, disc.normal);
+  const auto onto_cap = [&](const Vec3<S>& x) { return x - (dot(x, disc.normal) * upright) * axis; };
   for (std::size_t i = 0; i < n; ++i) {
     const Marked<S>&p = polygon[i], &q = polygon[(i + 1) % n];
-    const Vec3<S> from = level(p.x - disc.center), along = level(q.x - p.x);
+    const Vec3<S> from = onto_cap(p.x - disc.center), along = onto_cap(q.x - p.x);
     if (dot(from, from) <= r * r) scratch.push_back(p);
     if (n == 1 || (n == 2 && i == 1)) break;
     const S a = dot(along, along), half_b = dot(from, along), c = dot(from, from) - r * r, d = half_b * half_b - a * c;
@@ -175,16 +180,17 @@ void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature
     outline(body, disc, disc.normal, rim);
     Vec3<S> across = cross(polygon[1].x - polygon[0].x, polygon[2].x - polygon[0].x);
     for (std::size_t i = 3; i < n; ++i) across += cross(polygon[i - 1].x - polygon[0].x, polygon[i].x - polygon[0].x);
-    const S slope = dot(across, way);
+    const S slope = dot(across, axis);
     for (const Marked<S>& x : rim) {
       bool inside = real::abs(slope) > S(0);
       for (std::size_t i = 0; i < n && inside; ++i) {
-        const Vec3<S> side = cross(polygon[(i + 1) % n].x - polygon[i].x, way);
+        const Vec3<S> side = cross(polygon[(i + 1) % n].x - polygon[i].x, axis);
         inside = (slope < S(0) ? -dot(side, x.x - polygon[i].x) : dot(side, x.x - polygon[i].x)) <= S(0);
       }
       if (!inside) continue;
-      // Up or down along the way onto the polygon's plane. An edge may cross the rim at one of its points.
-      const Vec3<S> onto = x.x + (dot(across, polygon[0].x - x.x) / slope) * way;
+      // The rim's point is moved along the axis into the polygon's plane. It is left out where an edge crosses the rim at
+      // this point.
+      const Vec3<S> onto = x.x + (dot(across, polygon[0].x - x.x) / slope) * axis;
       bool known = false;
       for (const Marked<S>& other : scratch) known = known || norm(other.x - onto) <= parallel_tolerance<S>() * r;
       if (!known) scratch.push_back({onto, x.id});
@@ -193,9 +199,9 @@ void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature
   polygon.swap(scratch);
 }
 
-// Both edges across the normal and parallel: the ends of their common stretch. `a` and `b` hold their ends.
+// The ends of the common part of two parallel edges, as points of b. `a` and `b` hold the ends of the edges.
 template <class S>
-void common_stretch(const Polygon<S>& a, const Polygon<S>& b, const Vec3<S>& along, std::vector<Marked<S>>& on_b,
+void common_segment(const Polygon<S>& a, const Polygon<S>& b, const Vec3<S>& along, std::vector<Marked<S>>& on_b,
                     Polygon<S>& scratch) {
   on_b = b;
   const bool forward = dot(along, a[1].x - a[0].x) >= S(0);
@@ -208,7 +214,8 @@ template <class S> struct Scratch {
   std::vector<ContactPoint<S>> candidates;
 };
 
-// A point with a gap between cores, as the surfaces around them have it.
+// The contact point halfway between two surfaces. on_a: the point of a's core; core_gap: the distance of the two cores
+// along the normal.
 template <class S>
 ContactPoint<S> between_surfaces(const Vec3<S>& on_a, S core_gap, const NearestFeatures<S>& features, S radius_a,
                                  S radius_b, std::uint32_t id) {
@@ -260,7 +267,8 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   const auto add = [&](const Vec3<S>& on_a, S core_gap, std::uint32_t id) {
     if (core_gap - a.radius - b.radius > margin) return;
     const ContactPoint<S> made = between_surfaces(on_a, core_gap, features, a.radius, b.radius, id);
-    const S same = S(64) * real::epsilon<S>() * (norm(made.x_W) + norm(b_in_a.p_W));  // cut at a corner: once
+    // Two edges that are cut at their common corner give one point.
+    const S same = S(64) * real::epsilon<S>() * (norm(made.x_W) + norm(b_in_a.p_W));
     for (const ContactPoint<S>& other : found)
       if (norm(other.x_W - made.x_W) <= same) return;
     found.push_back(made);
@@ -273,7 +281,7 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   const bool flat_b = face_b.kind != Feature<S>::none && face_b.misfit <= parallel_tolerance<S>();
   bool by_edges = false;
   if (flat_a || flat_b) {
-    // Between two faces the better aligned one is clipped to; a polygon rather than a cap.
+    // The reference face is the one that is better aligned with the normal; a polygon goes before a cap.
     const bool to_a =
         flat_a &&
         (!flat_b || (face_a.kind == Feature<S>::disc) < (face_b.kind == Feature<S>::disc) ||
@@ -304,23 +312,24 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
     if (by_edges && norm(cross(edge_a.along, edge_b.along)) <= parallel_tolerance<S>()) {
       outline(body_a, edge_a, n, scratch.reference);
       outline(body_b, edge_b, -n, scratch.incident);
-      static thread_local Polygon<S> stretch;
-      common_stretch(scratch.reference, scratch.incident, edge_a.along, stretch, scratch.spare);
-      for (const Marked<S>& p : stretch) {
+      static thread_local Polygon<S> common;
+      common_segment(scratch.reference, scratch.incident, edge_a.along, common, scratch.spare);
+      for (const Marked<S>& p : common) {
         const S gap = dot(n, p.x - scratch.reference[0].x);
         add(p.x - gap * n, gap, p.id);
       }
     }
   }
-  // Where faces lie nearly over each other the deepest vertex may be a neighbouring face's, and clipped away.
+  // Of faces that are nearly parallel the deepest vertex may lie outside the reference face and have been clipped away:
+  // then the nearest features' point replaces the points near it.
   S deepest = std::numeric_limits<S>::infinity();
   for (const ContactPoint<S>& p : found) deepest = real::min(deepest, p.gap);
-  const S reach = norm(features.on_a) + norm(b_in_a.p_W) + (found.empty() ? S(0) : norm(found.front().x_W));
-  const S round_off = S(256) * real::epsilon<S>() * reach;
+  const S size = norm(features.on_a) + norm(b_in_a.p_W) + (found.empty() ? S(0) : norm(found.front().x_W));
+  const S round_off = S(256) * real::epsilon<S>() * size;
   const bool lost = real::is_finite(features.gap) && deepest > features.gap - a.radius - b.radius + round_off;
   if (lost)
     std::erase_if(found, [&](const auto& p) {
-      return norm(p.x_W - (features.on_a + a.radius * n)) <= parallel_tolerance<S>() * reach;
+      return norm(p.x_W - (features.on_a + a.radius * n)) <= parallel_tolerance<S>() * size;
     });
   if (found.empty() || lost)
     add(features.on_a, features.gap,

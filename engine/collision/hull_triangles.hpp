@@ -8,8 +8,8 @@
 
 namespace atwood {
 
-// Anticlockwise from outside; no point lies outside by any amount. Empty when the points are flat: within round-off of
-// their extent (64 ulp) of one plane.
+// Indices into `points`, anticlockwise as seen from outside. The signs are exact: no point lies outside any triangle's
+// plane. Empty if all points lie in one plane, within 64 ulp of their extent.
 std::vector<std::array<int, 3>> hull_triangles(const std::vector<Real3>& points);
 
 }  // namespace atwood

@@ -13,35 +13,37 @@ template <class S> Corners<S> corners_of(const ConvexPiece<S>& triangle) {
   return {triangle.own[0], triangle.own[1], triangle.own[2]};
 }
 
-template <class S> struct Triangles {
+// Triangle t of mesh A and triangle u of mesh B.
+template <class S> struct TrianglePair {
   const TriangleMesh<S>&a, &b;
   const Placement<S>& b_in_a;
   int t, u;
   ConvexPiece<S> piece_t, piece_u;  // both in A's axes
 };
 
-// Contact points along the normal of one of the two faces, the one with the smaller depth first. A face with a
-// shallower neighbour is left to that neighbour (mesh_queries.hpp).
+// The contact points of a pair whose normal of least overlap belongs to neither triangle's Voronoi regions: along the
+// normal of one of the two faces. The face with the smaller depth is tried first. A face is skipped if the overlap along
+// the normal of one of its neighbours is smaller (neighbour_is_shallower): the pair with that neighbour has the contact.
+// manifold.count is 0 if both faces are skipped. `depths_a`, `depths_b`: depths of the contacts found by regions.
 template <class S>
-void add_face_contact(const Triangles<S>& of, const TriangleDepths<S>& depths_a, const TriangleDepths<S>& depths_b,
-                      S margin, S round_off, Manifold<S>& manifold) {
+void face_contact(const TrianglePair<S>& of, const TriangleDepths<S>& depths_a, const TriangleDepths<S>& depths_b,
+                  S margin, S round_off, Manifold<S>& manifold) {
   const Placement<S> same;
   const ConvexPiece<S>&t = of.piece_t, &u = of.piece_u;
   const Vec3<S> normals[2] = {t.sides[0].normal, -u.sides[0].normal};
   const S depths[2] = {overlap_along(t, u, same, normals[0]), overlap_along(t, u, same, normals[1])};
-  const auto past_a = [&](int s) {
+  const auto depth_along_a = [&](int s) {
     return depths_a.least(s, overlap_along(piece_of(of.a, s), u, same, of.a.triangles[s].normal));
   };
-  const auto past_b = [&](int s) {
+  const auto depth_along_b = [&](int s) {
     const ConvexPiece<S> piece = placed_piece(of.b, s, of.b_in_a);
     return depths_b.least(s, overlap_along(t, piece, same, -piece.sides[0].normal));
   };
-  const bool second = depths[1] < depths[0];
-  for (const bool other : {false, true}) {
-    const bool of_u = second != other;
+  const bool u_is_shallower = depths[1] < depths[0];
+  for (const bool of_u : {u_is_shallower, !u_is_shallower}) {
     const S depth = depths[of_u] - round_off;
-    if (depth > S(0) && (of_u ? neighbour_is_shallower(of.b, of.u, S(1), depth, past_b)
-                              : neighbour_is_shallower(of.a, of.t, S(1), depth, past_a)))
+    if (depth > S(0) && (of_u ? neighbour_is_shallower(of.b, of.u, S(1), depth, depth_along_b)
+                              : neighbour_is_shallower(of.a, of.t, S(1), depth, depth_along_a)))
       continue;
     const NearestFeatures<S> features{false, std::numeric_limits<S>::infinity(), normals[of_u], {}, {}};
     contact_points(t, u, same, features, margin, manifold);
@@ -49,7 +51,8 @@ void add_face_contact(const Triangles<S>& of, const TriangleDepths<S>& depths_a,
   }
 }
 
-// Meshes whose surfaces do not intersect: one point decides.
+// Whether `inner` lies inside the closed `mesh`, for meshes whose surfaces do not intersect: then all of its points lie
+// on the same side, and one is tested.
 template <class S>
 bool is_enclosed(const TriangleMesh<S>& mesh, const TriangleMesh<S>& inner, const Placement<S>& place) {
   if (!mesh.closed || mesh.nodes.empty() || inner.points.empty()) return false;
@@ -57,6 +60,7 @@ bool is_enclosed(const TriangleMesh<S>& mesh, const TriangleMesh<S>& inner, cons
   return overlap(mesh.nodes[0].box, Aabb<S>{x, x}) && closest_on_mesh(mesh, x).inside;
 }
 
+// The contact of a mesh that lies inside another one.
 template <class S>
 Manifold<S> enclosed_mesh_manifold(const TriangleMesh<S>& mesh, const TriangleMesh<S>& inner,
                                    const Placement<S>& place) {
@@ -81,11 +85,11 @@ void mesh_mesh_contacts(const TriangleMesh<S>& a, const TriangleMesh<S>& b, cons
   const Placement<S> same;
   const std::size_t from = out.size();
   const S round_off = S(64) * real::epsilon<S>() * (a.bounding_radius + b.bounding_radius + norm(b_in_a.p_W));
-  int closest_t = -1, closest_u = -1;  // the nearest triangles: the fallback if every contact is left to neighbours
+  int closest_t = -1, closest_u = -1;  // the nearest triangles: their contact is taken if every face is skipped
   NearestFeatures<S> closest_features;
-  static thread_local std::vector<Triangles<S>> face_contacts;
+  static thread_local std::vector<TrianglePair<S>> without_region;
   static thread_local TriangleDepths<S> depths_a, depths_b;
-  face_contacts.clear(), depths_a.clear(), depths_b.clear();
+  without_region.clear(), depths_a.clear(), depths_b.clear();
   const auto add = [&](int t, int u, Manifold<S>& manifold) {
     if (manifold.count == 0) return;
     manifold.piece_a = a.scene_index[t], manifold.piece_b = b.scene_index[u];
@@ -100,9 +104,9 @@ void mesh_mesh_contacts(const TriangleMesh<S>& a, const TriangleMesh<S>& b, cons
         nearest_features(piece_t, piece_u, same, hit ? std::numeric_limits<S>::infinity() : margin);
     if (!hit && (features.out_of_range || features.gap > margin)) return;
     if (closest_t < 0 || features.gap < closest_features.gap) closest_t = t, closest_u = u, closest_features = features;
-    Vec3<S> for_b = turned_back(b_in_a, -features.normal);
-    if (!normal_in_region(a, t, features.normal) || !normal_in_region(b, u, for_b)) {
-      face_contacts.push_back({a, b, b_in_a, t, u, piece_t, piece_u});
+    Vec3<S> normal_of_b = turned_back(b_in_a, -features.normal);
+    if (!normal_in_region(a, t, features.normal) || !normal_in_region(b, u, normal_of_b)) {
+      without_region.push_back({a, b, b_in_a, t, u, piece_t, piece_u});
       return;
     }
     depths_a.add(t, -features.gap);
@@ -111,9 +115,9 @@ void mesh_mesh_contacts(const TriangleMesh<S>& a, const TriangleMesh<S>& b, cons
     contact_points(piece_t, piece_u, same, features, margin, manifold);
     add(t, u, manifold);
   });
-  for (const Triangles<S>& pair : face_contacts) {
+  for (const TrianglePair<S>& pair : without_region) {
     Manifold<S> manifold;
-    add_face_contact(pair, depths_a, depths_b, margin, round_off, manifold);
+    face_contact(pair, depths_a, depths_b, margin, round_off, manifold);
     add(pair.t, pair.u, manifold);
   }
   if (out.size() > from) return;

@@ -115,10 +115,10 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
     face_contacts.push_back({t, front <= back ? S(1) : S(-1), real::min(front, back)});
   });
   for (const auto& [t, side, depth] : face_contacts) {
-    const auto depth_past = [&, side = side](int s) {
+    const auto depth_along = [&, side = side](int s) {
       return depths.least(s, overlap_along(piece_of(mesh, s), b, b_in_mesh, side * mesh.triangles[s].normal));
     };
-    if (depth > round_off && neighbour_is_shallower(mesh, t, side, depth - round_off, depth_past)) continue;
+    if (depth > round_off && neighbour_is_shallower(mesh, t, side, depth - round_off, depth_along)) continue;
     add(t, NearestFeatures<S>{false, std::numeric_limits<S>::infinity(), side * mesh.triangles[t].normal, {}, {}});
   }
   if (out.size() > from || mesh.nodes.empty()) return;

@@ -73,23 +73,24 @@ template <class S> struct TrianglePoint {
 template <class S>
 TrianglePoint<S> closest_on_triangle(const TriangleMesh<S>& mesh, int t, const Vec3<S>& c, S tolerance);
 
-// Is x + out in the Voronoi region of the feature `at` of triangle t, up to `tolerance` (a length, as `out`)?
+// Whether the point at.x + out lies in the Voronoi region of the feature `at` of triangle t, up to `tolerance` [m].
 template <class S>
 bool in_voronoi_region(const TriangleMesh<S>& mesh, int t, const TrianglePoint<S>& at, const Vec3<S>& out, S tolerance);
 // The angle-weighted pseudonormal at that feature (Baerentzen, Aanaes 2005): it points out of a closed mesh.
 template <class S> Vec3<S> pseudonormal(const TriangleMesh<S>& mesh, int t, const TrianglePoint<S>& at);
 
-// Does the normal n belong to a Voronoi region of triangle t (its face, an edge or a corner)? n is set to the face's
-// normal if it equals it up to round-off. False if n belongs to a neighbour's region, or points into a closed mesh.
+// Whether the normal n lies in a Voronoi region of triangle t (of its face, an edge or a corner). False if it lies in a
+// neighbour's region or points into a closed mesh. An n that equals the face's normal up to round-off is set to it.
 template <class S> bool normal_in_region(const TriangleMesh<S>& mesh, int t, Vec3<S>& n);
 
-// Is the penetration depth of a triangle next to t (sharing an edge or a corner, across edges that are not concave as
-// seen from `side`) below `depth`? A body in a ridge is pushed out through the nearer of its faces only; in a valley
-// every face counts. `side` is +1 in front of the surface, -1 behind; `depth_past(s)` is the depth along the normal of
-// triangle s.
-template <class S, class DepthPast>
-bool neighbour_is_shallower(const TriangleMesh<S>& mesh, int t, S side, S depth, const DepthPast& depth_past) {
-  const EdgeKind valley = side > S(0) ? EdgeKind::concave : EdgeKind::convex;
+// Whether a neighbour of triangle t has a depth below `depth`. Neighbours are the triangles around t's three corners, as
+// far as they are reached across edges that are not concave. A body that overlaps both faces of a convex edge has a
+// contact with the face of smaller depth only; along a concave edge both faces have contacts. `side`: +1 for a body in
+// front of the surface; -1 behind, where convex edges are concave and the reverse. depth_along(s): the depth of the
+// overlap along the normal of triangle s.
+template <class S, class DepthAlong>
+bool neighbour_is_shallower(const TriangleMesh<S>& mesh, int t, S side, S depth, const DepthAlong& depth_along) {
+  const EdgeKind concave = side > S(0) ? EdgeKind::concave : EdgeKind::convex;
   for (int k = 0; k < 3; ++k) {
     const int pivot = mesh.triangles[t].corner[k];
     for (const bool by_next : {false, true}) {  // around the corner in both directions
@@ -100,8 +101,8 @@ bool neighbour_is_shallower(const TriangleMesh<S>& mesh, int t, S side, S depth,
                                                     : 2,
                   edge = by_next ? c : (c + 2) % 3;
         const int next = triangle.across[edge];
-        if (next < 0 || next == t || triangle.edge[edge] == valley) break;
-        if (depth_past(next) < depth) return true;
+        if (next < 0 || next == t || triangle.edge[edge] == concave) break;
+        if (depth_along(next) < depth) return true;
         at = next;
       }
     }
@@ -109,11 +110,12 @@ bool neighbour_is_shallower(const TriangleMesh<S>& mesh, int t, S side, S depth,
   return false;
 }
 
-// Depths of the contacts whose normals lie in their triangle's own regions, by triangle.
+// Depths of the contacts whose normals lie in a Voronoi region of their triangle. A triangle may have several.
 template <class S> class TriangleDepths {
  public:
   void clear() { depths_.clear(); }
   void add(int t, S depth) { depths_.push_back({t, depth}); }
+  // The least depth of triangle t, and `otherwise` if that is smaller.
   S least(int t, S otherwise) const {
     for (const auto& [triangle, depth] : depths_)
       if (triangle == t) otherwise = real::min(otherwise, depth);
@@ -131,8 +133,9 @@ template <class S> struct MeshPoint {
 };
 template <class S> MeshPoint<S> closest_on_mesh(const TriangleMesh<S>& mesh, const Vec3<S>& c);
 
-// The manifold of a body inside a closed mesh: a convex mesh is left by the least penetration; one that is not convex,
-// through its point nearest to `center`. `lowest(n)` is the body's support point along -n.
+// The contact of a body inside a closed mesh. Its normal is, for a convex mesh, that of the face with the least depth of
+// penetration; for one that is not convex, that of the surface point `nearest` to the body's `center`. lowest(n): the
+// body's support point along -n. One point, halfway between the body's support point and the surface.
 template <class S, class Lowest>
 Manifold<S> enclosed_manifold(const TriangleMesh<S>& mesh, const MeshPoint<S>& nearest, const Vec3<S>& center,
                               const Lowest& lowest) {
@@ -140,12 +143,12 @@ Manifold<S> enclosed_manifold(const TriangleMesh<S>& mesh, const MeshPoint<S>& n
   const Vec3<S> back = unit_vector(nearest.at.x - center);
   const bool slanted = nearest.at.part != TrianglePoint<S>::face && dot(back, back) > S(0);
   Vec3<S> normal = slanted ? back : mesh.triangles[t].normal;
-  const auto depth_past = [&](const Vec3<S>& n, const Vec3<S>& on_face) { return dot(n, on_face - lowest(n)); };
-  S depth = depth_past(normal, nearest.at.x);
+  const auto depth_along = [&](const Vec3<S>& n, const Vec3<S>& on_face) { return dot(n, on_face - lowest(n)); };
+  S depth = depth_along(normal, nearest.at.x);
   if (mesh.convex) {
     for (int i = 0; i < static_cast<int>(mesh.triangles.size()); ++i) {
       const Vec3<S>& n = mesh.triangles[i].normal;
-      const S here = depth_past(n, mesh.points[mesh.triangles[i].corner[0]]);
+      const S here = depth_along(n, mesh.points[mesh.triangles[i].corner[0]]);
       if (here < depth) depth = here, normal = n, t = i;
     }
   }
@@ -165,13 +168,13 @@ template <class S> ConvexPiece<S> piece_of(const TriangleMesh<S>& mesh, int t) {
 template <class S> Aabb<S> bounds_of(const ConvexPiece<S>& piece, const Placement<S>& place);
 
 // ---- two meshes, b placed in a's axes -----------------------------------------------------------------------------
-// The box in A's axes around a box in B's axes.
+// The smallest box in A's axes that contains a box in B's axes, enlarged by round-off.
 template <class S> Aabb<S> rotated_box(const Aabb<S>& box, const Placement<S>& b_in_a) {
   const Vec3<S> center = placed(b_in_a, S(0.5) * (box.low + box.high)), h = S(0.5) * (box.high - box.low);
   const Vec3<S>* axis = b_in_a.axis_W;
-  const auto reach = [&](S x, S y, S z) { return real::abs(x) * h.x + real::abs(y) * h.y + real::abs(z) * h.z; };
-  const Vec3<S> r{reach(axis[0].x, axis[1].x, axis[2].x), reach(axis[0].y, axis[1].y, axis[2].y),
-                  reach(axis[0].z, axis[1].z, axis[2].z)};
+  const auto extent = [&](S x, S y, S z) { return real::abs(x) * h.x + real::abs(y) * h.y + real::abs(z) * h.z; };
+  const Vec3<S> r{extent(axis[0].x, axis[1].x, axis[2].x), extent(axis[0].y, axis[1].y, axis[2].y),
+                  extent(axis[0].z, axis[1].z, axis[2].z)};
   return grown(Aabb<S>{center - r, center + r}, S(16) * real::epsilon<S>() * (norm(center) + norm(r)));
 }
 

@@ -1,5 +1,5 @@
-// A sphere against the primitive shapes: one point, whose outward direction runs from the other shape's nearest point
-// to the sphere's centre. a is the sphere throughout, so normals (from a to b) have the opposite sign.
+// Spheres against the primitive shapes: one contact point each. Shape a is the sphere, so the contact normal (from a to b)
+// is opposite to the direction from the other shape's nearest point to the sphere's centre.
 #include "collision/direction.hpp"
 #include "collision/pair_tests.hpp"
 
@@ -7,7 +7,7 @@ namespace atwood {
 
 namespace {
 
-// A point of a shape's surface or inside nearest to some centre, in the shape's axes.
+// The point of a shape's surface that is nearest to a sphere's centre, in the shape's axes.
 template <class S> struct Nearest {
   Vec3<S> on_surface;
   Vec3<S> outward{S(0), S(0), S(1)};  // unit, at that point: the direction in which the centre leaves the shape
@@ -17,8 +17,9 @@ template <class S> struct Nearest {
 
 template <class S> S signed_like(S magnitude, S sign) { return sign < S(0) ? -magnitude : magnitude; }
 
-// Outside: clamp. Inside: the nearest face. Thickness 0 is nothing special: a centre in a rectangle's plane leaves
-// along +z. The feature counts the nine times three regions of space that a box's faces cut out.
+// h: half sizes; c: the centre. A centre outside is clamped to the box; for one inside, the nearest face is taken, and of
+// equally near ones z before y before x. A rectangle is a box with h.z = 0: a centre in its plane has the direction +z.
+// `feature`: which of the 27 regions, into which the planes of the box's faces divide space, holds the centre.
 template <class S> Nearest<S> nearest_on_box(const Vec3<S>& h, const Vec3<S>& c) {
   const auto clamp = [](S x, S most) { return x < -most ? -most : most < x ? most : x; };
   const auto region = [](S x, S most) { return x < -most ? 0u : most < x ? 2u : 1u; };
@@ -52,7 +53,7 @@ template <class S> Nearest<S> nearest_on_segment(S half_length, const Vec3<S>& c
   const S z = c.z < -half_length ? -half_length : half_length < c.z ? half_length : c.z;
   Nearest<S> out;
   out.on_surface = {S(0), S(0), z};
-  out.outward = {S(1), S(0), S(0)};  // of a centre on the axis: any way across it
+  out.outward = {S(1), S(0), S(0)};  // for a centre on the axis: any perpendicular direction
   out.distance = length_and_direction(c - out.on_surface, out.outward);
   out.feature = c.z < -half_length ? 1 : half_length < c.z ? 2 : 0;
   return out;

@@ -64,13 +64,14 @@ MethodInfo polynomial_info() {
       "energy-budget). Particles are shifted towards even spacing and the fields take the fluxes of that motion; a "
       "filter, a term of its own, damps what changes from particle to particle. Order in time: the method's own, at "
       "most that of the kernel. A neighbourhood that does not determine its polynomial ends the run with the condition "
-      "of its fit: degree 4 from a perfect lattice that is then strained, and breaking surfaces.";
+      "of its fit: degree 4 from a perfect lattice that is then strained, and breaking surfaces. Equal steps beyond the "
+      "limit of the start's fastest modes (Arnoldi's method) are refused with the limit.";
   info.source =
       "Lancaster, Salkauskas, Math. Comp. 37 (1981) 141; Liszka, Orkisz, Computers & Structures 11 (1980) 83; Lind et "
       "al., J. Comput. Phys. 231 (2012) 1499; Oger et al., J. Comput. Phys. 313 (2016) 76";
   declare_settings(
       info,
-      {{"degree", std::int64_t(4), {between(2, 4), "Degree of the fitted polynomials, 2 or 4."}},
+      {{"degree", std::int64_t(4), {one_of({"2", "4"}), "Degree of the fitted polynomials."}},
        {"kernel",
         std::string("wendland-c2"),
         {one_of({"cubic", "quintic", "wendland-c2", "wendland-c4", "wendland-c6"}), "Weight of the fits."}},

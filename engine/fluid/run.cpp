@@ -1,11 +1,11 @@
 #include "fluid/run.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <type_traits>
 
 #include "fluid/kick_drift.hpp"
 #include "fluid/options.hpp"
+#include "fluid/spectrum.hpp"
 #include "fluid/stability.hpp"
 #include "integrators/adaptive.hpp"
 #include "integrators/catalogue.hpp"
@@ -50,7 +50,11 @@ template <class S> struct March {
     observer->sample(sample);
     return true;
   }
-  bool unsolved(S t_s) { return fail(Status::diverged, "the implicit equations of the step were not solved", t_s); }
+  bool unsolved(S t_s) {
+    outcome.status = Status::diverged;
+    outcome.reason = unsolved_step(particles.system().solvers, static_cast<double>(t_s));
+    return false;
+  }
 
   void restart() {
     outcome = {};
@@ -209,6 +213,23 @@ Outcome run_sph(const MethodId& id, const Scene& asked, const Plan& plan, const 
 }
 
 // ---- +polynomial ----------------------------------------------------------------------------------------------------
+constexpr int kSpectrumDimension = 40;
+
+// Why equal steps would be unstable at the start of the run; empty: they are not.
+std::string unstable_at_start(const MethodId& id, const Scene& scene, const PolynomialOptions& options,
+                              const Plan& plan) {
+  Polynomial<double> particles(scene, options);
+  const Layout& layout = particles.layout();
+  std::vector<double> y(layout.size()), scale(layout.size(), 1.0);
+  particles.initial_state(y.data());
+  const Fluid& fluid = scene.fluids.front();
+  for (int i = 0; i < layout.velocities(); ++i) scale[i] = fluid.spacing_m;
+  for (int i = layout.velocities(); i < layout.densities(); ++i) scale[i] = fluid.sound_speed_m_per_s;
+  for (int i = layout.densities(); i < layout.temperatures(); ++i) scale[i] = fluid.density_kg_per_m3;
+  const auto modes = rim_of_spectrum(particles.system(), 0, y.data(), scale, kSpectrumDimension);
+  return unstable(id.scheme, id.overrides, modes, plan.t_end_s / static_cast<double>(plan.steps), plan.steps);
+}
+
 template <class S>
 Outcome run_polynomial(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
                        int repeats) {
@@ -222,6 +243,8 @@ Outcome run_polynomial(const MethodId& id, const Scene& scene, const Plan& plan,
                    " moves velocities and positions in turns: +polynomial has no kicks and drifts");
   auto stepper = make_stepper<S>(own.scheme, particles.system(), own.overrides);
   if (!stepper) return refused(stepper.fault());
+  if (!own.rtol)
+    if (const std::string why = unstable_at_start(own, scene, *options, plan); !why.empty()) return refused(why);
   return march(particles, **stepper, own, plan, observer, repeats);
 }
 
@@ -238,6 +261,8 @@ Outcome march(ParticleSystem<S>& particles, Stepper<S>& stepper, const MethodId&
               const Observer& observer, int repeats) {
   Outcome outcome;
   March<S> run{particles, stepper, plan, repeats > 0 ? nullptr : &observer, outcome, {}, {}, {}, {}};
+  if (id.rtol)
+    if (const std::string fault = tolerance_fault(id, stepper); !fault.empty()) return refused(fault);
   const double rtol = id.rtol.value_or(0);
   const StepLimits limits = step_limits(id);
   Outcome made = timed_passes(repeats, whole_pass([&] {

@@ -141,6 +141,20 @@ bool stable(const std::string& scheme, const Settings& overrides, const std::vec
   return true;
 }
 
+// The largest step up to which is_stable(h_s) holds. `fastest`: rate of the fastest mode [1/s].
+template <class Stable> double largest_stable(double fastest, const Stable& is_stable) {
+  if (fastest == 0) return kNone;
+  double low = 1e-6 / fastest, high = low;
+  if (!is_stable(low)) return 0;
+  while (high < 1e3 / fastest && is_stable(high)) low = high, high *= 1.5;
+  if (high >= 1e3 / fastest) return kNone;
+  for (int n = 0; n < 20; ++n) {
+    const double middle = std::sqrt(low * high);
+    (is_stable(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
 double largest_stable(const std::string& scheme, const Settings& overrides, const std::vector<Symbol>& all,
                       const ModeRates& rates, std::int64_t steps) {
   double fastest = 0;
@@ -148,24 +162,73 @@ double largest_stable(const std::string& scheme, const Settings& overrides, cons
     fastest = std::max({fastest, rates.sound_speed_m_per_s * symbol.G,
                         symbol.L * std::max({rates.longitudinal_m2_per_s, rates.transverse_m2_per_s,
                                              rates.thermal_m2_per_s, rates.density_m2_per_s})});
-  if (fastest == 0) return kNone;
-  double low = 1e-6 / fastest, high = low;
-  if (!stable(scheme, overrides, all, rates, low, steps)) return 0;
-  while (high < 1e3 / fastest && stable(scheme, overrides, all, rates, high, steps)) low = high, high *= 1.5;
-  if (high >= 1e3 / fastest) return kNone;
-  for (int n = 0; n < 20; ++n) {
-    const double middle = std::sqrt(low * high);
-    (stable(scheme, overrides, all, rates, middle, steps) ? low : high) = middle;
+  return largest_stable(fastest, [&](double h_s) { return stable(scheme, overrides, all, rates, h_s, steps); });
+}
+
+// Modes of given eigenvalues, each as the real system a' = re a - im b, b' = im a + re b.
+void rate_of_modes(void* context, double, const double* y, double* dydt) {
+  for (const std::complex<double>& lambda : *static_cast<const std::vector<std::complex<double>>*>(context)) {
+    dydt[0] = lambda.real() * y[0] - lambda.imag() * y[1];
+    dydt[1] = lambda.imag() * y[0] + lambda.real() * y[1];
+    y += 2, dydt += 2;
   }
-  return low;
+}
+
+bool stable(const std::string& scheme, const Settings& overrides, std::vector<std::complex<double>>& eigenvalues,
+            double h_s, std::int64_t steps) {
+  System<double> system;
+  system.size = 2 * static_cast<int>(eigenvalues.size());
+  system.context = &eigenvalues;
+  system.rate_of = rate_of_modes;
+  auto stepper = make_stepper<double>(scheme, system, overrides);
+  if (!stepper) return true;  // refused elsewhere, by name
+  std::vector<double> y(system.size, 1.0), next = y;
+  for (int n = 0; n < kTrialSteps; ++n) {
+    if (!(*stepper)->step(n * h_s, h_s, y.data(), next.data())) return true;
+    y.swap(next);
+  }
+  const double share = std::min(1.0, double(kTrialSteps) / double(steps));
+  for (std::size_t i = 0; i < eigenvalues.size(); ++i) {
+    const double own_growth = std::max(0.0, eigenvalues[i].real()) * h_s * kTrialSteps;
+    if (!(std::hypot(y[2 * i], y[2 * i + 1]) <= std::sqrt(2.0) * (1 + 0.1 * share) * std::exp(own_growth)))
+      return false;
+  }
+  return true;
 }
 
 std::string seconds(double h_s) {
-  if (h_s == kNone) return "none";
-  if (h_s == 0) return "no stable step";
   char digits[32];
   std::snprintf(digits, sizeof digits, "%.3g s", h_s);
   return digits;
+}
+
+std::string per_second(double rate) {
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.3g /s", rate);
+  return digits;
+}
+
+// What a refusal says: the limit, what it comes from, and how many equal steps the run would need.
+std::string refusal(const std::string& scheme, double bound_s, const std::string& causes, double h_s,
+                    std::int64_t steps) {
+  const std::string method = "atwood/" + scheme;
+  if (bound_s == 0) return "no step of " + method + " is stable here (" + causes + ")";
+  const double needed = std::ceil(h_s * static_cast<double>(steps) / bound_s);
+  return "steps of " + seconds(h_s) + " are beyond the stability limit of " + method + ", " + seconds(bound_s) + " (" +
+         causes + "); the run needs at least " + std::to_string(std::int64_t(needed)) + " equal steps";
+}
+
+std::string effects(const StepBounds& bounds) {
+  std::string words;
+  const auto add = [&](const char* effect, double bound) {
+    if (bound == kNone) return;
+    words += (words.empty() ? "by " : ", by ") + std::string(effect) + " " + (bound == 0 ? "no step" : seconds(bound));
+  };
+  add("sound", bounds.sound_s);
+  add("viscosity and diffusion of density", bounds.viscosity_s);
+  add("conduction", bounds.heat_s);
+  add("gravity", bounds.force_s);
+  return words;
 }
 
 }  // namespace
@@ -188,10 +251,29 @@ std::string unstable(const std::string& scheme, const Settings& overrides, const
   thermal.thermal_m2_per_s = rates.thermal_m2_per_s;
   bounds.viscosity_s = largest_stable(scheme, overrides, all, viscous, steps);
   bounds.heat_s = largest_stable(scheme, overrides, all, thermal, steps);
-  return "steps of " + seconds(h_s) + " are beyond the stability limit of atwood/" + scheme + ", " +
-         seconds(bounds.all_s) + " (by sound " + seconds(bounds.sound_s) + ", by viscosity and diffusion of density " +
-         seconds(bounds.viscosity_s) + ", by conduction " + seconds(bounds.heat_s) + ", by gravity " +
-         seconds(bounds.force_s) + ")";
+  return refusal(scheme, bounds.all_s, effects(bounds), h_s, steps);
+}
+
+std::string unstable(const std::string& scheme, const Settings& overrides,
+                     const std::vector<std::complex<double>>& eigenvalues, double h_s, std::int64_t steps) {
+  if (eigenvalues.empty()) return "";
+  std::vector<std::complex<double>> all = eigenvalues;
+  double highest = 0;
+  for (const std::complex<double>& lambda : eigenvalues) highest = std::max(highest, std::abs(lambda.imag()));
+  for (int wave = 1; wave < kWaves; ++wave) all.push_back({0, highest * wave / kWaves});
+  if (stable(scheme, overrides, all, h_s, steps)) return "";
+  std::complex<double> fastest = 0;
+  double oscillating = 0, decaying = 0;
+  for (const std::complex<double>& lambda : all) {
+    if (std::abs(lambda) > std::abs(fastest)) fastest = lambda;
+    oscillating = std::max(oscillating, std::abs(lambda.imag()));
+    decaying = std::max(decaying, -lambda.real());
+  }
+  const double bound =
+      largest_stable(std::abs(fastest), [&](double h) { return stable(scheme, overrides, all, h, steps); });
+  return refusal(scheme, bound,
+                 "fastest oscillation " + per_second(oscillating) + ", fastest decay " + per_second(decaying), h_s,
+                 steps);
 }
 
 }  // namespace atwood::fluid

@@ -8,8 +8,10 @@
 // explicit Euler's and Heun's have none.
 #pragma once
 
+#include <complex>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "fluid/kernel.hpp"
 #include "protocol/setting.hpp"
@@ -27,5 +29,11 @@ struct ModeRates {
 // Why `scheme` may not take steps of h_s, with the bounds; empty: it may. Waves may grow by a tenth over `steps` steps.
 std::string unstable(const std::string& scheme, const Settings& overrides, const Kernel<double>& kernel,
                      double spacing_m, const ModeRates& rates, double h_s, std::int64_t steps);
+
+// The same for modes y' = lambda y with the eigenvalues at the rim of a spectrum [1/s] (spectrum.hpp), and for undamped
+// oscillations of all frequencies up to the highest one: sound waves of all lengths. A mode that grows by its own equation
+// may grow as fast.
+std::string unstable(const std::string& scheme, const Settings& overrides,
+                     const std::vector<std::complex<double>>& eigenvalues, double h_s, std::int64_t steps);
 
 }  // namespace atwood::fluid

@@ -54,7 +54,7 @@ inline Fault cannot_step(const std::string& scheme, const std::string& why) {
 }
 // `needs`: "needs positions and velocities", "moves bodies".
 inline Fault cannot_step_bare(const std::string& scheme, const std::string& needs) {
-  return cannot_step(scheme, needs + "; this problem is a bare system of equations");
+  return cannot_step(scheme, needs + "; this problem is a system of equations without bodies");
 }
 
 // ---- how families write their entries -------------------------------------------------------------------------

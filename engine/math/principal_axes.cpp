@@ -1,6 +1,7 @@
 #include "math/principal_axes.hpp"
 
 #include <Eigen/Jacobi>
+#include <limits>
 
 #include "math/eigen_quad.hpp"
 
@@ -36,14 +37,17 @@ template <class S> PrincipalAxes<S> principal_axes(const std::array<double, 9>& 
     for (int j = 0; j < 3; ++j) m(i, j) = (S(inertia_kg_m2[3 * i + j]) + S(inertia_kg_m2[3 * j + i])) / S(2);
   PrincipalAxes<S> axes;
   const S negligible = real::epsilon<S>() * real::epsilon<S>() * (m(0, 0) + m(1, 1) + m(2, 2));
+  bool converged = false;
   for (int sweep = 0; sweep < 30; ++sweep) {
-    if (real::abs(m(0, 1)) + real::abs(m(0, 2)) + real::abs(m(1, 2)) <= negligible) break;
+    converged = real::abs(m(0, 1)) + real::abs(m(0, 2)) + real::abs(m(1, 2)) <= negligible;
+    if (converged) break;
     axes.body_axes = false;
     for (int i = 0; i < 2; ++i)
       for (int j = i + 1; j < 3; ++j)
         if (real::abs(m(i, j)) > S(0)) axes.q_BP = normalised(axes.q_BP * rotate_plane(m, i, j));
   }
   axes.moments = {m(0, 0), m(1, 1), m(2, 2)};
+  if (!converged) axes.moments.x = axes.moments.y = axes.moments.z = S(std::numeric_limits<double>::quiet_NaN());
   return axes;
 }
 

@@ -43,8 +43,9 @@ Json to_json(const SettingRules& rules, const Settings& settings) {
     if (rule.range.least_excluded) each["least_excluded"] = true;
     if (rule.range.most_excluded) each["most_excluded"] = true;
     const bool flag = std::holds_alternative<bool>(settings.at(name));
+    const bool whole = std::holds_alternative<std::int64_t>(settings.at(name));
     for (const std::string& choice : rule.range.choices)
-      each["choices"].push_back(flag ? Json(choice == "true") : Json(choice));
+      each["choices"].push_back(flag ? Json(choice == "true") : whole ? Json(std::stoll(choice)) : Json(choice));
     json[name] = std::move(each);
   }
   return json;
@@ -102,9 +103,12 @@ class RuleReader {
       throw Garbage(where_ + "\"choices\" is " + excerpt(value) + "; expected a list of values");
     std::vector<std::string> all;
     for (const Json& choice : value) {
-      if (!choice.is_string() && !choice.is_boolean())
-        throw Garbage(where_ + "found the choice " + excerpt(choice) + "; expected a word, or true or false");
-      all.push_back(choice.is_boolean() ? value_words(choice.get<bool>()) : text(choice, "choices"));
+      if (choice.is_boolean()) all.push_back(value_words(choice.get<bool>()));
+      else if (choice.is_number_integer()) all.push_back(value_words(choice.get<std::int64_t>()));
+      else if (choice.is_string()) all.push_back(text(choice, "choices"));
+      else
+        throw Garbage(where_ + "found the choice " + excerpt(choice) +
+                      "; expected a word, a whole number, or true or false");
     }
     return all;
   }
@@ -120,10 +124,10 @@ class RuleReader {
       throw Garbage(where_ + "no number lies in it: \"least\" is " + value_words(range.least) + ", \"most\" " +
                     value_words(range.most));
     if (!json.contains("choices")) return;
-    if (number) throw Garbage(where_ + "found choices of " + range_words(standard, {}));
-    const bool is_flag = std::holds_alternative<bool>(standard);
+    const bool flag = std::holds_alternative<bool>(standard), whole = std::holds_alternative<std::int64_t>(standard);
+    if (number && !whole) throw Garbage(where_ + "found choices of " + range_words(standard, {}));
     for (const Json& choice : json["choices"])
-      if (choice.is_boolean() != is_flag)
+      if (choice.is_boolean() != flag || choice.is_number_integer() != whole)
         throw Garbage(where_ + "found the choice " + excerpt(choice) + "; expected " + range_words(standard, {}));
   }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <unordered_map>
@@ -25,9 +26,9 @@ std::string remainder_words(double length_m, double spacing_m, const std::string
   if (count > 1e9) return what + " is more than 10^9 spacings of " + in_words(spacing_m) + " m";
   const double nearest = std::max(1.0, std::round(count));
   if (std::abs(count - nearest) <= kFillTolerance * nearest) return "";
-  const double whole = std::floor(count);
-  return what + " is " + in_words(whole) + " spacings of " + in_words(spacing_m) + " m and " +
-         in_words(length_m - whole * spacing_m) + " m more";
+  char in_spacings[32];
+  std::snprintf(in_spacings, sizeof in_spacings, "%.6g", count);
+  return what + " is " + in_spacings + " spacings of " + in_words(spacing_m) + " m";
 }
 
 double volume_m(const FluidRegion& region, int dimensions) {

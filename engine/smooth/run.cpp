@@ -1,10 +1,11 @@
 #include "smooth/run.hpp"
 
-#include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <type_traits>
 
 #include "protocol/refusal.hpp"
+#include "protocol/timed_passes.hpp"
 
 namespace atwood {
 namespace {
@@ -45,9 +46,9 @@ template <class S> void update_stateful_force(Simulation<S>& s, S t_s) {
     ++s.model->system().epoch;
 }
 
-template <class S> bool refuse_step(Outcome& outcome, S t_s) {
-  outcome.status = Status::diverged;
-  outcome.reason = "the implicit equations of the step" + at_time(t_s) + " were not solved";
+template <class S> bool refuse_step(Simulation<S>& s, S t_s) {
+  s.outcome.status = Status::diverged;
+  s.outcome.reason = unsolved_step(s.model->system().solvers, static_cast<double>(t_s));
   return false;
 }
 
@@ -55,7 +56,7 @@ template <class S> bool refuse_step(Outcome& outcome, S t_s) {
 template <class S> bool one_step(Simulation<S>& s, const Plan& plan, std::int64_t n, S h_s) {
   const S t_s = time_at<S>(plan, n);
   s.model->select_interval(t_s, t_s + h_s);
-  if (!s.stepper->step(t_s, h_s, s.y.data(), s.y_new.data())) return refuse_step(s.outcome, t_s);
+  if (!s.stepper->step(t_s, h_s, s.y.data(), s.y_new.data())) return refuse_step(s, t_s);
   s.y.swap(s.y_new);
   update_stateful_force(s, t_s + h_s);
   return true;
@@ -103,7 +104,7 @@ template <class S> bool sample_inside(Run<S>& run, std::int64_t& k, S t_s, S h_s
     const S sample_s = S(run.plan.t_end_s) * S(k) / S(run.plan.samples);
     if (sample_s > end_s) return true;
     if (s.stepper->dense_is_accurate()) s.stepper->dense((sample_s - t_s) / h_s, inside_y.data());
-    else if (!s.stepper->step(t_s, sample_s - t_s, s.y.data(), inside_y.data())) return refuse_step(s.outcome, t_s);
+    else if (!s.stepper->step(t_s, sample_s - t_s, s.y.data(), inside_y.data())) return refuse_step(s, t_s);
     if (!run.observe_state(k, inside_y.data())) return false;
   }
   return true;
@@ -129,7 +130,7 @@ bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s,
     const bool last = t_s + h_s * S(1.0000001) >= end_s;
     const S step_s = last ? end_s - t_s : h_s;
     if (!(step_s > S(4) * real::epsilon<S>() * t_s)) {
-      if (unsolved) return refuse_step(s.outcome, t_s);
+      if (unsolved) return refuse_step(s, t_s);
       if (healthy(s.y_new.data(), s.model->state_size(), run.scale, t_s, s.outcome)) {
         s.outcome.status = Status::diverged;
         s.outcome.reason = "the step size fell below round-off" + at_time(t_s);
@@ -189,6 +190,25 @@ std::string plan_fault(const MethodId& id, const Plan& plan) {
   return "";
 }
 
+template <class S> std::string tolerance_fault(const MethodId& id, const Stepper<S>& stepper) {
+  const double rtol = id.rtol.value_or(0), atol = id.atol.value_or(rtol / 100);
+  const double round_off = static_cast<double>(real::epsilon<S>());
+  if (stepper.chooses_steps() || rtol + atol >= round_off / 4) return "";
+  return "the tolerance " + format_double(rtol) + " is below the round-off of the state's scalar, " +
+         format_double(round_off) + ": no error estimate can meet it";
+}
+
+std::string unsolved_step(const SolverTallies& solvers, double t_s) {
+  std::string words = "the implicit equations of the step at t = " + format_double(t_s) + " s were not solved";
+  const SolveReport& last = solvers.refused;
+  if (last.iterations == 0) return words;
+  char residual[32];
+  std::snprintf(residual, sizeof residual, "%.3g", last.residual);
+  const char* const solver = solver_infos()[static_cast<std::size_t>(solvers.refused_of)].name;
+  return words + ": residual " + residual + " after " + std::to_string(last.iterations) + " iterations (`" + solver +
+         "`)";
+}
+
 StepLimits step_limits(const MethodId& id) {
   const Result<Settings> settings = merged_settings(*find_integrator(id.scheme), id.overrides);
   const StepLimits standard;
@@ -217,22 +237,23 @@ Outcome run_prepared(Simulation<S>& simulation, const MethodId& id, const Plan& 
   const double rtol = id.rtol.value_or(0);
   if (id.rtol) run.limits = step_limits(id);
   const Tolerance<S> tolerance{S(rtol), S(id.atol.value_or(rtol / 100))};
-  std::vector<std::int64_t> busy_ns;
-  for (int pass = 0; pass <= repeats; ++pass) {  // pass 0 is the accuracy pass, or the warm-up of the timed one
-    const auto start = std::chrono::steady_clock::now();
-    if (id.rtol) march_adaptively(run, tolerance, inside_y);
-    else march_equal_steps(run);
-    const auto stop = std::chrono::steady_clock::now();
-    if (simulation.outcome.status != Status::ok) break;
-    if (pass > 0) busy_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(stop - start).count());
-  }
-  Outcome outcome = simulation.outcome;
+  if (id.rtol)
+    if (const std::string fault = tolerance_fault(id, *simulation.stepper); !fault.empty()) return refused(fault);
+  Outcome outcome = timed_passes(repeats, whole_pass([&] {
+                                   if (id.rtol) march_adaptively(run, tolerance, inside_y);
+                                   else march_equal_steps(run);
+                                   return simulation.outcome;
+                                 }));
   outcome.rate_evaluations = simulation.model->system().evaluations;
   simulation.model->system().solvers.keep_capped();
   outcome.solvers = named_tallies(simulation.model->system().solvers);
-  outcome.busy_ns = busy_ns;
   return outcome;
 }
+
+template std::string tolerance_fault<float>(const MethodId&, const Stepper<float>&);
+template std::string tolerance_fault<double>(const MethodId&, const Stepper<double>&);
+template std::string tolerance_fault<long double>(const MethodId&, const Stepper<long double>&);
+template std::string tolerance_fault<Quad>(const MethodId&, const Stepper<Quad>&);
 
 template Outcome run_smooth<float>(const MethodId&, const Scene&, const Plan&, const Observer&, int);
 template Outcome run_smooth<double>(const MethodId&, const Scene&, const Plan&, const Observer&, int);

@@ -1,6 +1,8 @@
-// Gauss-Legendre nodes and weights on [0, 1], by Newton's method on the recurrence of the polynomials.
+// Gauss-Legendre nodes and weights on [0, 1], by Newton's method on the recurrence of the polynomials. A node for which
+// the method does not converge is not a number.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "closed_form/number.hpp"
@@ -12,7 +14,7 @@ template <class S> struct GaussRule { std::vector<S> node, weight; };
 template <class S> GaussRule<S> gauss_rule(int n) {
   GaussRule<S> rule;
   for (int k = 0; k < n; ++k) {
-    S x = cos(pi<S>() * (S(k) + S(0.75)) / (S(n) + S(0.5))), slope = 0;
+    S x = cos(pi<S>() * (S(k) + S(0.75)) / (S(n) + S(0.5))), slope = 0, change = 0;
     for (int tries = 0; tries < 12; ++tries) {
       S before = 1, now = x;  // P_{j-1}, P_j
       for (int j = 1; j < n; ++j) {
@@ -21,8 +23,10 @@ template <class S> GaussRule<S> gauss_rule(int n) {
         now = next;
       }
       slope = n * (x * now - before) / (x * x - 1);
-      x -= now / slope;
+      change = now / slope;
+      x -= change;
     }
+    if (!(magnitude(change) <= S(n) * unit_round_off<S>())) x = S(std::numeric_limits<double>::quiet_NaN());
     rule.node.push_back((1 + x) / 2);
     rule.weight.push_back(1 / ((1 - x * x) * slope * slope));
   }

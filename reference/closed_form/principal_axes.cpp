@@ -3,6 +3,7 @@
 
 #include <Eigen/Jacobi>
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "dynamics/eigen_quad.hpp"
@@ -31,11 +32,12 @@ template <class S> PrincipalAxes<S> principal_axes(const Real33& inertia) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) m(i, j) = (S(inertia[3 * i + j]) + S(inertia[3 * j + i])) / 2;
   PrincipalAxes<S> axes;
-  for (int sweep = 0; sweep < 60; ++sweep) {
-    bool done = true;
+  bool converged = false;
+  for (int sweep = 0; sweep < 60 && !converged; ++sweep) {
+    converged = true;
     for (const auto& [p, q] : {std::pair{0, 1}, std::pair{1, 2}, std::pair{2, 0}}) {
       if (magnitude(m(p, q)) <= unit_round_off<S>() * unit_round_off<S>() * (m(p, p) + m(q, q))) continue;
-      done = false;
+      converged = false;
       // tan 2 angle = 2 m_pq / (m_pp - m_qq), the smaller turn; new axes p' = c p + s q, q' = -s p + c q.
       const S half = (m(p, p) - m(q, q)) / (2 * m(p, q));
       const S t = (half < 0 ? -1 : 1) / (magnitude(half) + sqrt(1 + half * half));
@@ -46,9 +48,8 @@ template <class S> PrincipalAxes<S> principal_axes(const Real33& inertia) {
       m(p, q) = m(q, p) = 0;
       axes.q_BP = axes.q_BP * about(3 - p - q, angle);  // (p, q, k) is cyclic: the turn about k takes p towards q
     }
-    if (done) break;
   }
-  for (int i = 0; i < 3; ++i) axes.moment[i] = m(i, i);
+  for (int i = 0; i < 3; ++i) axes.moment[i] = converged ? m(i, i) : S(std::numeric_limits<double>::quiet_NaN());
   if (axes.moment[0] > axes.moment[1]) swap_axes(axes, 0, 1);
   if (axes.moment[1] > axes.moment[2]) swap_axes(axes, 1, 2);
   if (axes.moment[0] > axes.moment[1]) swap_axes(axes, 0, 1);

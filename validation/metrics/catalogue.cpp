@@ -2,12 +2,15 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "validation/metrics/fluid_parts.hpp"
 #include "validation/metrics/measurements.hpp"
 
 namespace atwood {
 
-const std::vector<MetricInfo>& all_metrics() {
-  static const std::vector<MetricInfo> metrics = {
+namespace {
+
+std::vector<MetricInfo> common_metrics() {
+  return {
       {"status", "", "How the cell ended when it could not be measured; the reason says why."},
       {"truth", "", "How the scene's truth ended when it gave no solution: no error is measured; the reason says why."},
       {"error-position-end", "m", "Distance from the true position at the last sample; the worst body."},
@@ -260,88 +263,18 @@ const std::vector<MetricInfo>& all_metrics() {
        "solver."},
       {"rate-evaluations", "1", "Evaluations of the equations of motion over the run, as the engine counts them."},
       {"steps-taken", "1", "Accepted steps of a run with a tolerance, which chooses them itself."},
-      // ---- fluids: at the particles, weighted by their masses (validation/metrics/fluid.hpp)
-      {"velocity-l1", "1",
-       "Error of the velocity against the exact field at the particles: sum of m |error| over the sum of m |exact|, m the particles' masses; at the "
-       "end, and with a time at every sample. The reason has the norm of the exact field."},
-      {"velocity-l2", "1",
-       "Error of the velocity against the exact field at the particles: root of the sum of m |error|^2 over the sum of m |exact|^2, m the particles' masses; at the "
-       "end, and with a time at every sample. The reason has the norm of the exact field."},
-      {"velocity-linf", "1",
-       "Error of the velocity against the exact field at the particles: largest |error| over the largest |exact|, m the particles' masses; at the "
-       "end, and with a time at every sample. The reason has the norm of the exact field."},
-      {"pressure-l1", "1",
-       "Error of the pressure against the exact field at the particles: sum of m |error| over the sum of m |exact|, m the particles' masses; at the "
-       "end, and with a time at every sample. The reason has the norm of the exact field."},
-      {"pressure-l2", "1",
-       "Error of the pressure against the exact field at the particles: root of the sum of m |error|^2 over the sum of m |exact|^2, m the particles' masses; at the "
-       "end, and with a time at every sample. The reason has the norm of the exact field."},
-      {"pressure-linf", "1",
-       "Error of the pressure against the exact field at the particles: largest |error| over the largest |exact|, m the particles' masses; at the "
-       "end, and with a time at every sample. The reason has the norm of the exact field."},
-      {"density-l1", "1",
-       "Error of the density against the exact field at the particles: sum of m |error| over the sum of m |exact|, m the particles' masses; at the "
-       "end, and with a time at every sample. The reason has the norm of the exact field."},
-      {"density-l2", "1",
-       "Error of the density against the exact field at the particles: root of the sum of m |error|^2 over the sum of m |exact|^2, m the particles' masses; at the "
-       "end, and with a time at every sample. The reason has the norm of the exact field."},
-      {"density-linf", "1",
-       "Error of the density against the exact field at the particles: largest |error| over the largest |exact|, m the particles' masses; at the "
-       "end, and with a time at every sample. The reason has the norm of the exact field."},
-      {"temperature-l1", "1",
-       "Error of the temperature against the exact field at the particles: sum of m |error| over the sum of m |exact|, m the particles' masses; at the "
-       "end, and with a time at every sample. The reason has the norm of the exact field."},
-      {"temperature-l2", "1",
-       "Error of the temperature against the exact field at the particles: root of the sum of m |error|^2 over the sum of m |exact|^2, m the particles' masses; at the "
-       "end, and with a time at every sample. The reason has the norm of the exact field."},
-      {"temperature-linf", "1",
-       "Error of the temperature against the exact field at the particles: largest |error| over the largest |exact|, m the particles' masses; at the "
-       "end, and with a time at every sample. The reason has the norm of the exact field."},
-      {"model-error", "1",
-       "l1 norm of (u_c - u)(x) at the particles' positions, over that of the exact velocity u: what the fluid's being "
-       "compressible changes (u_c solves the weakly compressible equations); l2 and linf under those names in `body`."},
-      {"space-error", "1",
-       "l1 norm of V - u_c(X), over that of the exact velocity: the particles' own equations of motion (X, V, without an "
-       "error of time) against the field; where they were not solved, the run itself, and the reason says so; l2 and linf "
-       "under those names in `body`."},
-      {"time-error", "1",
-       "l1 norm of (v - u_c(x)) - (V - u_c(X)), over that of the exact velocity: the run against the particles' own "
-       "equations of motion, each field at its own positions; where no field is known, of v - V over V; l2 and linf under "
-       "those names in `body`."},
-      {"closing-residual", "1",
-       "Largest of all particles of |total - model - space - time|, over the largest exact velocity: round-off."},
-      {"order-space", "1",
-       "Observed order of the space-error along the ladder of spacings at one sound speed, each with its finest steps."},
-      {"order-time", "1", "Observed order of the time-error along the ladder of steps at one spacing and sound speed."},
-      {"order-model", "1",
-       "Observed order of the model-error in the Mach number, along the ladder of sound speeds at one spacing."},
-      {"kinetic-energy-error", "1",
-       "Kinetic energy of the particles less that of the exact field at the particles, at the end, over its largest."},
-      {"energy-budget", "1",
-       "Largest |E - E0| over the samples, of kinetic, elastic (the integral of p / rho^2 of the equation of state), "
-       "potential energy and heat together, over the largest kinetic and change of potential and elastic energy. Only "
-       "where nothing else takes or gives energy."},
-      {"neighbours", "1",
-       "Mean number of other particles within the support of the method's kernel, at the end, walls not counted. The "
-       "reason has the support."},
-      {"ns-per-particle-evaluation", "ns",
-       "Time of the whole run (run-time) over its evaluations of the rate and the number of particles. The reason has "
-       "both, and the neighbours where they are known."},
-      {"volume-error", "1", "Sum of m / rho at the end over that at the start, less 1."},
-      {"fluid-momentum-error", "1",
-       "Largest change of the linear momentum of fluids and moving bodies over the samples, of the sum of |m v|; where no "
-       "force acts from outside."},
-      {"fluid-angular-momentum-error", "1",
-       "Largest change of the angular momentum about the origin over the samples, of the sum of |m x v|; where no force "
-       "acts from outside and space has no period."},
-      {"particle-order", "1",
-       "Standard deviation over mean of the distance to the nearest particle, at the end: 0 on a lattice, about 0.5 where "
-       "particles lie at random."},
-      {"spacing-min", "1", "Least distance of two particles at the end, over their spacing."},
-      {"speed-max", "m/s", "Largest speed of a particle at the end: the noise of a fluid that should rest."},
-      {"front-error", "1", "The probe `front` less its true value, over that value."},
-      {"probe-error", "1", "A probe less its true value, over that value; the probe's name stands in `body`."},
   };
+}
+
+}  // namespace
+
+const std::vector<MetricInfo>& all_metrics() {
+  static const std::vector<MetricInfo> metrics = [] {
+    std::vector<MetricInfo> all = common_metrics();
+    const std::vector<MetricInfo> fluids = fluid_metrics();
+    all.insert(all.end(), fluids.begin(), fluids.end());
+    return all;
+  }();
   return metrics;
 }
 

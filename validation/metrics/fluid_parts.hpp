@@ -2,6 +2,13 @@
 #pragma once
 
 #include "validation/metrics/fluid.hpp"
+#include "validation/metrics/metrics.hpp"
+
+namespace atwood {
+
+std::vector<MetricInfo> fluid_metrics();  // part of all_metrics()
+
+}  // namespace atwood
 
 namespace atwood::metrics {
 

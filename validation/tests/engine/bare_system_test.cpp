@@ -101,7 +101,7 @@ TEST_CASE("methods that need bodies, positions, an energy or a series refuse a b
     INFO(stepper.fault().reason);
     CHECK(stepper.fault().blame == Blame::engine);
     CHECK_THAT(stepper.fault().reason, Catch::StartsWith("atwood/" + scheme + " ") &&
-                                           Catch::EndsWith("; this problem is a bare system of equations"));
+                                           Catch::EndsWith("; this problem is a system of equations without bodies"));
   }
 }
 

@@ -183,7 +183,7 @@ TEST_CASE("scenes that the engine does not support are refused by name") {
   lorenz.problem = "lorenz";
   lorenz.bodies.push_back(point("lorenz", 1, {1, 0, 0}, {0, 0, 0}));
   for (const char* scheme : {"symplectic-euler", "velocity-verlet", "leapfrog"})
-    check_refused(try_run(scheme, lorenz, {1, 10, 1}), "bare system of equations");
+    check_refused(try_run(scheme, lorenz, {1, 10, 1}), "system of equations without bodies");
   lorenz.problem = "rossler";
   check_refused(try_run("rk4", lorenz, {1, 10, 1}), "rossler");
 

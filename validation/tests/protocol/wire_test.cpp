@@ -189,6 +189,8 @@ TEST_CASE("hello carries range and meaning of each setting; a rule of another fo
            R"(,"settings":{"n":1,"x":0.5,"law":"a","flag":true}}]})";
   };
   CHECK(wire::read_hello(hello(R"({"n":{"least":1,"most":1}})")).methods.at(0).rules.size() == 1);
+  CHECK(wire::read_hello(hello(R"({"n":{"choices":[1,3]}})")).methods.at(0).rules.at("n").range.choices ==
+        std::vector<std::string>{"1", "3"});
   const std::pair<const char*, const char*> faults[] = {
       {"1", "not an object"},
       {R"({"n":1})", "expected an object"},
@@ -203,7 +205,9 @@ TEST_CASE("hello carries range and meaning of each setting; a rule of another fo
       {R"({"x":{"least_excluded":true}})", "excluded and not given"},
       {R"({"n":{"choices":"a"}})", "expected a list of values"},
       {R"({"law":{"choices":[]}})", "expected a list of values"},
-      {R"({"n":{"choices":["a"]}})", "found choices of a whole number"},
+      {R"({"n":{"choices":["a"]}})", "found the choice \"a\"; expected a whole number"},
+      {R"({"n":{"choices":[2,4]}})", "`n` is `1`; expected 2 or 4"},
+      {R"({"x":{"choices":[0.5]}})", "found the choice 0.5"},
       {R"({"law":{"choices":[1]}})", "found the choice 1"},
       {R"({"law":{"choices":[true]}})", "found the choice true; expected a word"},
       {R"({"flag":{"choices":["a"]}})", "expected true or false"},

@@ -156,8 +156,8 @@ TEST_CASE("refused with the figure") {
   const auto refused = [](const Parts& p, const std::string& words) { CHECK_THAT(message(scene(p)), Contains(words)); };
   refused(
       with(&Parts::run, "spacings_m = [0.3]\nsound_speeds_m_per_s = [10]\n"),
-      "`spacings_m` in [run] has 0.3, which does not fill the region of the fluid `water`: 1 m along x is 3 spacings of "
-      "0.3 m and 0.1");
+      "`spacings_m` in [run] has 0.3, which does not fill the region of the fluid `water`: 1 m along x is 3.33333 spacings of "
+      "0.3 m");
   refused(with(&Parts::run, "spacings_m = [0.125, 0.25]\nsound_speeds_m_per_s = [10]\n"), "0.25 after 0.125");
   refused(with(&Parts::run, "spacings_m = [0.25]\nsound_speeds_m_per_s = [0]\n"), "expected a number above 0");
   refused(with(&Parts::run, "spacings_m = [0.25]\n"), "missing key `sound_speed_m_per_s`");

@@ -1,0 +1,74 @@
+// The metrics of fluids: name, unit and definition. Fields are compared at the particles, weighted by their masses.
+#include "validation/metrics/fluid_parts.hpp"
+
+namespace atwood {
+
+std::vector<MetricInfo> fluid_metrics() {
+  std::vector<MetricInfo> all;
+  // m is a particle's mass.
+  const struct {
+    const char *name, *formula;
+  } norms[] = {{"l1", "the sum of m |error| over the sum of m |exact|"},
+               {"l2", "the root of the sum of m |error|^2 over the sum of m |exact|^2"},
+               {"linf", "the largest |error| over the largest |exact|"}};
+  for (const char* field : {"velocity", "pressure", "density", "temperature"})
+    for (const auto& norm : norms)
+      all.push_back(
+          {std::string(field) + "-" + norm.name, "1",
+           "Error of the " + std::string(field) + " against the exact field at the particles: " + norm.formula +
+               (norm.name == std::string("linf") ? "" : ", with the particles' masses m") +
+               ". One row at the end, and one with a time at every sample; the reason has the norm of the exact "
+               "field."});
+  const std::vector<MetricInfo> others = {
+      {"model-error", "1",
+       "The error that compressibility makes: u_c - u at the particles' positions. u is the exact velocity of the "
+       "incompressible equations, u_c that of the weakly compressible ones. l1 norm, over that of u; the l2 and linf "
+       "norms stand in rows whose `body` is l2 or linf."},
+      {"space-error", "1",
+       "The error that the particles make: V - u_c(X). X and V are the positions and velocities that solve the particles' "
+       "own equations of motion without an error of time, u_c the exact velocity of the weakly compressible equations. "
+       "Where X and V are not known, the run's own take their place, and the reason says so. l1 norm, over that of the "
+       "exact velocity; l2 and linf as in model-error."},
+      {"time-error", "1",
+       "The error of the steps: (v - u_c(x)) - (V - u_c(X)). x and v are the run's positions and velocities, X and V those "
+       "of the particles' own equations of motion, u_c the exact velocity of the weakly compressible equations. Where no "
+       "field is known, v - V. l1 norm, over that of the exact velocity (of V); l2 and linf as in model-error."},
+      {"closing-residual", "1",
+       "Largest |total - model - space - time| of a particle, over the largest exact velocity. It is round-off."},
+      {"order-space", "1",
+       "Observed order of the space-error along the ladder of spacings at one sound speed, each with its finest steps."},
+      {"order-time", "1", "Observed order of the time-error along the ladder of steps at one spacing and sound speed."},
+      {"order-model", "1",
+       "Observed order of the model-error in the Mach number, along the ladder of sound speeds at one spacing."},
+      {"kinetic-energy-error", "1",
+       "Kinetic energy of the particles less that of the exact field at the particles, at the end, over its largest."},
+      {"energy-budget", "1",
+       "Largest |E - E0| over the samples, of kinetic, elastic (the integral of p / rho^2 of the equation of state), "
+       "potential energy and heat together, over the largest kinetic and change of potential and elastic energy. Only "
+       "where nothing else takes or gives energy."},
+      {"neighbours", "1",
+       "Mean number of other particles within the support of the method's kernel, at the end, walls not counted. The "
+       "reason has the support."},
+      {"ns-per-particle-evaluation", "ns",
+       "Time of the whole run (run-time) over its evaluations of the rate and the number of particles. The reason has "
+       "both, and the neighbours where they are known."},
+      {"volume-error", "1", "Sum of m / rho at the end over that at the start, less 1."},
+      {"fluid-momentum-error", "1",
+       "Largest change of the linear momentum of fluids and moving bodies over the samples, of the sum of |m v|; where no "
+       "force acts from outside."},
+      {"fluid-angular-momentum-error", "1",
+       "Largest change of the angular momentum about the origin over the samples, of the sum of |m x v|; where no force "
+       "acts from outside and space has no period."},
+      {"particle-order", "1",
+       "Standard deviation over mean of the distance to the nearest particle, at the end: 0 on a lattice, about 0.5 where "
+       "particles lie at random."},
+      {"spacing-min", "1", "Least distance of two particles at the end, over their spacing."},
+      {"speed-max", "m/s", "Largest speed of a particle at the end: the noise of a fluid that should rest."},
+      {"front-error", "1", "The probe `front` less its true value, over that value."},
+      {"probe-error", "1", "A probe less its true value, over that value; the probe's name stands in `body`."},
+  };
+  all.insert(all.end(), others.begin(), others.end());
+  return all;
+}
+
+}  // namespace atwood

@@ -1,0 +1,102 @@
+// The stability limit of +polynomial: just below it noise grows no more than with short steps, above it it explodes: a
+// quarter above that of rk4. Heun's and Dormand and Prince's methods are unstable first on long undamped sound waves, which
+// the filter may damp: four times above their limit.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <complex>
+
+#include "fluid/polynomial.hpp"
+#include "fluid/run.hpp"
+#include "fluid/spectrum.hpp"
+#include "integrators/catalogue.hpp"
+#include "scenes.hpp"
+
+using namespace atwood;
+using namespace atwood::fluid;
+
+namespace {
+
+// Disturbed particles in periodic space, almost at rest: the noise has all wave lengths.
+Scene noisy_scene() {
+  Scene scene = block_scene({.across = 12, .spacing_m = 1.0 / 12});
+  Particles& particles = scene.fluids.front().particles;
+  SplitMix64 random{7};
+  for (std::size_t i = 0; i < particles.position_m.size(); ++i) {
+    particles.velocity_m_per_s[i] = {1e-6 * (random.next_unit() - 0.5), 1e-6 * (random.next_unit() - 0.5), 0};
+    particles.density_kg_per_m3[i] = 1000;
+  }
+  return scene;
+}
+
+// The limit that a refusal of long steps prints.
+double limit_s(const std::string& method, const Scene& scene) {
+  const Outcome refused = run_fluid(parse_method_id(method), scene, {100, 1000, 1, {}}, {}, 0);
+  INFO(refused.reason);
+  REQUIRE(refused.status == Status::unsupported);
+  const std::string before = "stability limit of ";
+  const std::size_t at = refused.reason.find(", ", refused.reason.find(before));
+  REQUIRE(at != std::string::npos);
+  return std::stod(refused.reason.substr(at + 2));
+}
+
+double largest_speed(const std::string& scheme, const Scene& scene, int degree, double h_s, int steps) {
+  PolynomialOptions options;
+  options.degree = degree;
+  options.shift = 0;
+  options.filter = 0.2;  // with less, noise grows without an error of time too
+  Polynomial<double> particles(scene, options);
+  auto stepper = make_stepper<double>(scheme, particles.system(), {});
+  REQUIRE(stepper);
+  const Layout& at = particles.layout();
+  std::vector<double> y(at.size()), next(at.size());
+  particles.initial_state(y.data());
+  for (int n = 0; n < steps; ++n) {
+    (*stepper)->step(n * h_s, h_s, y.data(), next.data());
+    y.swap(next);
+  }
+  double most = 0;
+  for (int i = at.velocities(); i < at.densities(); ++i)
+    if (!(std::abs(y[i]) <= most)) most = std::abs(y[i]);
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("steps of +polynomial below the limit are stable, steps above it are not") {
+  const Scene scene = noisy_scene();
+  for (const int degree : {2, 4})
+    for (const char* scheme : {"rk4", "heun", "dopri5"}) {
+      const double limit = limit_s(
+          "atwood/" + std::string(scheme) + "+polynomial{degree=" + std::to_string(degree) + ",shift=0,filter=0.2}",
+          scene);
+      INFO(scheme << " degree " << degree << " limit " << limit << " s");
+      const double below = 0.97 * limit, above = (scheme == std::string("rk4") ? 1.25 : 4) * limit;
+      const int steps = 1000;
+      CHECK(largest_speed(scheme, scene, degree, below, steps) <
+            3 * largest_speed(scheme, scene, degree, below / 4, 4 * steps));
+      CHECK_FALSE(largest_speed(scheme, scene, degree, above, steps) <
+                  100 * largest_speed(scheme, scene, degree, above / 4, 4 * steps));
+    }
+}
+
+TEST_CASE("the rim of a spectrum that is known") {
+  // y' = A y with eigenvalues -1 -+ 50 i, -200 and many between 0 and -1, in units of their own.
+  System<double> system;
+  system.size = 60;
+  system.rate_of = [](void*, double, const double* y, double* dydt) {
+    dydt[0] = -1 * y[0] - 50 * 1e3 * y[1];
+    dydt[1] = 50 * 1e-3 * y[0] - y[1];
+    dydt[2] = -200 * y[2];
+    for (int i = 3; i < 60; ++i) dydt[i] = -(i / 60.0) * y[i];
+  };
+  std::vector<double> y(60, 0.0), scale(60, 1.0);
+  scale[0] = 1e3;
+  bool decay = false, oscillation = false;
+  for (const std::complex<double>& lambda : rim_of_spectrum(system, 0, y.data(), scale, 20)) {
+    decay = decay || std::abs(lambda + 200.0) < 1e-3;
+    oscillation = oscillation || std::abs(lambda - std::complex<double>(-1, 50)) < 1e-3;
+    CHECK(std::abs(lambda) < 200.001);
+  }
+  CHECK(decay);
+  CHECK(oscillation);
+}
