@@ -21,11 +21,11 @@ constexpr std::array<double, 2> kFrames_ms{16.7, 40};
 constexpr std::int64_t kSteps = 24;
 constexpr int kPasses = 5;
 constexpr double kMostParticles = 400'000;  // what one message of the worker protocol holds
-constexpr double kFluidCloseness = 1.05;         // the search ends when the smallest N beyond the budget is so much larger
+constexpr double kFluidCloseness = 1.05;    // the search ends when the smallest N beyond the budget is so much larger
 
 struct BlockTime {
-  double ms = std::nan("");        // a step: the median of the passes' means
-  double evaluations = 0;          // a step
+  double ms = std::nan("");  // a step: the median of the passes' means
+  double evaluations = 0;    // a step
   double neighbours = std::nan("");
   std::string why;  // why there is no figure
 };
@@ -120,7 +120,8 @@ std::vector<Entry> entries(const FrameBudgetSetup& setup) {
     std::vector<std::string> methods;
     if (!setup.methods.empty()) {
       for (const std::string& method : setup.methods)
-        if (method.substr(0, method.find('/')) == name && steps_fluids(method, setup.workers)) methods.push_back(method);
+        if (method.substr(0, method.find('/')) == name && steps_fluids(method, setup.workers))
+          methods.push_back(method);
     } else if (name == "atwood") {
       methods = {"atwood/rk4+sph", "atwood/rk4+sph{threads=2}", "atwood/rk4+polynomial{degree=2}"};
     } else {
@@ -132,16 +133,17 @@ std::vector<Entry> entries(const FrameBudgetSetup& setup) {
 }
 
 BenchTable empty_table() {
-  return {"fluid-budget",
-          "Frame budget of fluids: the largest block of particles whose step fits a frame",
-          {"method", "dimensions", "N in 16.7 ms", "ms", "N in 40 ms", "ms", "neighbours", "ns a particle and evaluation"},
-          {},
-          {fmt::format("A periodic block of vortices, {} steps of a quarter of the time of sound from particle to "
-                       "particle; ms a step: the median of {} passes' means, lists of neighbours included. N is found "
-                       "by bisection to {:.0f} %.",
-                       kSteps, kPasses, 100 * (kFluidCloseness - 1)),
-           "neighbours: particles within the support of the method's kernel, the mean of the block; -: the engine does "
-           "not say what its kernel is."}};
+  return {
+      "fluid-budget",
+      "Frame budget of fluids: the largest block of particles whose step fits a frame",
+      {"method", "dimensions", "N in 16.7 ms", "ms", "N in 40 ms", "ms", "neighbours", "ns a particle and evaluation"},
+      {},
+      {fmt::format("A periodic block of vortices, {} steps of a quarter of the time of sound from particle to "
+                   "particle; ms a step: the median of {} passes' means, lists of neighbours included. N is found "
+                   "by bisection to {:.0f} %.",
+                   kSteps, kPasses, 100 * (kFluidCloseness - 1)),
+       "neighbours: particles within the support of the method's kernel, the mean of the block; -: the engine does "
+       "not say what its kernel is."}};
 }
 
 void add_row(FluidBudget& measured, const std::string& method, int dimensions, BenchTable& table) {

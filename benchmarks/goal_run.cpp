@@ -210,7 +210,8 @@ void GoalRun::take_median(const Goal& goal, const Scenario& scenario, std::vecto
   for (std::int64_t seed = 2; seed <= goal.seeds; ++seed) {
     std::vector<Cell> cells;
     cells.reserve(4096);
-    for (const Candidate& c : measured(goal, with_seed(scenario, seed), cells)) errors[key(c)].push_back(c.entrant.error);
+    for (const Candidate& c : measured(goal, with_seed(scenario, seed), cells))
+      errors[key(c)].push_back(c.entrant.error);
   }
   for (Candidate& c : candidates) {
     std::vector<double>& own = errors[key(c)];

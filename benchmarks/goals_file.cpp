@@ -65,13 +65,22 @@ struct GoalsFile {
   }
 
   Goal goal(const toml::node& node) const {
-    static const std::set<std::string> known{
-        "id",          "title",        "scenario",    "metric",    "error",     "time",
-        "step_time",   "figure",       "evaluations", "samples",   "steps",     "tolerances",
-        "first_steps", "methods",      "rivals",      "uncounted", "benchmark", "rival_benchmarks",
-        "per",         "times_faster", "error_ratio", "limit",     "table",     "row",
-        "column",      "at_most",      "spacings_m",  "t_end_s",   "seeds",     "at_s",
-        "within",      "sound_speed_m_per_s"};
+    static const std::set<std::string> known{"id",          "title",
+                                             "scenario",    "metric",
+                                             "error",       "time",
+                                             "step_time",   "figure",
+                                             "evaluations", "samples",
+                                             "steps",       "tolerances",
+                                             "first_steps", "methods",
+                                             "rivals",      "uncounted",
+                                             "benchmark",   "rival_benchmarks",
+                                             "per",         "times_faster",
+                                             "error_ratio", "limit",
+                                             "table",       "row",
+                                             "column",      "at_most",
+                                             "spacings_m",  "t_end_s",
+                                             "seeds",       "at_s",
+                                             "within",      "sound_speed_m_per_s"};
     const toml::table* table = node.as_table();
     if (table == nullptr) refuse(node.source(), "expected [[goal]] to be tables");
     for (const auto& [key, value] : *table) {

@@ -155,8 +155,7 @@ std::vector<Resolution> rounds_of(const Options& options, const Scenario& scenar
   };
   std::vector<Resolution> rounds;
   for (const double spacing : entries(options.spacings, scenario.spacings_m, first.spacing_m))
-    for (const double speed :
-         entries(options.sound_speeds, scenario.sound_speeds_m_per_s, first.sound_speed_m_per_s))
+    for (const double speed : entries(options.sound_speeds, scenario.sound_speeds_m_per_s, first.sound_speed_m_per_s))
       rounds.emplace_back(spacing, speed);
   const double dimensions = scenario.scene.domain.dimensions;
   const auto work = [&](const Resolution& at) { return *at.second / std::pow(*at.first, dimensions + 1); };
@@ -405,14 +404,15 @@ int command_advise(const Place& place, const Options& options) {
   std::optional<AdviceSearch> search;
   advice.truth = truth_words(advice.scenario.truth);
   const bool fluids = advice.motion.fluids;  // their metrics decide whether a truth is needed
-  if (fluids && advice.scenario.truth.kind == TruthKind::none) advice.truth = "none: " + advice.metric + " needs no truth";
+  if (fluids && advice.scenario.truth.kind == TruthKind::none)
+    advice.truth = "none: " + advice.metric + " needs no truth";
   if (advice.scenario.truth.kind != TruthKind::none || fluids) {
     search.emplace(place, options, workers, advice.scenario, start, advice);
     if (!search->run(candidates)) return interrupted();
   }
   if (fluids && search->truth_failed())
-    throw InputError(fmt::format("advise: no run of `{}` has a figure to rank: {}", advice.scenario.id,
-                                 search->why_no_figure()));
+    throw InputError(
+        fmt::format("advise: no run of `{}` has a figure to rank: {}", advice.scenario.id, search->why_no_figure()));
   if (!search || search->truth_failed()) {
     fmt::print(stderr, "atwood: `{}` has no truth: one is computed\n", advice.scenario.id);
     const InterruptGuard guard;
@@ -429,9 +429,8 @@ int command_advise(const Place& place, const Options& options) {
   }
   if (!search->decide()) return interrupted();
   const std::string own = own_file(place, advice.scenario);
-  advice.rerun =
-      rerun_words(own.empty() ? advice.scenario.id : own, native_twin(advice.best.method), advice.best.steps,
-                  advice.best.at);
+  advice.rerun = rerun_words(own.empty() ? advice.scenario.id : own, native_twin(advice.best.method), advice.best.steps,
+                             advice.best.at);
   advice.rerun.front() = options.words.front();
   for (const std::string& engine : options.engines) advice.rerun.insert(advice.rerun.end(), {"--engine", engine});
   fmt::print("{}", options.json ? advice_json(advice) : advice_text(advice));

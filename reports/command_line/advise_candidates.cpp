@@ -180,10 +180,12 @@ namespace {
 
 // Ours for fluids: the orders in space that the engine has, its settings for free surfaces, and a cheaper scheme in time.
 const std::vector<std::string>& fluid_ids() {
-  static const std::vector<std::string> ids{
-      "atwood/rk4+polynomial{degree=4}", "atwood/rk4+sph", "atwood/rk4+polynomial{degree=2}",
-      "atwood/rk4+polynomial{degree=2,filter=1,smoothing=1.8}", "atwood/rk4+sph{kernel=wendland-c4,smoothing=1.6}",
-      "atwood/leapfrog+sph{density=summation,viscosity=none}"};
+  static const std::vector<std::string> ids{"atwood/rk4+polynomial{degree=4}",
+                                            "atwood/rk4+sph",
+                                            "atwood/rk4+polynomial{degree=2}",
+                                            "atwood/rk4+polynomial{degree=2,filter=1,smoothing=1.8}",
+                                            "atwood/rk4+sph{kernel=wendland-c4,smoothing=1.6}",
+                                            "atwood/leapfrog+sph{density=summation,viscosity=none}"};
   return ids;
 }
 

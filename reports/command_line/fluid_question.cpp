@@ -33,8 +33,8 @@ const Names& conserved() {
 
 // A metric that only fluids have.
 bool of_fluids_alone(const std::string& metric) {
-  static const Names others{"model-error", "particle-order", "spacing-min", "probe-error", "closing-residual",
-                            "order-space", "order-model", "order-time"};
+  static const Names others{"model-error",      "particle-order", "spacing-min", "probe-error",
+                            "closing-residual", "order-space",    "order-model", "order-time"};
   return needs_field(metric) || is_among(conserved(), metric) || is_among(others, metric);
 }
 
@@ -52,11 +52,12 @@ void require_ranking(const std::string& who, const std::string& metric) {
   if (metric.empty() || needs_field(metric) || is_among(conserved(), metric)) return;
   const std::string refused = fmt::format("{}: --metric {}", who, metric);
   if (metric == "model-error")
-    throw InputError(refused + ": the Mach number's share is the scene's, the same for every method; expected "
-                               "space-error or velocity-l1, at several --sound-speed");
+    throw InputError(refused +
+                     ": the Mach number's share is the scene's, the same for every method; expected "
+                     "space-error or velocity-l1, at several --sound-speed");
   if (metric.starts_with("order-") || metric.starts_with("growth-"))
-    throw InputError(refused + ": an order belongs to a whole ladder; `atwood run` measures it. To rank methods: " +
-                     kInstead);
+    throw InputError(refused +
+                     ": an order belongs to a whole ladder; `atwood run` measures it. To rank methods: " + kInstead);
   throw InputError(refused + ": it ranks no methods of fluids; " + kInstead);
 }
 
@@ -91,9 +92,10 @@ Question fluid_question(const std::string& who, const Options& options, const Qu
   // Of --error with a unit the metric is that of bodies; of per cent it is a ratio, as the fluids' errors are.
   const bool by_unit = options.metric.empty() && !asked.metric.empty();
   if (by_unit && asked.metric != "energy-max")
-    throw InputError(fmt::format("{}: --error {}: errors of fluids are ratios to the exact field's norm; expected a "
-                                 "number without a unit, or per cent, as in 1e-2 or 1%",
-                                 who, options.wanted_error));
+    throw InputError(
+        fmt::format("{}: --error {}: errors of fluids are ratios to the exact field's norm; expected a "
+                    "number without a unit, or per cent, as in 1e-2 or 1%",
+                    who, options.wanted_error));
   question.metric = by_unit ? "" : of_fluid(asked.metric);
   require_ranking(who, question.metric);
   for (const Scenario* scenario : scenarios) require_field(who, question.metric, *scenario);

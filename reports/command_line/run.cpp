@@ -71,13 +71,15 @@ std::string why_nothing_words(const std::vector<Row>& rows) {
   return text;
 }
 
-// "6 cells, 2 of them run, 3 timed, 1 found whole in the store".
+// "6 cells, 2 of them run, 3 timed, 1 found whole in the store"; `report` runs nothing.
 std::string work_words(const StudyResult& result, int absent) {
   const int stored = result.skipped - absent;
   std::string words = fmt::format("{} cell{}", result.cells, result.cells == 1 ? "" : "s");
-  if (stored == result.cells - absent) return fmt::format("{}, {} of them found in the store", words, stored);
-  return fmt::format("{}, {} of them run, {} timed, {} found whole in the store", words, result.ran, result.timed,
-                     stored);
+  if (result.ran + result.timed + result.measured_again == 0)
+    return fmt::format("{}, {} of them found in the store", words, stored);
+  const std::string again = result.measured_again > 0 ? fmt::format("{} measured again, ", result.measured_again) : "";
+  return fmt::format("{}, {} of them run, {}{} timed, {} found whole in the store", words, result.ran, again,
+                     result.timed, stored);
 }
 
 void print_result(const Options& options, const Selection& selection, const ReportData& data,

@@ -129,13 +129,13 @@ void take_resolution(const Options& options, Scenario& scenario) {
                      !options.sound_speeds.empty();
   if (!asked) return;
   if (scenario.scene.fluids.empty()) {
-    const std::string given = options.particles              ? "--particles"
-                              : options.probes               ? "--probes"
+    const std::string given = options.particles               ? "--particles"
+                              : options.probes                ? "--probes"
                               : !options.spacings.empty()     ? "--spacing"
                               : !options.sound_speeds.empty() ? "--sound-speed"
                                                               : "-o " + options.outputs.front();
-    throw InputError(fmt::format("{}: `{}` has no fluid; expected a scene with fluids, as taylor-green", given,
-                                 scenario.id));
+    throw InputError(
+        fmt::format("{}: `{}` has no fluid; expected a scene with fluids, as taylor-green", given, scenario.id));
   }
   if (options.events && (options.particles || options.probes))
     throw InputError("--events prints contacts; expected it without --particles and --probes");

@@ -68,7 +68,8 @@ std::string table_section(const Dominance& table) {
   for (const Contest& contest : table.by_budget) {
     const Reached& best = contest.ranked[0];
     out += fmt::format("| {} | {} | {:.2g}{} | {} | {} | {} |\n", cost_words(contest.asked, table.cost),
-                       escape_markdown_cell(best.family), best.error, mark(best), rung_words(best.method, best.steps, best.at),
+                       escape_markdown_cell(best.family), best.error, mark(best),
+                       rung_words(best.method, best.steps, best.at),
                        error_words(contest.ranked.size() < 2 ? nullptr : &contest.ranked[1]),
                        error_words(best_rival(contest, engine_of(best.family))));
   }

@@ -33,8 +33,8 @@ PlaneSection plane_of(const Scene& scene, const Sample& sample, double spacing) 
     const double z = wrapped(static_cast<double>(p.p_m[2]), period[2]);
     if (scene.domain.dimensions == 3 && std::fabs(z - (low + high) / 2) > spacing / 2) continue;
     plane.which.push_back(i);
-    plane.at.push_back({wrapped(static_cast<double>(p.p_m[0]), period[0]),
-                        wrapped(static_cast<double>(p.p_m[1]), period[1])});
+    plane.at.push_back(
+        {wrapped(static_cast<double>(p.p_m[0]), period[0]), wrapped(static_cast<double>(p.p_m[1]), period[1])});
   }
   return plane;
 }

@@ -15,10 +15,10 @@ inline constexpr std::size_t kMostDrawn = 2500;
 // One entry a particle in every list; `temperature_K` and `error` may be empty. Positions are wrapped into the periodic
 // cell. In three dimensions: the particles within half a spacing of the middle plane across z.
 struct FluidPicture {
-  double t_s = 0, side_m = 0;       // side: of the square that a particle stands for
-  std::int64_t particles = 0;       // of the run, of which these are some
+  double t_s = 0, side_m = 0;  // side: of the square that a particle stands for
+  std::int64_t particles = 0;  // of the run, of which these are some
   std::array<double, 2> low_m{}, high_m{};
-  std::string error_of;             // "velocity [m/s]"; empty: no exact field is known
+  std::string error_of;  // "velocity [m/s]"; empty: no exact field is known
   std::vector<float> x_m, y_m, speed_m_per_s, pressure_Pa, temperature_K, error;
   bool empty() const { return x_m.empty(); }
 };

@@ -111,9 +111,9 @@ struct EqualSpacing {
 struct Dominance {
   std::string scenario, metric, unit;
   Cost cost = Cost::seconds;
-  std::vector<Contest> by_error;    // of cost; levels that no curve reaches are left out
-  std::vector<Contest> by_budget;   // of error; budgets that no rung keeps are left out
-  std::vector<StableRange> stable;  // one for each curve with rungs
+  std::vector<Contest> by_error;              // of cost; levels that no curve reaches are left out
+  std::vector<Contest> by_budget;             // of error; budgets that no rung keeps are left out
+  std::vector<StableRange> stable;            // one for each curve with rungs
   std::vector<EqualSpacing> by_spacing = {};  // of fluids, coarsest first
 };
 

@@ -37,7 +37,8 @@ Row failure_row(const std::string& metric, Status status, const std::string& rea
 std::vector<Row> particle_time_rows(const Cell& cell, const Outcome& outcome, const std::vector<Row>& timed,
                                     const std::vector<Row>& measured) {
   double particles = 0;
-  for (const Fluid& fluid : cell.scenario.scene.fluids) particles += static_cast<double>(fluid.particles.mass_kg.size());
+  for (const Fluid& fluid : cell.scenario.scene.fluids)
+    particles += static_cast<double>(fluid.particles.mass_kg.size());
   const auto evaluations = static_cast<double>(outcome.rate_evaluations);
   std::vector<Row> rows;
   for (const Row& run : timed) {

@@ -87,6 +87,7 @@ void StudyRun::plan_cell(const Cell& cell) {
   if (run && store_.measured_basis(keys.measured) == basis) return;
   if (cell.probe != Probe::none) run.reset();  // a probe keeps no samples to measure again
   if (!run) ran_.insert(&cell);
+  else ++measured_again_;
   const auto [place, fresh] =
       ladder_index_.emplace(cell.scenario.id + "\n" + cell.method + "\n" + to_string(cell.probe) + "\n" +
                                 resolution_text(resolution_of(cell)),
@@ -469,6 +470,7 @@ StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>&
   result.skipped = result.cells - run.touched();
   result.ran = run.ran();
   result.timed = run.timed();
+  result.measured_again = run.measured_again();
   result.signal = signal;
   result.reused = run.reused();
   result.interrupted = signal != 0;

@@ -85,7 +85,7 @@ class Store {
   // All throw StoreDamage where a checksum is wrong.
   std::optional<RunRecord> run(const std::string& cell_hash);
   Recording recording(const std::string& cell_hash, const Outcome& outcome);
-  std::string measured_basis(const std::string& key);  // empty: not measured
+  std::string measured_basis(const std::string& key);                                      // empty: not measured
   std::optional<MeasuredRecord> measured(const std::string& key, bool rows, bool series);  // series: and the picture
   std::optional<TimingRecord> timing(const std::string& timing_hash);
   std::optional<Truth> truth(const std::string& truth_hash);

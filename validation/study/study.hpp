@@ -132,7 +132,8 @@ std::string reused_text(const std::vector<Reused>& reused);  // "reused from the
 struct StudyResult {
   std::vector<Row> rows;       // of this study's cells, cell by cell, then ladders
   int cells = 0, skipped = 0;  // skipped: found in the store
-  int ran = 0, timed = 0;      // of run_study: cells with a new accuracy run, with a new timed pass
+  // Of run_study: cells with a new accuracy run, with a new timed pass, with new rows of a stored run.
+  int ran = 0, timed = 0, measured_again = 0;
   // Indices of the cells that an available engine can run and that the store does not have (a cell without times counts
   // as stored).
   std::vector<std::size_t> missing = {};
