@@ -158,7 +158,9 @@ std::vector<GoalResult> read_goal_results(const std::string& path) {
                      entrant_from(g, "library"),
                      real(g, "same_rate_ratio"),
                      real(g, "same_rate_low"),
-                     real(g, "same_rate_high")});
+                     real(g, "same_rate_high"),
+                     real(g, "low"),
+                     real(g, "high")});
   }
   return goals;
 }
@@ -204,7 +206,9 @@ void keep_bench(const std::string& path, const Provenance& provenance, const std
                                    {"library", to_json(g.library)},
                                    {"same_rate_ratio", g.same_rate_ratio},
                                    {"same_rate_low", g.same_rate_low},
-                                   {"same_rate_high", g.same_rate_high}});
+                                   {"same_rate_high", g.same_rate_high},
+                                   {"low", g.low},
+                                   {"high", g.high}});
     }
   }
   keep(path, document);

@@ -55,6 +55,7 @@ struct GoalResult {
   GoalEntrant same_rate = {}, library = {};
   double same_rate_ratio = std::numeric_limits<double>::quiet_NaN(), same_rate_low = same_rate_ratio,
          same_rate_high = same_rate_ratio;
+  double low = std::numeric_limits<double>::quiet_NaN(), high = low;  // the figure shall lie between; NaN: not asked
 };
 
 }  // namespace atwood

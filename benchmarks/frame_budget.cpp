@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "benchmarks/fluid_budget.hpp"
 #include "benchmarks/stopwatch.hpp"
 #include "scene/files.hpp"
 #include "scene/split_mix.hpp"
@@ -167,10 +168,10 @@ std::vector<Entrant> entrants(const std::vector<Worker>& workers, const std::vec
     throw InputError(fmt::format("--method {}: no available engine is called `{}`", method, engine));
   };
   for (const std::string& method : methods) {
-    add(method);
     check_settings("--method ", method, workers);
+    if (!steps_fluids(method, workers)) add(method);  // the others are in the table of fluids
   }
-  if (!all.empty()) return all;
+  if (!methods.empty()) return all;
   for (const Worker& worker : workers) {
     if (worker.status != Status::ok) continue;
     if (worker.engine.name == "atwood") {
@@ -263,7 +264,7 @@ FrameBudgetTables measure_frame_budget(const FrameBudgetSetup& setup) {
   } catch (const Interrupted&) {
     result.interrupted = true;
   }
-  result.tables.push_back(budget);
+  if (!budget.rows.empty() || setup.methods.empty()) result.tables.push_back(budget);
   if (!phases.rows.empty()) result.tables.push_back(phases);
   return result;
 }

@@ -17,6 +17,7 @@ GoalResult blank_result(const Goal& goal) {
   result.scenario = goal.scenario;
   result.metric = goal.metric;
   result.wanted_error = goal.error;
+  result.low = goal.low, result.high = goal.high;
   result.budget_kind = goal.budget_kind;
   result.budget = goal.budget;
   result.ratio = result.ratio_low = result.ratio_high = kNotMeasured;

@@ -9,6 +9,7 @@
 
 #include "benchmarks/rates.hpp"
 #include "benchmarks/stopwatch.hpp"
+#include "scene/fluid_points.hpp"
 #include "validation/metrics/metrics.hpp"
 #include "validation/metrics/work_precision.hpp"
 #include "validation/study/process.hpp"
@@ -52,32 +53,50 @@ std::vector<Cell> plan_goal(const Goal& goal, const Scenario& scenario, const st
   }
   equal.scenarios = adaptive.scenarios = {"*"};
   equal.repeats = adaptive.repeats = 0;
-  equal.steps = goal.steps;
+  // A ladder of spacings takes its steps from the scenario, refined with the spacing.
+  if (goal.spacings_m.size() < 2) equal.steps = goal.steps;
+  equal.spacings_m = adaptive.spacings_m = goal.spacings_m;
+  if (goal.sound_speed_m_per_s > 0)
+    equal.sound_speeds_m_per_s = adaptive.sound_speeds_m_per_s = {goal.sound_speed_m_per_s};
   adaptive.steps = {goal.first_steps * goal.samples / std::max<std::int64_t>(1, goal.samples)};
   adaptive.steps[0] -= adaptive.steps[0] % goal.samples;
   adaptive.steps[0] = std::max(adaptive.steps[0], goal.samples);
-  if (!equal.methods.empty() && !equal.steps.empty()) study.cells.push_back(equal);
+  if (!equal.methods.empty() && !goal.steps.empty()) study.cells.push_back(equal);
   if (!adaptive.methods.empty()) study.cells.push_back(adaptive);
   if (study.cells.empty()) return {};
   return plan_cells(study, {scenario}, workers, cpu);
 }
 
-GoalEntrant entrant_of(const Cell& cell, const std::vector<Row>& rows, const Goal& goal) {
-  GoalEntrant entrant{cell.method, cell.plan.steps, kNotMeasured, 0, kNotMeasured, kNotMeasured, kNotMeasured, false};
-  for (const Row& row : rows) {
-    if (row.method != cell.method || row.steps != cell.plan.steps || !row.body.empty() || row.t_s ||
-        row.status != Status::ok)
-      continue;
-    if (row.metric == goal.metric) {
-      entrant.error = std::fabs(row.value);
-      entrant.bar = row.truth_bar;
-    }
-    if (row.metric == "rate-evaluations") entrant.evaluations = row.value;
+// Whether a row is the figure that a goal judges: of the whole run, or at an instant. Orders are of the method's ladder.
+bool is_figure(const Row& row, const Goal& goal) {
+  if (row.metric != goal.metric || !row.body.empty() || row.t_s.has_value() != (goal.at_s > 0)) return false;
+  return goal.at_s == 0 || std::fabs(*row.t_s - goal.at_s) <= 1e-9 * goal.at_s;
+}
+
+// Whether the figure is what the goal asks: at most the error, or with all of its interval between the limits.
+void judge(GoalEntrant& entrant, const Goal& goal) {
+  if (std::isfinite(goal.low)) {
+    entrant.accurate = entrant.error >= goal.low && entrant.error <= goal.high;
+    return;
   }
   WorkPoint point;
   point.error = entrant.error;
   point.bar = entrant.bar;
   entrant.accurate = !std::isfinite(goal.error) || known_error(point) <= goal.error;
+}
+
+GoalEntrant entrant_of(const Cell& cell, const std::vector<Row>& rows, const Goal& goal) {
+  GoalEntrant entrant{cell.method, cell.plan.steps, kNotMeasured, 0, kNotMeasured, kNotMeasured, kNotMeasured, false};
+  for (const Row& row : rows) {
+    const bool ladder = row.steps == 0 && goal.metric.starts_with("order-");
+    if (row.method != cell.method || (row.steps != cell.plan.steps && !ladder) || row.status != Status::ok) continue;
+    if (is_figure(row, goal)) {
+      entrant.error = std::isfinite(goal.low) ? row.value : std::fabs(row.value);
+      entrant.bar = row.truth_bar;
+    }
+    if (row.metric == "rate-evaluations" && row.body.empty() && !row.t_s) entrant.evaluations = row.value;
+  }
+  judge(entrant, goal);
   return entrant;
 }
 
@@ -93,6 +112,13 @@ bool better(const GoalEntrant& a, const GoalEntrant& b, const std::string& kind)
   const double x = cost_of(a, kind), y = cost_of(b, kind);
   if (std::isfinite(x) != std::isfinite(y)) return std::isfinite(x);
   return kind.empty() ? a.error < b.error : x < y;
+}
+
+// The same scene with particles disturbed by another seed.
+Scenario with_seed(Scenario scenario, std::int64_t seed) {
+  for (Fluid& fluid : scenario.scene.fluids) fluid.seed = seed;
+  scenario.scene = at_resolution(scenario, 0, 0);
+  return scenario;
 }
 
 // Our candidates with the reference's rate, where a library is among the rivals and times are compared.
@@ -117,6 +143,7 @@ class GoalRun {
 
  private:
   std::vector<Candidate> measured(const Goal& goal, const Scenario& scenario, std::vector<Cell>& cells);
+  void take_median(const Goal& goal, const Scenario& scenario, std::vector<Candidate>& candidates);
   void time(const Goal& goal, std::vector<Candidate>& candidates);
   Contender contender(const Candidate& candidate) const {
     return {&workers_[static_cast<std::size_t>(candidate.cell->worker)],
@@ -130,6 +157,7 @@ class GoalRun {
   const GoalSetup& setup_;
   const std::vector<Worker>& workers_;
   Stopwatch stopwatch_;
+  std::string refusal_;  // why the first of our candidates that did not run did not
 };
 
 std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scenario, std::vector<Cell>& cells) {
@@ -156,7 +184,10 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
   std::vector<Candidate> candidates;
   std::set<std::string> failed;
   for (const Row& row : result.rows) {
-    if (row.metric == "status" && row.status != Status::ok) failed.insert(row.method + " " + std::to_string(row.steps));
+    if (row.metric != "status" || row.status == Status::ok) continue;
+    const std::string key = row.method + " " + std::to_string(row.steps);
+    failed.insert(key);
+    if (refusal_.empty() && sides.at(key) == Side::ours) refusal_ = to_string(row.status) + ": " + row.reason;
   }
   for (const Cell& cell : cells) {
     const std::string key = cell.method + " " + std::to_string(cell.plan.steps);
@@ -168,6 +199,26 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
         {side == Side::rival && is_library(engine_of(cell.method)) ? Side::library : side, &cell, entrant, {}});
   }
   return candidates;
+}
+
+// Of disturbed particles: the error of every candidate becomes the median over the goal's seeds. One that failed with a
+// seed has no error.
+void GoalRun::take_median(const Goal& goal, const Scenario& scenario, std::vector<Candidate>& candidates) {
+  std::map<std::string, std::vector<double>> errors;
+  const auto key = [](const Candidate& c) { return c.cell->method + " " + std::to_string(c.cell->plan.steps); };
+  for (const Candidate& c : candidates) errors[key(c)].push_back(c.entrant.error);
+  for (std::int64_t seed = 2; seed <= goal.seeds; ++seed) {
+    std::vector<Cell> cells;
+    cells.reserve(4096);
+    for (const Candidate& c : measured(goal, with_seed(scenario, seed), cells))
+      errors[key(c)].push_back(c.entrant.error);
+  }
+  for (Candidate& c : candidates) {
+    std::vector<double>& own = errors[key(c)];
+    c.entrant.error = std::ssize(own) == goal.seeds ? median_time(own) : kNotMeasured;
+    judge(c.entrant, goal);
+  }
+  std::erase_if(candidates, [](const Candidate& c) { return !std::isfinite(c.entrant.error); });
 }
 
 // Sets the wanted error to `error_ratio` times that of the most accurate rival, known when all have run. Rivals then
@@ -247,8 +298,9 @@ const Candidate* best(const std::vector<Candidate>& candidates, Side side, const
   return found;
 }
 
-std::string shortfall(const Goal& goal, const GoalEntrant& ours) {
-  if (ours.method.empty()) return "none of our candidate methods ran";
+std::string shortfall(const Goal& goal, const GoalEntrant& ours, const std::string& refusal) {
+  if (ours.method.empty()) return "none of our candidate methods ran" + (refusal.empty() ? "" : ": " + refusal);
+  if (!ours.accurate && std::isfinite(goal.low)) return fmt::format("{:.4g} is outside", ours.error);
   if (!ours.accurate) return fmt::format("the error is {:.3g} times too large", ours.error / goal.error);
   const double cost = cost_of(ours, goal.budget_kind);
   if (!std::isfinite(cost))
@@ -275,13 +327,15 @@ GoalResult GoalRun::run(const Goal& asked) {
   Scenario scenario = setup_.scenario(goal.scenario);
   scenario.samples = goal.samples;
   if (!goal.steps.empty()) scenario.steps = goal.steps;
+  if (goal.t_end_s > 0) scenario.t_end_s = goal.t_end_s;
   std::vector<Cell> cells;
   cells.reserve(4096);  // candidates keep pointers to them
   stopwatch_.allow(std::max(setup_.study.cell_limit_s, goal.limit_s));
   std::vector<Candidate> candidates = measured(goal, scenario, cells);
+  if (goal.seeds > 1) take_median(goal, scenario, candidates);
   if (goal.error_ratio > 0) ask_by_rivals(goal, candidates);
   result.wanted_error = goal.error;
-  if (setup_.study.timing) time(goal, candidates);
+  if (setup_.study.timing && !goal.metric.starts_with("order-")) time(goal, candidates);
   const Candidate* ours = best(candidates, Side::ours, goal.budget_kind);
   const Candidate* rival = best(candidates, Side::rival, goal.budget_kind);
   const Candidate* library = best(candidates, Side::library, goal.budget_kind);
@@ -292,7 +346,7 @@ GoalResult GoalRun::run(const Goal& asked) {
   if (ours != nullptr) result.ours = ours->entrant;
   if (rival != nullptr) result.rival = rival->entrant;
   if (uncounted != nullptr) result.uncounted = uncounted->entrant;
-  result.why = shortfall(goal, result.ours);
+  result.why = shortfall(goal, result.ours, refusal_);
   if (goal.budget_kind.empty() && result.ours.accurate) result.why.clear();
   result.reached = result.why.empty();
   if (ours != nullptr && rival != nullptr && ours->entrant.accurate && rival->entrant.accurate) {

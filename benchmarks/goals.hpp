@@ -23,9 +23,15 @@ struct Goal {
   std::string benchmark;                                // instead of a scenario: a figure of a benchmark, over `per`
   std::vector<std::string> rival_benchmarks;
   double per = 1;
-  double times_faster = 0;         // the cheapest rival's time over ours; 0: not required
-  double error_ratio = 0;          // instead of `error`: relative to the most accurate rival's error; 0: not required
-  double limit_s = 0;              // of a run; 0: that of --limit. Long runs are timed once, not alternately
+  double times_faster = 0;  // the cheapest rival's time over ours; 0: not required
+  double error_ratio = 0;   // instead of `error`: relative to the most accurate rival's error; 0: not required
+  double limit_s = 0;       // of a run; 0: that of --limit. Long runs are timed once, not alternately
+  // Of fluids. Several spacings: a ladder, for an order. 0, empty: the scenario's own.
+  std::vector<double> spacings_m;
+  double sound_speed_m_per_s = 0, t_end_s = 0;
+  std::int64_t seeds = 1;  // of disturbed particles: the error is the median over seeds 1, 2 ..
+  double at_s = 0;         // the figure at this instant; 0: of the whole run
+  double low = std::numeric_limits<double>::quiet_NaN(), high = low;  // instead of `error`: the figure lies between
   std::string table, row, column;  // instead of a scenario: a figure of `atwood bench TABLE`, at most `error`
 };
 

@@ -65,12 +65,22 @@ struct GoalsFile {
   }
 
   Goal goal(const toml::node& node) const {
-    static const std::set<std::string> known{
-        "id",          "title",        "scenario",    "metric",    "error",     "time",
-        "step_time",   "figure",       "evaluations", "samples",   "steps",     "tolerances",
-        "first_steps", "methods",      "rivals",      "uncounted", "benchmark", "rival_benchmarks",
-        "per",         "times_faster", "error_ratio", "limit",     "table",     "row",
-        "column",      "at_most"};
+    static const std::set<std::string> known{"id",          "title",
+                                             "scenario",    "metric",
+                                             "error",       "time",
+                                             "step_time",   "figure",
+                                             "evaluations", "samples",
+                                             "steps",       "tolerances",
+                                             "first_steps", "methods",
+                                             "rivals",      "uncounted",
+                                             "benchmark",   "rival_benchmarks",
+                                             "per",         "times_faster",
+                                             "error_ratio", "limit",
+                                             "table",       "row",
+                                             "column",      "at_most",
+                                             "spacings_m",  "t_end_s",
+                                             "seeds",       "at_s",
+                                             "within",      "sound_speed_m_per_s"};
     const toml::table* table = node.as_table();
     if (table == nullptr) refuse(node.source(), "expected [[goal]] to be tables");
     for (const auto& [key, value] : *table) {
@@ -102,6 +112,16 @@ struct GoalsFile {
       goal.budget_kind = "ns_per_step", goal.budget = std::numeric_limits<double>::infinity();
     if (const std::string limit = text(*table, "limit"); !limit.empty())
       goal.limit_s = parse_duration(limit, path + ": `limit`");
+    goal.spacings_m = list<double>(*table, "spacings_m", "a list of spacings");
+    goal.sound_speed_m_per_s = number(*table, "sound_speed_m_per_s", 0);
+    goal.t_end_s = number(*table, "t_end_s", 0);
+    goal.seeds = static_cast<std::int64_t>(number(*table, "seeds", 1));
+    goal.at_s = number(*table, "at_s", 0);
+    if (const auto within = list<double>(*table, "within", "two numbers"); !within.empty()) {
+      if (within.size() != 2 || !(within[0] < within[1]) || std::isfinite(goal.error))
+        refuse(table->get("within")->source(), "`within`: expected two rising numbers, and no `error` beside them");
+      goal.low = within[0], goal.high = within[1];
+    }
     goal.table = text(*table, "table");
     goal.row = text(*table, "row");
     goal.column = text(*table, "column");
@@ -114,8 +134,8 @@ struct GoalsFile {
     if (goal.scenario.empty()) return goal;
     if (goal.error_ratio > 0 && (goal.metric.empty() || std::isfinite(goal.error)))
       refuse(table->source(), "goal `" + goal.id + "`: an `error_ratio` needs its `metric`, and no `error` beside it");
-    if (std::isfinite(goal.error) && goal.metric.empty())
-      refuse(table->source(), "goal `" + goal.id + "`: an `error` needs its `metric`");
+    if ((std::isfinite(goal.error) || std::isfinite(goal.low)) && goal.metric.empty())
+      refuse(table->source(), "goal `" + goal.id + "`: an `error` or `within` needs its `metric`");
     for (const std::int64_t n : goal.steps) {
       if (n <= 0 || n % goal.samples != 0)
         refuse(table->get("steps")->source(), "`steps`: expected multiples of `samples`");

@@ -10,7 +10,7 @@ constexpr int kPairs = 15;
 double rung_seconds(const std::vector<Row>& rows, const Cell& cell) {
   for (const Row& row : rows) {
     if (row.metric == "run-time" && row.scenario == cell.scenario.id && row.method == cell.method &&
-        row.steps == cell.plan.steps)
+        row.steps == cell.plan.steps && resolution_of(row) == resolution_of(cell))
       return row.value;
   }
   return 0;
@@ -21,7 +21,7 @@ double rung_seconds(const std::vector<Row>& rows, const Cell& cell) {
 const Cell* TurnTimes::find_cell(const std::string& scenario, const Reached& reached) const {
   for (const Cell& cell : cells_) {
     if (cell.worker >= 0 && cell.scenario.id == scenario && cell.method == reached.method &&
-        cell.plan.steps == reached.steps)
+        cell.plan.steps == reached.steps && resolution_of(cell) == reached.at)
       return &cell;
   }
   return nullptr;

@@ -98,6 +98,7 @@ struct ReportData {
   std::vector<Row> rows;
   std::vector<Verdict> verdicts;
   std::vector<StoredSeries> series;
+  std::vector<StoredPicture> pictures;  // of fluids
   std::vector<Law> laws;
   std::vector<BenchFigure> bench;
   std::vector<Dominance> dominance;  // who is cheapest for an error, who most accurate for a budget

@@ -3,6 +3,7 @@
 #include "reports/command_line/advise.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,6 +12,7 @@
 #include <set>
 
 #include "reports/command_line/contest.hpp"
+#include "reports/command_line/fluid_question.hpp"
 #include "reports/command_line/same_rate.hpp"
 #include "reports/command_line/units.hpp"
 #include "reports/render/text.hpp"
@@ -37,8 +39,10 @@ class AdviceSearch {
   bool run(const Candidates& candidates);  // false: interrupted
   bool decide();                           // the same
   bool truth_failed() const { return truth_failed_; }
+  std::string why_no_figure() const;
 
  private:
+  bool run_round(const Candidates& candidates);
   bool run_some(const std::vector<std::string>& ids);
   bool run_cells(const std::vector<std::string>& ids);
   bool over() const;  // no time is left to begin another method
@@ -57,6 +61,8 @@ class AdviceSearch {
   std::set<std::string> engines_run_;
   double run_limit_s_ = 0;  // what one run may take
   bool truth_failed_ = false;
+  bool first_round_ = true;
+  Resolution at_ = {};  // of fluids: what this round runs at
 };
 
 // The ladders that `compare` runs: the scenario's own steps and their halves, and tolerances where a method takes them.
@@ -90,6 +96,7 @@ bool AdviceSearch::run_cells(const std::vector<std::string>& ids) {
   block.scenarios = {"*"};
   block.methods = ids;
   block.repeats = 5;
+  if (at_.first) block.spacings_m = {*at_.first}, block.sound_speeds_m_per_s = {at_.second.value_or(0)};
   std::vector<Cell> cells = plan_cells({"advise", {block}}, {scenario_}, workers_, place_.provenance.cpu);
   StudyOptions how = study_options(place_, options_);
   how.purpose = "advise";
@@ -109,6 +116,14 @@ bool AdviceSearch::run_cells(const std::vector<std::string>& ids) {
 
 bool AdviceSearch::over() const {
   return !cells_.empty() && std::chrono::duration<double>(Clock::now() - start_).count() >= options_.search_s;
+}
+
+// The reasons of runs that were refused or failed, else that of the truth; the first of each kind.
+std::string AdviceSearch::why_no_figure() const {
+  for (const char* metric : {"status", "truth"})
+    for (const Row& row : rows_)
+      if (row.metric == metric && row.status != Status::ok) return to_string(row.status) + ": " + row.reason;
+  return "no run gave " + (advice_.metric.empty() ? std::string("an error of a field") : advice_.metric);
 }
 
 // Why an engine cannot compete: one of its methods is asked, because all refuse where the engine steps no contacts.
@@ -131,14 +146,56 @@ bool AdviceSearch::had_turn(const std::string& engine) const {
   });
 }
 
+// Of fluids a round for each spacing and sound speed, the cheapest first; else one round.
+std::vector<Resolution> rounds_of(const Options& options, const Scenario& scenario) {
+  if (scenario.scene.fluids.empty()) return {Resolution{}};
+  const Fluid& first = scenario.scene.fluids.front();
+  const auto entries = [](const std::vector<double>& asked, const std::vector<double>& ladder, double own) {
+    return !asked.empty() ? asked : !ladder.empty() ? ladder : std::vector<double>{own};
+  };
+  std::vector<Resolution> rounds;
+  for (const double spacing : entries(options.spacings, scenario.spacings_m, first.spacing_m))
+    for (const double speed : entries(options.sound_speeds, scenario.sound_speeds_m_per_s, first.sound_speed_m_per_s))
+      rounds.emplace_back(spacing, speed);
+  const double dimensions = scenario.scene.domain.dimensions;
+  const auto work = [&](const Resolution& at) { return *at.second / std::pow(*at.first, dimensions + 1); };
+  std::stable_sort(rounds.begin(), rounds.end(),
+                   [&](const Resolution& a, const Resolution& b) { return work(a) < work(b); });
+  return rounds;
+}
+
+bool AdviceSearch::run(const Candidates& candidates) {
+  run_limit_s_ = std::min(options_.cell_limit_s,
+                          std::max(kLeastLimit_s, options_.search_s / static_cast<double>(candidates.firsts)));
+  std::string late;  // rounds that the search had no time for
+  for (const Resolution& at : rounds_of(options_, scenario_)) {
+    if (!first_round_ && over()) {
+      late += (late.empty() ? "" : "; ") + spacing_words(at);
+      continue;
+    }
+    at_ = at;
+    if (!run_round(candidates)) return false;
+    first_round_ = false;
+  }
+  if (!late.empty())
+    advice_.left_out.emplace_back(
+        fmt::format("not tried: the {:g} s of the search were over (--time SECONDS gives it more): every method at {}",
+                    options_.search_s, late),
+        fmt::format("{}", fmt::join(candidates.ids, ", ")));
+  const bool measured =
+      scenario_.scene.fluids.empty()
+          ? std::any_of(rows_.begin(), rows_.end(), [](const Row& row) { return row.metric.rfind("error-", 0) == 0; })
+          : !(advice_.metric.empty() ? telling_metric(rows_, scenario_.id) : advice_.metric).empty();
+  truth_failed_ = truth_failed_ || !measured;
+  return true;
+}
+
 // Every engine's first method that it supports is tried, whatever the time. A ladder takes at most about three limits
 // (its rungs double, and the first that hangs ends it), so that with a limit of an engine's share of the time they end
 // within twice of it.
-bool AdviceSearch::run(const Candidates& candidates) {
+bool AdviceSearch::run_round(const Candidates& candidates) {
   const std::vector<std::string>& ids = candidates.ids;
   const std::size_t jobs = static_cast<std::size_t>(std::clamp(study_options(place_, options_).jobs, 1, kMostAtOnce));
-  run_limit_s_ = std::min(options_.cell_limit_s,
-                          std::max(kLeastLimit_s, options_.search_s / static_cast<double>(candidates.firsts)));
   std::map<std::string, std::string> out;
   const auto leave = [&](const std::string& reason, const std::string& id) {
     out[reason] += (out[reason].empty() ? "" : ", ") + id;
@@ -147,10 +204,12 @@ bool AdviceSearch::run(const Candidates& candidates) {
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const bool solver = engine_of(ids[i]) == "arkode" || engine_of(ids[i]) == "odeint";
     if (truth_failed_) break;
-    const bool owed = i < candidates.firsts || (i < candidates.short_list && !had_turn(engine_of(ids[i])));
+    const bool owed =
+        first_round_ && (i < candidates.firsts || (i < candidates.short_list && !had_turn(engine_of(ids[i]))));
     if (!owed && over()) {
-      leave(fmt::format("not tried: the {:g} s of the search were over (--time SECONDS gives it more)",
-                        options_.search_s),
+      const std::string at = spacing_words(at_);
+      leave(fmt::format("not tried{}: the {:g} s of the search were over (--time SECONDS gives it more)",
+                        at.empty() ? "" : " at " + at, options_.search_s),
             ids[i]);
     } else if (const std::string reason = solver ? refusal(engine_of(ids[i])) : ""; !reason.empty()) {
       leave(reason, ids[i]);
@@ -166,13 +225,11 @@ bool AdviceSearch::run(const Candidates& candidates) {
   }
   if (!some.empty() && !truth_failed_ && !run_some(some)) return false;
   for (const auto& [reason, methods] : out) advice_.left_out.emplace_back(reason, methods);
-  truth_failed_ = truth_failed_ || std::none_of(rows_.begin(), rows_.end(),
-                                                [](const Row& row) { return row.metric.rfind("error-", 0) == 0; });
   return true;
 }
 
 AdviceRung rung_of(const WorkPoint& point) {
-  return {point.method, point.steps, point.h_s, point.error, point.bar, point.seconds, point.evaluations};
+  return {point.method, point.steps, point.h_s, point.error, point.bar, point.seconds, point.evaluations, point.at};
 }
 
 // The rung that a contest names, and those beside it on its ladder.
@@ -186,7 +243,7 @@ Neighbours neighbours(const std::vector<WorkCurve>& all, const Reached& reached)
     if (curve.family != reached.family) continue;
     for (std::size_t i = 0; i < curve.points.size(); ++i) {
       const WorkPoint& point = curve.points[i];
-      if (point.method != reached.method || point.steps != reached.steps) continue;
+      if (point.method != reached.method || point.steps != reached.steps || point.at != reached.at) continue;
       found.self = rung_of(point);
       found.self.seconds = reached.cost;
       if (i > 0) found.coarser = rung_of(curve.points[i - 1]);
@@ -201,7 +258,7 @@ std::string no_coarser_words(const std::vector<WorkCurve>& all, const AdviceRung
   std::string ran;
   for (const WorkCurve& curve : all) {
     for (const FailedRung& rung : curve.failed) {
-      if (rung.method != best.method || rung.steps >= best.steps) continue;
+      if (rung.method != best.method || rung.steps >= best.steps || rung.at != best.at) continue;
       ran += fmt::format("{}{} steps ({})", ran.empty() ? "" : ", ", rung.steps,
                          rung.status == Status::diverged ? rung.reason : to_string(rung.status) + ": " + rung.reason);
     }
@@ -251,12 +308,20 @@ void AdviceSearch::tell_losers(const std::vector<WorkCurve>& all, const Contest&
   advice_.left_out.insert(advice_.left_out.begin(), told.begin(), told.end());
 }
 
+void set_metric(const std::string& metric, Advice& advice) {
+  advice.metric = metric;
+  for (const MetricInfo& known : all_metrics()) {
+    if (known.name == metric) advice.unit = known.unit == "1" ? "" : known.unit;
+  }
+}
+
 bool AdviceSearch::decide() {
   std::vector<std::string> notes;
   const std::vector<Row> rows = without_idle_halves(rows_, options_.methods, notes);
+  if (advice_.metric.empty()) set_metric(telling_metric(rows, scenario_.id), advice_);
   const std::vector<WorkCurve> all = work_curves(rows, scenario_.id, advice_.metric);
   const bool by_error = advice_.wanted_error > 0;
-  Contest contest = by_error ? contest_of_error(all, advice_.wanted_error / 30, Cost::seconds)
+  Contest contest = by_error ? contest_of_error(all, advice_.wanted_error, Cost::seconds)
                              : contest_of_budget(all, advice_.budget_s, Cost::seconds);
   const InterruptGuard guard;
   try {
@@ -287,14 +352,10 @@ bool AdviceSearch::decide() {
   return true;
 }
 
-void read_request(const Options& options, Advice& advice) {
-  if (options.wanted_error.empty() == options.budget.empty())
-    throw InputError("advise: expected either --error E or --budget TIME");
-  const Question question = read_question(options);
-  advice.metric = question.metric.empty() ? "error-position-max" : question.metric;
-  for (const MetricInfo& metric : all_metrics()) {
-    if (metric.name == advice.metric) advice.unit = metric.unit == "1" ? "" : metric.unit;
-  }
+void read_request(const Options& options, const Scenario& scenario, Advice& advice) {
+  const Question question = fluid_question("advise", options, read_question(options), {&scenario});
+  const bool fluids = !scenario.scene.fluids.empty();  // without a metric: what their rows tell most by
+  set_metric(question.metric.empty() && !fluids ? "error-position-max" : question.metric, advice);
   advice.wanted_error = question.error;
   advice.budget_s = question.budget_s;
 }
@@ -304,9 +365,14 @@ void read_request(const Options& options, Advice& advice) {
 int command_advise(const Place& place, const Options& options) {
   const Clock::time_point start = Clock::now();
   Advice advice;
-  read_request(options, advice);
+  if (options.wanted_error.empty() == options.budget.empty())
+    throw InputError("advise: expected either --error E or --budget TIME");
   advice.scenario = read_scene_argument(place, options.input);
   require_own_id(place, advice.scenario);
+  read_request(options, advice.scenario, advice);
+  if (advice.scenario.scene.fluids.empty() && (!options.spacings.empty() || !options.sound_speeds.empty()))
+    throw InputError(fmt::format("{}: `{}` has no fluid", options.spacings.empty() ? "--sound-speed" : "--spacing",
+                                 advice.scenario.id));
   advice.motion = classify(advice.scenario.scene);
   if (advice.metric.find("attitude") != std::string::npos || advice.metric.find("body-rate") != std::string::npos) {
     if (!advice.motion.rotates)
@@ -337,10 +403,16 @@ int command_advise(const Place& place, const Options& options) {
 
   std::optional<AdviceSearch> search;
   advice.truth = truth_words(advice.scenario.truth);
-  if (advice.scenario.truth.kind != TruthKind::none) {
+  const bool fluids = advice.motion.fluids;  // their metrics decide whether a truth is needed
+  if (fluids && advice.scenario.truth.kind == TruthKind::none)
+    advice.truth = "none: " + advice.metric + " needs no truth";
+  if (advice.scenario.truth.kind != TruthKind::none || fluids) {
     search.emplace(place, options, workers, advice.scenario, start, advice);
     if (!search->run(candidates)) return interrupted();
   }
+  if (fluids && search->truth_failed())
+    throw InputError(
+        fmt::format("advise: no run of `{}` has a figure to rank: {}", advice.scenario.id, search->why_no_figure()));
   if (!search || search->truth_failed()) {
     fmt::print(stderr, "atwood: `{}` has no truth: one is computed\n", advice.scenario.id);
     const InterruptGuard guard;
@@ -357,8 +429,8 @@ int command_advise(const Place& place, const Options& options) {
   }
   if (!search->decide()) return interrupted();
   const std::string own = own_file(place, advice.scenario);
-  advice.rerun =
-      rerun_words(own.empty() ? advice.scenario.id : own, native_twin(advice.best.method), advice.best.steps);
+  advice.rerun = rerun_words(own.empty() ? advice.scenario.id : own, native_twin(advice.best.method), advice.best.steps,
+                             advice.best.at);
   advice.rerun.front() = options.words.front();
   for (const std::string& engine : options.engines) advice.rerun.insert(advice.rerun.end(), {"--engine", engine});
   fmt::print("{}", options.json ? advice_json(advice) : advice_text(advice));

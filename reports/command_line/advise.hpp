@@ -12,7 +12,7 @@ namespace atwood {
 // What moves in a scene decides who may compete.
 struct MotionClass {
   bool rotates = false, velocity_dependent = false, conservative = false, contacts = false, magnetic = false,
-       bare = false;
+       bare = false, fluids = false;
 };
 MotionClass classify(const Scene& scene);
 std::string class_words(const MotionClass& motion);  // "rotation, no velocity-dependent force"
@@ -26,7 +26,8 @@ struct Candidates {
 };
 // Every method of every engine that is here, but for those of ours that claim nothing for the scene's kind of motion: the
 // ones made for it first, one's own engines, rivals, then all others. Among those that come first, and among the others,
-// the engines take turns, a method each.
+// the engines take turns, a method each. Of a scene with fluids: a short list of ours, and every method of the other
+// engines that simulate fluids.
 Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& workers, std::size_t own_engines);
 // --same-rate: ours as their twins on the reference's rate, libraries as they are; all others are left out with the reason.
 Candidates at_same_rate(const Candidates& candidates, const std::vector<Worker>& workers);
@@ -47,6 +48,7 @@ struct AdviceRung {
   std::string method;
   std::int64_t steps = 0;
   double h_s = 0, error = 0, bar = 0, seconds = 0, evaluations = 0;
+  Resolution at = {};
 };
 struct Advice {
   Scenario scenario;

@@ -140,6 +140,7 @@ std::string missing_claim(const MethodInfo& info, const MotionClass& motion) {
 
 MotionClass classify(const Scene& scene) {
   MotionClass motion;
+  motion.fluids = !scene.fluids.empty();
   motion.bare = !scene.problem.empty();
   motion.conservative = !motion.bare;
   int shapes = 0;
@@ -168,14 +169,55 @@ MotionClass classify(const Scene& scene) {
 
 std::string class_words(const MotionClass& motion) {
   if (motion.bare) return "a bare system of equations";
+  if (motion.fluids) return "fluids";
   std::string words = motion.contacts ? "contacts" : motion.rotates ? "rotation" : "point masses";
   if (motion.contacts && motion.rotates) words += ", rotation";
   if (motion.velocity_dependent) words += ", velocity-dependent forces";
   return words + (motion.conservative ? ", conservative" : "");
 }
 
+namespace {
+
+// Ours for fluids: the orders in space that the engine has, its settings for free surfaces, and a cheaper scheme in time.
+const std::vector<std::string>& fluid_ids() {
+  static const std::vector<std::string> ids{"atwood/rk4+polynomial{degree=4}",
+                                            "atwood/rk4+sph",
+                                            "atwood/rk4+polynomial{degree=2}",
+                                            "atwood/rk4+polynomial{degree=2,filter=1,smoothing=1.8}",
+                                            "atwood/rk4+sph{kernel=wendland-c4,smoothing=1.6}",
+                                            "atwood/leapfrog+sph{density=summation,viscosity=none}"};
+  return ids;
+}
+
+Candidates fluid_candidates(const std::vector<Worker>& workers, std::size_t own_engines) {
+  Candidates chosen;
+  std::string without;
+  const auto take = [&](const Worker& worker) {
+    if (worker.status != Status::ok) {
+      chosen.left_out.emplace_back(to_string(worker.status) + ": " + worker.reason,
+                                   std::filesystem::path(worker.path).filename().string());
+    } else if (!worker.engine.fluids) {
+      without += (without.empty() ? "" : ", ") + worker.engine.name;
+    } else if (worker.engine.name != "atwood") {
+      for (const MethodInfo& info : worker.engine.methods) chosen.ids.push_back(info.id);
+    } else {
+      chosen.ids.insert(chosen.ids.end(), fluid_ids().begin(), fluid_ids().end());
+    }
+  };
+  for (std::size_t i = workers.size() - own_engines; i < workers.size(); ++i) take(workers[i]);
+  for (std::size_t i = 0; i + own_engines < workers.size(); ++i) take(workers[i]);
+  if (!without.empty()) chosen.left_out.emplace_back("simulates no fluids", without);
+  chosen.left_out.emplace_back("other schemes and settings of ours: not tried unless --method names them",
+                               "atwood/SCHEME+sph{...}, atwood/SCHEME+polynomial{...}");
+  take_turns(chosen, chosen.ids.size());
+  return chosen;
+}
+
+}  // namespace
+
 Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& workers, std::size_t own_engines) {
   const MotionClass motion = classify(scene);
+  if (motion.fluids) return fluid_candidates(workers, own_engines);
   Candidates chosen;
   std::map<std::string, std::string> out;
   std::set<std::string> known;  // ids without suffixes that are tried or told about

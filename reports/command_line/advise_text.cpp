@@ -19,7 +19,8 @@ std::string with_unit(double value, const std::string& unit) {
 }
 
 std::string step_words(const AdviceRung& rung, double t_end_s) {
-  if (method_family(rung.method) != rung.method) return rung_words(rung.method, rung.steps);
+  if (method_family(rung.method) != rung.method) return rung_words(rung.method, rung.steps, rung.at);
+  if (rung.at.first) return rung_words(rung.method, rung.steps, rung.at);
   return fmt::format("{} steps (h = {:.4g} s)", rung.steps, t_end_s / static_cast<double>(rung.steps));
 }
 
@@ -61,6 +62,8 @@ json to_json(const AdviceRung& rung, const Advice& advice) {
            {"bar", rung.bar},       {"seconds", rung.seconds}, {"evaluations", rung.evaluations}};
   if (method_family(rung.method) == rung.method) out["h_s"] = advice.scenario.t_end_s / static_cast<double>(rung.steps);
   else out["rtol"] = *parse_method_id(rung.method).rtol;
+  if (rung.at.first) out["spacing_m"] = *rung.at.first;
+  if (rung.at.second) out["sound_speed_m_per_s"] = *rung.at.second;
   return out;
 }
 

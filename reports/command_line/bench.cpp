@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "benchmarks/bench_file.hpp"
+#include "benchmarks/fluid_budget.hpp"
 #include "benchmarks/frame_budget.hpp"
 #include "benchmarks/goal_run.hpp"
 #include "benchmarks/programs.hpp"
@@ -116,9 +117,18 @@ int command_frame_budget(const Place& place, const Options& options) {
   make_out_dir(options.out_dir);
   const InterruptGuard guard;
   const BrokenPipeGuard pipes;
-  const FrameBudgetTables measured =
-      measure_frame_budget({workers, options.methods, read_scene_argument(place, "settling-100").scene,
-                            read_scene_argument(place, "settling-boxes-100").scene, options.cell_limit_s, notice});
+  const FrameBudgetSetup setup{workers,
+                               options.methods,
+                               read_scene_argument(place, "settling-100").scene,
+                               read_scene_argument(place, "settling-boxes-100").scene,
+                               options.cell_limit_s,
+                               notice};
+  FrameBudgetTables measured = measure_frame_budget(setup);
+  if (!measured.interrupted) {
+    const FrameBudgetTables fluids = measure_fluid_budget(setup);
+    measured.tables.insert(measured.tables.end(), fluids.tables.begin(), fluids.tables.end());
+    measured.interrupted = fluids.interrupted;
+  }
   show_bench_tables(place, options, measured.tables);
   if (!measured.interrupted) return exit_pass;
   notice("interrupted; what was not measured yet is left out");

@@ -11,6 +11,7 @@
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/compare_text.hpp"
 #include "reports/command_line/contest.hpp"
+#include "reports/command_line/fluid_question.hpp"
 #include "reports/command_line/same_rate.hpp"
 #include "reports/command_line/spread.hpp"
 #include "reports/command_line/units.hpp"
@@ -66,7 +67,7 @@ void write_documents(const Options& options, const ReportData& data) {
 
 int command_compare(const Place& place, const Options& options) {
   require_outputs_make_sense(options);
-  const Question question = read_question(options);
+  Question question = read_question(options);
   Options chosen = options;
   chosen.purpose = "compare";
   if (chosen.scenarios.empty()) chosen.scenarios = {"kepler-e0.6"};
@@ -89,6 +90,9 @@ int command_compare(const Place& place, const Options& options) {
                     shell_line(std::vector<std::string>{"atwood", "run", "--method", options.methods.front()})));
   const Selection selection = select_cells(place, chosen);
   require_attitudes(selection, question.metric);
+  std::vector<const Scenario*> scenes;
+  for (const Scenario& scenario : selection.scenarios) scenes.push_back(&scenario);
+  question = fluid_question("compare", options, question, scenes);
   make_out_dir(options.out_dir);
   StudyOptions how = study_options(place, chosen);
   how.progress = progress_printer(options);
@@ -123,6 +127,7 @@ int command_compare(const Place& place, const Options& options) {
     }
   }
   for (const Scenario& scenario : selection.scenarios) {
+    if (!scenario.scene.fluids.empty()) continue;
     const bool judged = std::any_of(data.rows.begin(), data.rows.end(), [&](const Row& row) {
       return row.scenario == scenario.id && row.metric.rfind("error-", 0) == 0;
     });

@@ -20,6 +20,8 @@ namespace {
 // A curve's letter, the same in plot and tables.
 using Letters = std::map<std::string, char>;
 
+constexpr int kFluidRung = 30;  // characters of "1280 steps, dx 0.02, c 40"
+
 char letter(std::size_t index) {
   static const std::string all = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
   return index < all.size() ? all[index] : '?';
@@ -58,30 +60,45 @@ std::string order_words(const ReportData& data, const std::string& scenario, con
   std::string words;
   for (const Row& row : data.rows) {
     if (row.scenario != scenario || row.method != family || row.steps != 0 || !std::isfinite(row.value)) continue;
-    if (row.metric != "order-position" && row.metric != "order-attitude") continue;
+    const bool shown = row.spacing_m || row.sound_speed_m_per_s
+                           ? row.metric == "order-space" || row.metric == "order-time"
+                           : row.metric == "order-position" || row.metric == "order-attitude";
+    if (!shown) continue;
     words += fmt::format("{}{} {:.2f} +/- {:.2f}", words.empty() ? "order of " : ", ", row.metric.substr(6), row.value,
                          row.truth_bar);
   }
   return words;
 }
 
-// Rungs that failed alike on one line.
+// Rungs that failed alike on one line. Of fluids the reasons hold each rung's own figures: those that differ in numbers
+// alone are alike, and the first is shown.
 std::string failed_lines(const std::vector<FailedRung>& failed) {
-  std::map<std::string, std::vector<std::string>> alike;
-  for (const FailedRung& rung : failed)
-    alike[to_string(rung.status) + ": " + rung.reason].push_back(rung_words(rung.method, rung.steps));
+  struct Alike {
+    std::string what;
+    std::vector<std::string> rungs;
+  };
+  std::map<std::string, Alike> alike;
+  for (const FailedRung& rung : failed) {
+    const std::string what = to_string(rung.status) + ": " + rung.reason;
+    std::string key = what;
+    if (rung.at.first)
+      std::erase_if(key, [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '-' || c == 'e'; });
+    const auto [place, fresh] = alike.try_emplace(key, Alike{what, {}});
+    place->second.rungs.push_back(rung_words(rung.method, rung.steps, rung.at));
+  }
   std::string text;
-  for (const auto& [what, rungs] : alike) {
+  for (const auto& [key, group] : alike) {
+    const std::vector<std::string>& rungs = group.rungs;
     const std::string where =
         rungs.size() == 1 ? rungs[0] : fmt::format("{} .. {} ({} rungs)", rungs.front(), rungs.back(), rungs.size());
-    text += fmt::format("     {}: {}\n", where, fit_to(what, 200));
+    text += fmt::format("     {}: {}\n", where, fit_to(group.what, 200));
   }
   return text;
 }
 
 const WorkPoint* same_rung(const WorkCurve& curve, const WorkPoint& point) {
   for (const WorkPoint& other : curve.points) {
-    if (other.method == point.method && other.steps == point.steps) return &other;
+    if (other.method == point.method && other.steps == point.steps && other.at == point.at) return &other;
   }
   return nullptr;
 }
@@ -107,11 +124,17 @@ std::string column_words(const std::string& metric, const ReportData& data) {
 
 std::string rungs_table(const ReportData& data, const Scenario& scenario, const std::vector<WorkCurve>& curves,
                         const Letters& letters, const std::string& metric) {
-  const bool by_position = metric == "error-position-max";
-  const std::string other = by_position ? "error-velocity-max" : "error-position-max";
+  const bool by_position = metric == "error-position-max", fluids = !scenario.scene.fluids.empty();
+  const std::string other = fluids        ? (metric == "velocity-l1" ? "pressure-l1" : "velocity-l1")
+                            : by_position ? "error-velocity-max"
+                                          : "error-position-max";
   const auto others = work_curves(data.rows, scenario.id, other);
-  std::string text = fmt::format("     {:<14} {:>17} {:>17} {:>8} {:>9}\n", "rung", column_words(metric, data),
-                                 by_position ? "velocity max[m/s]" : "position max [m]", "time", "evals");
+  const int width = fluids ? kFluidRung : 14;
+  std::string text = fmt::format("     {:<{}} {:>17} {:>17} {:>8} {:>9}\n", "rung", width, column_words(metric, data),
+                                 fluids        ? column_words(other, data)
+                                 : by_position ? "velocity max[m/s]"
+                                               : "position max [m]",
+                                 "time", "evals");
   for (const WorkCurve& curve : curves) {
     text += fmt::format("  {}  {}{}\n", letters.at(curve.family), curve.family,
                         order_words(data, scenario.id, curve.family).empty()
@@ -120,10 +143,10 @@ std::string rungs_table(const ReportData& data, const Scenario& scenario, const 
     const auto second =
         std::find_if(others.begin(), others.end(), [&](const WorkCurve& o) { return o.family == curve.family; });
     for (const WorkPoint& point : curve.points) {
-      text += fmt::format("     {:<14} {:>17} {:>17} {:>8} {:>9}\n", rung_words(point.method, point.steps),
-                          measured(&point), measured(second == others.end() ? nullptr : same_rung(*second, point)),
-                          time_words(point.seconds),
-                          std::isfinite(point.evaluations) ? fmt::format("{:.0f}", point.evaluations) : "-");
+      text += fmt::format(
+          "     {:<{}} {:>17} {:>17} {:>8} {:>9}\n", rung_words(point.method, point.steps, point.at), width,
+          measured(&point), measured(second == others.end() ? nullptr : same_rung(*second, point)),
+          time_words(point.seconds), std::isfinite(point.evaluations) ? fmt::format("{:.0f}", point.evaluations) : "-");
     }
     text += failed_lines(curve.failed);
   }
@@ -151,9 +174,10 @@ std::string cheapest_table(const Dominance& table, const Letters& letters) {
                   table.cost == Cost::seconds ? "time" : "evaluations", norm_words(table.metric), table.unit);
   for (const Contest& contest : table.by_error) {
     const Reached& best = contest.ranked.front();
-    text += fmt::format("    {:<6.2g} {} {:<19} {:<12} {:>7}{} {}\n", contest.asked, letters.at(best.family),
-                        fit_id(best.family, 19), rung_words(best.method, best.steps), cost_words(best.cost, table.cost),
-                        mark(best), over_next(contest, letters));
+    text += fmt::format("    {:<6.2g} {} {:<19} {:<{}} {:>7}{} {}\n", contest.asked, letters.at(best.family),
+                        fit_id(best.family, 19), rung_words(best.method, best.steps, best.at),
+                        best.at.first ? kFluidRung : 12, cost_words(best.cost, table.cost), mark(best),
+                        over_next(contest, letters));
     if (table.by_error.size() == 1)  // one error was asked for
       text += fmt::format("           its error is {:.3g}: {:.3g} times under the asked one\n", best.error,
                           contest.asked / best.error);
@@ -176,9 +200,27 @@ std::string budget_table(const Dominance& table, const Letters& letters) {
             : fmt::format("next {}: {:.2g}", letters.at(contest.ranked[1].family), contest.ranked[1].error);
     text += fmt::format("    {:>8} {}  {:<24} {:>8.2g}{} {:<11} {}\n", cost_words(contest.asked, table.cost),
                         letters.at(best.family), fit_id(best.family, 24), best.error, mark(best),
-                        rung_words(best.method, best.steps), next);
+                        rung_words(best.method, best.steps, best.at), next);
   }
   return text;
+}
+
+// Of fluids: the methods at each spacing and sound speed.
+std::string spacing_table(const Dominance& table, const Letters& letters) {
+  if (table.by_spacing.empty()) return "";
+  std::string text = fmt::format("\n  at equal spacing dx [m] and sound speed c [m/s] ({} [{}])\n",
+                                 norm_words(table.metric), table.unit);
+  for (const EqualSpacing& place : table.by_spacing) {
+    bool first = true;
+    for (const Reached& reached : place.ranked) {
+      text += fmt::format("    {:<16} {}  {:<24} {:>8.2g}{} {:<11} {:>8}\n", first ? spacing_words(place.at) : "",
+                          letters.at(reached.family), fit_id(reached.family, 24), reached.error,
+                          reached.at_bar ? " *" : "  ", rung_words(reached.method, reached.steps),
+                          time_words(reached.cost));
+      first = false;
+    }
+  }
+  return text + "    each method's cheapest rung within 1 % of its least error there\n";
 }
 
 std::string stable_table(const Dominance& table, const Letters& letters, double t_end_s) {
@@ -208,7 +250,8 @@ std::string compare_text(const ReportData& data, const Scenario& scenario, const
   const std::string metric = question.metric.empty() ? telling_metric(data.rows, scenario.id) : question.metric;
   if (metric.empty()) {
     // Nothing was compared with a truth: prints the reasons.
-    for (const WorkCurve& curve : work_curves(data.rows, scenario.id, "error-position-max"))
+    const char* any = scenario.scene.fluids.empty() ? "error-position-max" : "velocity-l1";
+    for (const WorkCurve& curve : work_curves(data.rows, scenario.id, any))
       text += fmt::format("  {}\n{}", curve.family, failed_lines(curve.failed));
     return text + "  no run of this scenario was measured\n\n";
   }
@@ -221,13 +264,13 @@ std::string compare_text(const ReportData& data, const Scenario& scenario, const
   for (const Dominance& table : data.dominance) {
     if (table.scenario != scenario.id) continue;
     if (first == nullptr) first = &table;
-    text += cheapest_table(table, letters) + budget_table(table, letters);
+    text += cheapest_table(table, letters) + budget_table(table, letters) + spacing_table(table, letters);
   }
   text +=
       "    each figure is of a measured rung; < nothing cheaper was measured;\n"
       "    * at the truth's bar; x what the next costs, [ ] its 95 % interval in turns\n";
   text += overhead_text(data.overheads, scenario.id);
-  if (first != nullptr) text += stable_table(*first, letters, scenario.t_end_s);
+  if (first != nullptr && scenario.scene.fluids.empty()) text += stable_table(*first, letters, scenario.t_end_s);
   return text + "\n";
 }
 

@@ -12,7 +12,7 @@
 namespace atwood {
 
 // Rungs below the ladder's coarsest: halved while the samples divide them. Methods of high order live there, and it
-// shows from which step on a method is stable.
+// shows from which step on a method is stable. Of fluids at most twice.
 void lengthen_ladder(Scenario& scenario);
 
 // A method that takes a tolerance was run both ways. A half that it refuses is no failure of it, and where equal steps

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "protocol/solver_report.hpp"
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/manual.hpp"
 #include "reports/command_line/method_words.hpp"
@@ -156,7 +157,7 @@ void print_methods(const Place& place, const Options& options) {
       print_description(info, width);
     }
     for (const auto& info : worker.engine.responses) {
-      fmt::print("{}/...{}\n    what contacts do, after any method of {}\n", worker.engine.name, info.id,
+      fmt::print("{}/...{}\n    a response, written behind a method of {}\n", worker.engine.name, info.id,
                  worker.engine.name);
       print_description(info, width);
     }
@@ -197,6 +198,9 @@ int command_list(const Place& place, const Options& options) {
   if (what.empty()) fmt::print("\n");
   if (what.empty() || what == "metrics") {
     for (const auto& m : all_metrics()) fmt::print("{:<28} [{}]  {}\n", m.name, m.unit, m.definition);
+    fmt::print("\nsolvers that the solver-* metrics name in `body`: what they solve, and the scale of the residual\n");
+    for (const SolverInfo& solver : solver_infos())
+      fmt::print("{:<28} {}. Residual: {}.\n", solver.name, solver.solves, solver.residual);
   }
   if (what.empty()) fmt::print("\n");
   if (what.empty() || what == "gates") {

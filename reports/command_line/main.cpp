@@ -167,6 +167,7 @@ void declare_commands(Parser& p) {
   compare->add_option("METHODS", o.methods, "Two or more method ids")->required()->expected(1, 64);
   compare->add_option("--scenario,--filter", o.scenarios, "Scenarios: ids, globs or files")->expected(1)->take_all();
   p.counts(compare, "Only these step counts");
+  p.resolution(compare);
   compare->add_option("--metric", o.metric,
                       "The error that is compared: position, velocity, attitude, body-rate, state, energy, or a\n"
                       "metric's name (unless given, position, or attitude where the positions do not differ)");
@@ -203,6 +204,7 @@ void declare_commands(Parser& p) {
   advise->add_option("--metric", o.metric,
                      "position (unless given), velocity, attitude, body-rate, state, energy, or a metric's name");
   advise->add_option("--method", o.methods, "Only these methods: ids or globs")->expected(1)->take_all();
+  p.resolution(advise);
   advise->add_flag(
       "--same-rate", o.same_rate,
       "Judge methods that all evaluate the reference's right-hand side: ours and those of odeint, ARKODE, CVODE");
@@ -267,9 +269,9 @@ void declare_commands(Parser& p) {
             command_bench);
   bench->add_option(
       "FILTER", o.input,
-      "`goals`: the project's goals beside its rivals, in one run. `frame-budget`: the largest heap that each\n"
-      "engine steps within a frame. `broad-phases`: pairs and times of the broad phases. Anything else: a\n"
-      "regular expression over the names of benchmarks");
+      "`goals`: the project's goals beside its rivals, in one run. `frame-budget`: the largest heap and the\n"
+      "largest block of fluid that each engine steps within a frame. `broad-phases`: pairs and times of the\n"
+      "broad phases. Anything else: a regular expression over the names of benchmarks");
   bench->add_option("--goal", o.goals, "Only these goals: ids or globs (goals)")->expected(1)->take_all();
   bench->add_option("--goals", o.goals_file, "Goals from this file instead of benchmarks/goals.toml (goals)");
   bench->add_option("--method", o.methods, "Only these methods (frame-budget)")->expected(1)->take_all();

@@ -21,12 +21,17 @@ struct NumberRange {
 
 // Every option that takes a number, by its long name. Step counts have the range of `steps` in scene files.
 const std::map<std::string, NumberRange>& number_ranges() {
-  static const std::map<std::string, NumberRange> ranges{
-      {"limit", {false, 0.01, 1e6, " of seconds"}},        {"time", {false, 0, 1e6, " of seconds"}},
-      {"hz", {false, 1e-9, 1e12, " of steps per second"}}, {"steps", {true, 1, 1e12, " of steps"}},
-      {"samples", {true, 1, 1e12, " of samples"}},         {"jobs", {true, 1, 1024, " of workers"}},
-      {"trials", {true, 1, 10000, " of trials"}},          {"seed", {true, 0, 1e15, ""}},
-      {"max-cells", {true, 1, 1e15, " of cells"}}};
+  static const std::map<std::string, NumberRange> ranges{{"limit", {false, 0.01, 1e6, " of seconds"}},
+                                                         {"time", {false, 0, 1e6, " of seconds"}},
+                                                         {"hz", {false, 1e-9, 1e12, " of steps per second"}},
+                                                         {"steps", {true, 1, 1e12, " of steps"}},
+                                                         {"samples", {true, 1, 1e12, " of samples"}},
+                                                         {"jobs", {true, 1, 1024, " of workers"}},
+                                                         {"trials", {true, 1, 10000, " of trials"}},
+                                                         {"seed", {true, 0, 1e15, ""}},
+                                                         {"max-cells", {true, 1, 1e15, " of cells"}},
+                                                         {"spacing", {false, 1e-12, 1e9, " of metres"}},
+                                                         {"sound-speed", {false, 1e-12, 1e9, " of metres per second"}}};
   return ranges;
 }
 

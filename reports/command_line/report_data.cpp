@@ -32,6 +32,7 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
   data.rows = result.rows;
   data.verdicts = verdicts;
   data.series = load_series(options.out_dir + "/store.db", selection.cells, options.purpose);
+  data.pictures = load_pictures(options.out_dir + "/store.db", selection.cells, options.purpose);
   data.laws = find_laws(data.scenarios, data.rows);
   data.bench = read_bench(options.out_dir + "/bench.json");
   data.goals = read_goal_results(options.out_dir + "/bench.json");

@@ -14,6 +14,7 @@
 #include "reports/command_line/verdicts.hpp"
 #include "reports/render/solver_table.hpp"
 #include "reports/render/statistics_text.hpp"
+#include "reports/render/text.hpp"
 #include "scene/files.hpp"
 #include "validation/study/process.hpp"
 
@@ -49,6 +50,38 @@ int count_absent(const Selection& selection) {
       std::count_if(selection.cells.begin(), selection.cells.end(), [](const Cell& cell) { return cell.worker < 0; }));
 }
 
+// Where no cell gave a figure: why, each reason once.
+std::string why_nothing_words(const std::vector<Row>& rows) {
+  constexpr std::size_t kMostReasons = 8;
+  std::vector<std::pair<std::string, int>> reasons;
+  for (const auto& row : rows) {
+    if (row.status == Status::ok) return "";
+    if (row.metric != "status") continue;
+    const std::string words = to_string(row.status) + ": " + row.reason;
+    auto known = std::find_if(reasons.begin(), reasons.end(), [&](const auto& one) { return one.first == words; });
+    if (known == reasons.end()) known = reasons.insert(reasons.end(), {words, 0});
+    ++known->second;
+  }
+  std::string text;
+  for (std::size_t i = 0; i < reasons.size() && i < kMostReasons; ++i)
+    text += fmt::format("{} cell{}: {}\n", reasons[i].second, reasons[i].second == 1 ? "" : "s",
+                        one_line(reasons[i].first));
+  if (reasons.size() > kMostReasons)
+    text += fmt::format("and {} more reasons: the report has them\n", reasons.size() - kMostReasons);
+  return text;
+}
+
+// "6 cells, 2 of them run, 3 timed, 1 found whole in the store"; `report` runs nothing.
+std::string work_words(const StudyResult& result, int absent) {
+  const int stored = result.skipped - absent;
+  std::string words = fmt::format("{} cell{}", result.cells, result.cells == 1 ? "" : "s");
+  if (result.ran + result.timed + result.measured_again == 0)
+    return fmt::format("{}, {} of them found in the store", words, stored);
+  const std::string again = result.measured_again > 0 ? fmt::format("{} measured again, ", result.measured_again) : "";
+  return fmt::format("{}, {} of them run, {}{} timed, {} found whole in the store", words, result.ran, again,
+                     result.timed, stored);
+}
+
 void print_result(const Options& options, const Selection& selection, const ReportData& data,
                   const StudyResult& result) {
   if (options.json) {
@@ -65,8 +98,8 @@ void print_result(const Options& options, const Selection& selection, const Repo
   fmt::print("{}", render_run_table(data, use_colour(STDOUT_FILENO), terminal_width()));
   if (!data.audit.empty())
     fmt::print("\n{}", render_audit_table(data.audit, use_colour(STDOUT_FILENO), terminal_width()));
-  fmt::print("\n{} cell{}, {} of them found in the store, {} row{}", result.cells, result.cells == 1 ? "" : "s",
-             result.skipped - count_absent(selection), data.rows.size(), data.rows.size() == 1 ? "" : "s");
+  fmt::print("\n{}{}, {} row{}", why_nothing_words(data.rows), work_words(result, count_absent(selection)),
+             data.rows.size(), data.rows.size() == 1 ? "" : "s");
   const auto statuses = count_statuses(data.rows);
   fmt::print("{}{}\n{}report: {}/report.html\n", statuses.empty() ? "" : "; ", statuses, unconverged_words(data.rows),
              options.out_dir);

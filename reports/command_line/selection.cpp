@@ -213,6 +213,31 @@ bool names_scenario(const Study& study, const std::string& id) {
   });
 }
 
+// Why the filters left no cell, and what would leave some: a scene of the catalogue that other studies have.
+std::string nothing_to_run(const Place& place, const Options& options, const Study& study,
+                           const std::vector<Scenario>& chosen) {
+  if (options.scenarios.empty() || chosen.empty() || !options.methods.empty())
+    return "nothing to run: the filters leave no cell of this study; `atwood list` shows scenarios and methods";
+  const Scenario& scenario = chosen.front();
+  std::string studies;
+  for (const auto& entry : fs::directory_iterator(place.source_dir + "/validation/study")) {
+    if (entry.path().extension() != ".toml") continue;
+    const Study other = read_study(entry.path().string());
+    const bool has = std::any_of(other.cells.begin(), other.cells.end(), [&](const StudyCells& cells) {
+      return std::any_of(cells.scenarios.begin(), cells.scenarios.end(), [&](const std::string& name) {
+        if (name.rfind("tag:", 0) != 0) return glob_match(name, scenario.id);
+        return std::any_of(scenario.tags.begin(), scenario.tags.end(),
+                           [&](const std::string& tag) { return glob_match(name.substr(4), tag); });
+      });
+    });
+    if (has) studies += (studies.empty() ? "" : ", ") + other.id;
+  }
+  const char* method = scenario.scene.fluids.empty() ? "atwood/rk4" : "atwood/rk4+sph";
+  return fmt::format("nothing to run: the {} `{}` has no cell of `{}`; expected {}--method METHOD, as in --method {}",
+                     options.study.empty() ? "default study" : "study", study.id, scenario.id,
+                     studies.empty() ? "" : "a study that has one (" + studies + ") or ", method);
+}
+
 // Only the scenarios that have cells.
 void keep_used(Selection& selection) {
   std::set<std::string> used;
@@ -380,9 +405,7 @@ Selection select_cells(const Place& place, const Options& options) {
   take_resolutions(options, study);  // blocks may be new
   selection.cells = plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu, options.max_cells);
   require_frequencies(selection.cells, unfit);
-  if (selection.cells.empty())
-    throw InputError(
-        "nothing to run: the filters leave no cell of this study; `atwood list` shows scenarios and methods");
+  if (selection.cells.empty()) throw InputError(nothing_to_run(place, options, study, selection.scenarios));
   if ((!options.spacings.empty() || !options.sound_speeds.empty()) &&
       std::ranges::all_of(selection.cells, [](const Cell& cell) { return cell.scenario.scene.fluids.empty(); }))
     throw InputError(

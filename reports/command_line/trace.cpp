@@ -128,11 +128,15 @@ void take_resolution(const Options& options, Scenario& scenario) {
   const bool asked = options.particles || options.probes || !options.outputs.empty() || !options.spacings.empty() ||
                      !options.sound_speeds.empty();
   if (!asked) return;
-  if (scenario.scene.fluids.empty())
+  if (scenario.scene.fluids.empty()) {
+    const std::string given = options.particles               ? "--particles"
+                              : options.probes                ? "--probes"
+                              : !options.spacings.empty()     ? "--spacing"
+                              : !options.sound_speeds.empty() ? "--sound-speed"
+                                                              : "-o " + options.outputs.front();
     throw InputError(
-        fmt::format("`{}` has no fluid; --particles, --probes, --spacing, --sound-speed and -o vtk: are of "
-                    "scenes with fluids",
-                    scenario.id));
+        fmt::format("{}: `{}` has no fluid; expected a scene with fluids, as taylor-green", given, scenario.id));
+  }
   if (options.events && (options.particles || options.probes))
     throw InputError("--events prints contacts; expected it without --particles and --probes");
   for (const std::string& output : options.outputs)

@@ -169,6 +169,61 @@ void append_series(JsonText& json, const std::vector<const StoredSeries*>& all, 
   json.end_array().end_object();
 }
 
+// Whole numbers from 0 to `most` between the least and the largest value, which stand before them. `logs`: of decimal
+// logarithms, zeros at the least.
+void append_levels(JsonText& json, const char* name, const std::vector<float>& values,
+                   const std::vector<std::size_t>& kept, double low, double high, int most, bool logs) {
+  if (values.empty()) return;
+  json.key(name).begin_object().key("low").number(low, 6).key("high").number(high, 6).key("at").begin_array();
+  for (const std::size_t i : kept) {
+    const double value = logs ? std::log10(std::max(static_cast<double>(values[i]), 1e-300)) : values[i];
+    const double share = high > low ? std::clamp((value - low) / (high - low), 0.0, 1.0) : 0.5;
+    json.number(std::round(share * most), 5);
+  }
+  json.end_array().end_object();
+}
+
+std::pair<double, double> range_of(const std::vector<float>& values, bool logs) {
+  constexpr double kDecades = 6;  // of errors that are drawn
+  double low = INFINITY, high = -INFINITY;
+  for (const float value : values) {
+    const double v = logs ? std::log10(static_cast<double>(value)) : static_cast<double>(value);
+    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+  }
+  if (!(low <= high)) return {0, 0};
+  return {logs ? std::max(low, high - kDecades) : low, high};
+}
+
+// Fields of fluids as pictures: positions in 4096ths of the frame, values in 250ths of their range.
+void append_pictures(JsonText& json, const std::vector<StoredPicture>& pictures, StringTable& strings,
+                     const Detail& detail) {
+  json.begin_array();
+  for (const StoredPicture& stored : pictures) {
+    const FluidPicture& picture = stored.picture;
+    const std::vector<std::size_t> kept = spread(picture.x_m.size(), detail.drawn_particles);
+    if (kept.empty()) continue;
+    json.begin_object();
+    json.member_integer("s", strings.index(stored.scenario)).member_integer("m", strings.index(stored.method));
+    json.member_integer("n", stored.steps).key("dx").number(stored.at.first.value_or(0), 6);
+    json.key("c").number(stored.at.second.value_or(0), 6).key("t").number(picture.t_s, 6);
+    json.member_integer("particles", picture.particles).member("error_of", picture.error_of);
+    // Fewer particles stand for larger squares.
+    json.key("side").number(
+        picture.side_m * std::sqrt(static_cast<double>(picture.x_m.size()) / static_cast<double>(kept.size())), 5);
+    append_levels(json, "x", picture.x_m, kept, picture.low_m[0], picture.high_m[0], 4096, false);
+    append_levels(json, "y", picture.y_m, kept, picture.low_m[1], picture.high_m[1], 4096, false);
+    for (const auto& [name, values, logs] : {std::tuple{"speed", &picture.speed_m_per_s, false},
+                                             {"pressure", &picture.pressure_Pa, false},
+                                             {"temperature", &picture.temperature_K, false},
+                                             {"error", &picture.error, true}}) {
+      const auto [low, high] = range_of(*values, logs);
+      append_levels(json, name, *values, kept, low, high, 250, logs);
+    }
+    json.end_object();
+  }
+  json.end_array();
+}
+
 std::string left_out_words(const ReportData& data, std::size_t rows, std::size_t series, const Detail& detail) {
   std::string text =
       fmt::format("Figures on this page carry {} significant digits, curves over time 3.", detail.value_digits);
@@ -210,6 +265,7 @@ std::string embedded_json(const ReportData& data, const Detail& detail) {
   json.end_array();
   append_rows(json.key("rows"), rows, strings, detail);
   append_series(json.key("series"), series, strings, detail);
+  if (!data.pictures.empty()) append_pictures(json.key("pictures"), data.pictures, strings, detail);
   json.key("strings").begin_array();
   for (const std::string& text : strings.strings()) json.text(text);
   json.end_array().end_object();
@@ -217,13 +273,13 @@ std::string embedded_json(const ReportData& data, const Detail& detail) {
 }
 
 std::string embedded_data(const ReportData& data, std::size_t limit) {
-  constexpr std::array<Detail, 7> kDetails{{{6, 3, 129, true, 8},
-                                            {6, 2, 97, true, 8},
-                                            {6, 1, 97, true, 6},
-                                            {5, 1, 65, true, 4},
-                                            {5, 1, 49, false, 3},
-                                            {4, 1, 25, false, 3},
-                                            {4, 0, 0, false, 2}}};
+  constexpr std::array<Detail, 7> kDetails{{{6, 3, 129, true, 8, 2500},
+                                            {6, 2, 97, true, 8, 2500},
+                                            {6, 1, 97, true, 6, 1600},
+                                            {5, 1, 65, true, 4, 1600},
+                                            {5, 1, 49, false, 3, 900},
+                                            {4, 1, 25, false, 3, 400},
+                                            {4, 0, 0, false, 2, 0}}};
   std::string coded;
   for (const Detail& detail : kDetails) {
     coded = base64(deflated(embedded_json(data, detail)));

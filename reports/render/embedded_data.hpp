@@ -13,8 +13,9 @@ struct Detail {
   int value_digits = 6;
   std::size_t series_rungs = 3;  // per scenario x method
   std::size_t series_points = 129;
-  bool rms_and_timed_rows = true;  // *-rms rows and rows at one instant
-  std::size_t ranks = 8;           // of those who compete for an error or a budget
+  bool rms_and_timed_rows = true;      // *-rms rows and rows at one instant
+  std::size_t ranks = 8;               // of those who compete for an error or a budget
+  std::size_t drawn_particles = 2500;  // of a fluid's picture
 };
 
 std::string embedded_json(const ReportData& data, const Detail& detail);

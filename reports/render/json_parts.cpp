@@ -1,5 +1,7 @@
 #include "json_parts.hpp"
 
+#include <cmath>
+
 #include "text.hpp"
 
 namespace atwood {
@@ -36,6 +38,8 @@ void append_reached(JsonText& json, const Reached& reached) {
   json.member_integer("steps", reached.steps).key("error").number(reached.error, 6).key("cost").number(reached.cost, 6);
   if (reached.at_bar) json.key("at_bar").boolean(true);
   if (reached.coarsest) json.key("coarsest").boolean(true);
+  if (reached.at.first) json.member_number("spacing_m", *reached.at.first);
+  if (reached.at.second) json.member_number("sound_speed_m_per_s", *reached.at.second);
   json.end_object();
 }
 
@@ -63,6 +67,17 @@ void append_contests(JsonText& json, const std::vector<Contest>& contests, std::
   json.end_array();
 }
 
+void append_spacings(JsonText& json, const std::vector<EqualSpacing>& places) {
+  json.begin_array();
+  for (const EqualSpacing& place : places) {
+    json.begin_object().member_number("spacing_m", place.at.first.value_or(0));
+    json.member_number("sound_speed_m_per_s", place.at.second.value_or(0)).key("ranked").begin_array();
+    for (const Reached& reached : place.ranked) append_reached(json, reached);
+    json.end_array().end_object();
+  }
+  json.end_array();
+}
+
 void append_stable(JsonText& json, const std::vector<StableRange>& ranges) {
   json.begin_array();
   for (const StableRange& range : ranges) {
@@ -77,6 +92,8 @@ void append_stable(JsonText& json, const std::vector<StableRange>& ranges) {
     json.key("failed").begin_array();
     for (const FailedRung& rung : range.failed) {
       json.begin_object().member("method", rung.method).member_integer("steps", rung.steps);
+      if (rung.at.first) json.member_number("spacing_m", *rung.at.first);
+      if (rung.at.second) json.member_number("sound_speed_m_per_s", *rung.at.second);
       json.member("status", to_string(rung.status)).member("reason", rung.reason).end_object();
     }
     json.end_array().end_object();
@@ -110,6 +127,7 @@ void append_dominance(JsonText& json, const std::vector<Dominance>& tables, std:
     append_contests(json.key("by_error"), table.by_error, ranks);
     append_contests(json.key("by_budget"), table.by_budget, ranks);
     append_stable(json.key("stable"), table.stable);
+    if (!table.by_spacing.empty()) append_spacings(json.key("by_spacing"), table.by_spacing);
     json.end_object();
   }
   json.end_array();
@@ -138,6 +156,7 @@ void append_goals(JsonText& json, const std::vector<GoalResult>& goals) {
     json.begin_object().member("id", goal.id).member("title", goal.title).member("scenario", goal.scenario);
     json.member("metric", goal.metric).member("unit", goal.unit).member_number("wanted_error", goal.wanted_error);
     if (goal.wanted_ratio > 0) json.member_number("wanted_ratio", goal.wanted_ratio);
+    if (std::isfinite(goal.low)) json.member_number("low", goal.low).member_number("high", goal.high);
     json.member("budget_kind", goal.budget_kind)
         .member_number("budget", goal.budget)
         .key("reached")

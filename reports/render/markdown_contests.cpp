@@ -58,7 +58,7 @@ std::string table_section(const Dominance& table) {
   for (const Contest& contest : table.by_error) {
     const Reached& best = contest.ranked[0];
     out += fmt::format("| {:.0e} | {} | {} | {}{} | {} | {} |\n", contest.asked, escape_markdown_cell(best.family),
-                       rung_words(best.method, best.steps), cost_words(best.cost, table.cost), mark(best),
+                       rung_words(best.method, best.steps, best.at), cost_words(best.cost, table.cost), mark(best),
                        runner_up(contest), times(best_rival(contest, engine_of(best.family)), best));
   }
   if (!table.by_budget.empty())
@@ -68,7 +68,8 @@ std::string table_section(const Dominance& table) {
   for (const Contest& contest : table.by_budget) {
     const Reached& best = contest.ranked[0];
     out += fmt::format("| {} | {} | {:.2g}{} | {} | {} | {} |\n", cost_words(contest.asked, table.cost),
-                       escape_markdown_cell(best.family), best.error, mark(best), rung_words(best.method, best.steps),
+                       escape_markdown_cell(best.family), best.error, mark(best),
+                       rung_words(best.method, best.steps, best.at),
                        error_words(contest.ranked.size() < 2 ? nullptr : &contest.ranked[1]),
                        error_words(best_rival(contest, engine_of(best.family))));
   }
@@ -95,6 +96,7 @@ std::string goal_words(const GoalResult& goal) {
   if (std::isfinite(goal.wanted_error))
     words = fmt::format("{} {:.2g}{}", goal.metric, goal.wanted_error,
                         goal.unit.empty() || goal.unit == "1" ? "" : " " + goal.unit);
+  if (std::isfinite(goal.low)) words = fmt::format("{} from {:.4g} to {:.4g}", goal.metric, goal.low, goal.high);
   if (goal.wanted_ratio > 0 && !std::isfinite(goal.budget)) {
     return fmt::format("{}{}{:.3g} times as fast as the best rival", words, words.empty() ? "" : " and ",
                        goal.wanted_ratio);

@@ -158,6 +158,16 @@ std::string rung_words(const std::string& method, std::int64_t steps) {
   return "tol " + tail.substr(0, tail.size() - (method_family(method).size() - colon - 4));
 }
 
+std::string spacing_words(const Resolution& at) {
+  if (!at.first) return "";
+  return fmt::format("dx {:.4g}{}", *at.first, at.second ? fmt::format(", c {:.4g}", *at.second) : "");
+}
+
+std::string rung_words(const std::string& method, std::int64_t steps, const Resolution& at) {
+  const std::string words = rung_words(method, steps), spacing = spacing_words(at);
+  return spacing.empty() ? words : words + ", " + spacing;
+}
+
 std::string allowed_words(const Verdict& verdict) {
   switch (verdict.gate.kind) {
     case Gate::Kind::within: return fmt::format("[{}, {}]", figure(verdict.allowed_low), figure(verdict.allowed_high));

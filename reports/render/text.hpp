@@ -31,6 +31,9 @@ std::string norm_words(const std::string& metric);  // "error-position-max": "po
 // has a negative one.
 std::string order_words(double order, double half_width);
 std::string rung_words(const std::string& method, std::int64_t steps);  // "960 steps", "tol 1e-8"
+// "640 steps, dx 0.02, c 10"; of scenes without fluids as above.
+std::string rung_words(const std::string& method, std::int64_t steps, const Resolution& at);
+std::string spacing_words(const Resolution& at);  // "dx 0.02, c 10"; empty: no fluid
 std::string truth_words(const TruthSpec& truth);
 std::string allowed_words(const Verdict& verdict);   // "[3.9, 4.2]", "<= 1e-12", ">= 2"
 std::string measured_words(const Verdict& verdict);  // value, with its bar where that matters; "-" when not run

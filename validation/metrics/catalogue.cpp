@@ -9,14 +9,6 @@ namespace atwood {
 
 namespace {
 
-// For each solver of the engine: what it solves and its tolerance, or the scale of its residual.
-std::string by_solver(const char* SolverInfo::*what) {
-  std::string text;
-  for (const SolverInfo& info : solver_infos())
-    text += (text.empty() ? " " : ". ") + std::string(info.name) + ": " + info.*what;
-  return text + ".";
-}
-
 std::vector<MetricInfo> common_metrics() {
   return {
       {"status", "", "How the cell ended when it could not be measured; the reason says why."},
@@ -256,23 +248,19 @@ std::vector<MetricInfo> common_metrics() {
       {"run-time", "s",
        "Time of the whole run: the same median as step-time's, times the number of steps taken, with the same bar."},
       {"solver-capped", "1",
-       "Solves that ended without reaching their tolerance or round-off: at the iteration limit, or because the "
-       "iteration diverged. A row without `body` counts all solvers of the run; with a solver's name in `body`, that "
-       "one. contact-sweeps always takes a fixed number of sweeps, so most of its solves count as capped: all but "
-       "those whose last sweep changed almost nothing."},
+       "Solves that ended above their tolerance: at the iteration limit, or because the iteration diverged. `body` "
+       "names the solver; without it all solvers of the run are counted. contact-sweeps takes a fixed number of "
+       "sweeps: most of its solves count."},
       {"solver-residual-max", "1",
-       "Largest residual that a solve ended with; the solver's name stands in `body`, its scale in the reason. Of the "
-       "run: that of the solver where it is largest. Solves of a step that was refused and taken again are left out. "
-       "contact-sweeps is measured in the last substep of each step. "
-       "Scales:" +
-           by_solver(&SolverInfo::residual)},
+       "Largest residual that a solve ended with. `body` names the solver, the reason the scale of its residual; "
+       "without `body`: the largest of all solvers. Solves of a step that was taken again are left out."},
       {"solver-iterations-max", "1", "Most iterations of one solve; the solver's name stands in `body`."},
       {"solver-converged", "1",
-       "Solves whose residual fell to the solver's own tolerance; the solver's name stands in `body`. Solvers:" +
-           by_solver(&SolverInfo::solves)},
+       "Solves whose residual fell to the solver's own tolerance. `body` names the solver; `atwood list metrics` says "
+       "what each one solves."},
       {"solver-stagnated", "1",
-       "Solves whose residual stopped falling within a few roundings of its computation, above the solver's own "
-       "tolerance; the solver's name stands in `body`."},
+       "Solves whose residual stopped falling at round-off, above the solver's own tolerance. `body` names the "
+       "solver."},
       {"rate-evaluations", "1", "Evaluations of the equations of motion over the run, as the engine counts them."},
       {"steps-taken", "1", "Accepted steps of a run with a tolerance, which chooses them itself."},
   };

@@ -14,6 +14,7 @@
 // reason that says so; without u_c it is u, and there is no model error.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -55,6 +56,14 @@ std::vector<Row> measure_fluid(const Scenario& scenario, const FluidTruths& trut
 // Of all cells of one scenario and method: order-time along the steps of each resolution, order-space along the spacings
 // of each sound speed (its finest steps), order-model along the sound speeds of each spacing, each of its error.
 std::vector<Row> fit_fluid_orders(std::span<const Row> cells);
+
+// Mean number of other particles within `support_m` of one, by the nearest image; 0 where there are none.
+double mean_neighbours(const Domain& domain, const std::vector<std::array<double, 3>>& places_m, double support_m);
+// Support of the kernel that a response's settings (all of them, `kernel` and `smoothing` among them) mean at this
+// spacing, by docs/fluids.md; 0: these settings name no kernel.
+double kernel_support_m(const Settings& response, double spacing_m);
+// The row `neighbours` of a run's last sample; none for a support of 0 or a run that did not end well.
+std::vector<Row> neighbour_rows(const Scene& scene, const Recording& run, double support_m);
 
 // Value of a probe, in its unit; NaN: nothing of the fluid is there, or the probe is of another kind of recording.
 //   pressure, velocity (its norm)  the linear function that fits the particles within three spacings best, weights of

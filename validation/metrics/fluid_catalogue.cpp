@@ -46,6 +46,12 @@ std::vector<MetricInfo> fluid_metrics() {
        "Largest |E - E0| over the samples, of kinetic, elastic (the integral of p / rho^2 of the equation of state), "
        "potential energy and heat together, over the largest kinetic and change of potential and elastic energy. Only "
        "where nothing else takes or gives energy."},
+      {"neighbours", "1",
+       "Mean number of other particles within the support of the method's kernel, at the end, walls not counted. The "
+       "reason has the support."},
+      {"ns-per-particle-evaluation", "ns",
+       "Time of the whole run (run-time) over its evaluations of the rate and the number of particles. The reason has "
+       "both, and the neighbours where they are known."},
       {"volume-error", "1", "Sum of m / rho at the end over that at the start, less 1."},
       {"fluid-momentum-error", "1",
        "Largest change of the linear momentum of fluids and moving bodies over the samples, of the sum of |m v|; where no "

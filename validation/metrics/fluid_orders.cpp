@@ -10,7 +10,7 @@
 namespace atwood {
 namespace {
 
-struct Rung {
+struct FluidRung {
   double h = 0, error = 0, floor = 0;
   std::int64_t steps = 0;
 };
@@ -18,7 +18,7 @@ struct Rung {
 std::string short_number(double x) { return format_measure(x, 0, 4); }
 
 // `rungs`: by h, the coarsest last in the map; `what`: the unit of h in words.
-Row order_row(const std::string& metric, const std::map<double, Rung>& rungs, const Row& like, const char* what,
+Row order_row(const std::string& metric, const std::map<double, FluidRung>& rungs, const Row& like, const char* what,
               bool inverse) {
   std::vector<double> h, error, floor;
   for (auto at = rungs.rbegin(); at != rungs.rend(); ++at) {
@@ -56,13 +56,13 @@ bool of_run(const Row& row, const char* metric) {
 std::vector<Row> fit_fluid_orders(std::span<const Row> cells) {
   std::vector<Row> rows;
   struct Ladder {
-    std::map<double, Rung> rungs;  // by h
+    std::map<double, FluidRung> rungs;  // by h
     const Row* like = nullptr;
   };
   std::map<double, Ladder> space, model;             // by sound speed, by spacing
   std::map<std::pair<double, double>, Ladder> time;  // by both
   const auto take = [](Ladder& ladder, double h, const Row& row) {
-    Rung& rung = ladder.rungs[h];
+    FluidRung& rung = ladder.rungs[h];
     if (rung.steps > row.steps) return;  // the finest steps of this rung
     rung = {h, std::fabs(row.value), row.truth_bar, row.steps};
     ladder.like = &row;

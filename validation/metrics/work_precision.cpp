@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include "protocol/method.hpp"
 #include "validation/metrics/metrics.hpp"
@@ -26,10 +27,25 @@ double tolerance_of(const std::string& method) {
   return parse_method_id(method).rtol.value_or(0);
 }
 
-// Order of rungs: loose before tight tolerances, few before many steps.
+// Order of rungs: wide before narrow spacings, low before high sound speeds, loose before tight tolerances, few before
+// many steps.
 template <class Rung> bool coarser(const Rung& a, const Rung& b) {
+  if (a.at != b.at) {
+    const double da = a.at.first.value_or(0), db = b.at.first.value_or(0);
+    return da != db ? da > db : a.at.second.value_or(0) < b.at.second.value_or(0);
+  }
   const double ta = tolerance_of(a.method), tb = tolerance_of(b.method);
   return ta != tb ? ta > tb : a.steps < b.steps;
+}
+
+// Finer in one respect and coarser in none. Rungs of one resolution always compare.
+template <class A, class B> bool refines(const A& fine, const B& coarse) {
+  if (fine.at == coarse.at)
+    return coarser(WorkPoint{coarse.method, coarse.steps, 0, 0, 0, 0, 0},
+                   WorkPoint{fine.method, fine.steps, 0, 0, 0, 0, 0});
+  return fine.at.first.value_or(0) <= coarse.at.first.value_or(0) &&
+         fine.at.second.value_or(0) >= coarse.at.second.value_or(0) && fine.steps >= coarse.steps &&
+         tolerance_of(fine.method) <= tolerance_of(coarse.method);
 }
 
 // The figures of a rung, collected from its rows.
@@ -39,7 +55,7 @@ struct Gathered {
   Status status = Status::ok;
   std::string reason;
 };
-using Key = std::pair<std::string, std::int64_t>;  // method, steps
+using Key = std::tuple<std::string, std::int64_t, Resolution>;  // method, steps
 
 struct Ladders {
   std::vector<std::string> families;  // in the order of the rows
@@ -51,7 +67,7 @@ Ladders gather(std::span<const Row> rows, const std::string& scenario, const std
   Ladders out;
   for (const Row& row : rows) {
     if (row.scenario != scenario || row.steps == 0 || !of_whole_run(row)) continue;
-    const Key key{row.method, row.steps};
+    const Key key{row.method, row.steps, resolution_of(row)};
     const auto [place, fresh] = out.gathered.try_emplace(key);
     if (fresh) {
       const std::string family = method_family(row.method);
@@ -81,12 +97,11 @@ bool usable(const WorkPoint& point, Cost cost) {
 double worst_finer(const WorkCurve& curve, const WorkPoint& point) {
   double worst = 0;
   for (const WorkPoint& other : curve.points) {
-    if (coarser(point, other)) worst = std::max(worst, known_error(other));
+    if (refines(other, point)) worst = std::max(worst, known_error(other));
   }
   for (const FailedRung& rung : curve.failed) {
     const bool bad = rung.status == Status::diverged || rung.status == Status::not_finite;
-    if (bad && coarser(point, WorkPoint{rung.method, rung.steps, 0, 0, 0, 0, 0}))
-      worst = std::numeric_limits<double>::infinity();
+    if (bad && refines(rung, point)) worst = std::numeric_limits<double>::infinity();
   }
   return worst;
 }
@@ -101,20 +116,29 @@ Reached at_rung(const WorkCurve& curve, const WorkPoint& point, Cost cost) {
   reached.at_bar = at_bar(point);
   reached.coarsest = &point == &curve.points.front();
   reached.worst_finer = worst_finer(curve, point);
+  reached.at = point.at;
   return reached;
 }
 
 // Long runs are not timed where a coarser rung was: they get the time of a step of that rung.
 void tell_untimed(WorkCurve& curve) {
-  const WorkPoint* timed = nullptr;
+  std::map<Resolution, WorkPoint> finest;  // that was timed
   for (const WorkPoint& point : curve.points) {
-    if (std::isfinite(point.seconds)) timed = &point;
+    if (std::isfinite(point.seconds) && curve.family == point.method) finest.insert_or_assign(point.at, point);
   }
-  if (timed == nullptr || curve.family != timed->method) return;
   for (WorkPoint& point : curve.points) {
-    if (point.steps > timed->steps)
-      point.seconds = timed->seconds * static_cast<double>(point.steps) / static_cast<double>(timed->steps);
+    const auto timed = finest.find(point.at);
+    if (timed != finest.end() && point.steps > timed->second.steps)
+      point.seconds =
+          timed->second.seconds * static_cast<double>(point.steps) / static_cast<double>(timed->second.steps);
   }
+}
+
+bool of_fluids(std::span<const WorkCurve> curves) {
+  return std::any_of(curves.begin(), curves.end(), [](const WorkCurve& curve) {
+    return (!curve.points.empty() && curve.points.front().at.first) ||
+           (!curve.failed.empty() && curve.failed.front().at.first);
+  });
 }
 
 }  // namespace
@@ -152,29 +176,32 @@ double motion_size(std::span<const Row> rows, const std::string& scenario, const
 
 std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string& scenario, const std::string& metric) {
   const Ladders ladders = gather(rows, scenario, metric);
-  const double size = motion_size(rows, scenario, metric);
+  const double motion = motion_size(rows, scenario, metric);
   std::vector<WorkCurve> curves;
   for (const std::string& family : ladders.families) {
     WorkCurve curve{family, {}, {}};
     for (const Key& key : ladders.rungs.at(family)) {
       const Gathered& g = ladders.gathered.at(key);
+      const auto& [method, steps, at] = key;
       if (g.status != Status::ok) {
-        curve.failed.push_back({key.first, key.second, 0, g.status, g.reason});
+        curve.failed.push_back({method, steps, 0, g.status, g.reason, at});
         continue;
       }
       if (!g.error) continue;  // measured, but without this error
-      const WorkPoint point{key.first,
-                            key.second,
-                            family == key.first ? g.error->h_s : 0,
+      // A fluid's figures are ratios, but for a few that are compared with no size.
+      const double size = at.first && g.error->unit != "1" ? std::numeric_limits<double>::infinity() : motion;
+      const WorkPoint point{method,
+                            steps,
+                            family == method ? g.error->h_s : 0,
                             std::fabs(g.error->value),
                             g.error->truth_bar,
                             g.seconds,
-                            g.evaluations};
+                            g.evaluations,
+                            at};
       if (!std::isfinite(point.error))
-        curve.failed.push_back({key.first, key.second, point.h_s, Status::not_finite, "the error is no number"});
+        curve.failed.push_back({method, steps, point.h_s, Status::not_finite, "the error is no number", at});
       else if (known_error(point) >= size)
-        curve.failed.push_back(
-            {key.first, key.second, point.h_s, Status::diverged, "its error is as large as the motion"});
+        curve.failed.push_back({method, steps, point.h_s, Status::diverged, "its error is as large as the motion", at});
       else curve.points.push_back(point);
     }
     std::stable_sort(curve.points.begin(), curve.points.end(), coarser<WorkPoint>);
@@ -228,9 +255,7 @@ StableRange stable_range(const WorkCurve& curve) {
   StableRange range{curve.family, false, {}, curve.failed};
   for (auto point = curve.points.rbegin(); point != curve.points.rend(); ++point) {
     const bool finer_fails = std::any_of(curve.failed.begin(), curve.failed.end(), [&](const FailedRung& rung) {
-      return (rung.status == Status::diverged || rung.status == Status::not_finite) &&
-             coarser(WorkPoint{point->method, point->steps, 0, 0, 0, 0, 0},
-                     WorkPoint{rung.method, rung.steps, 0, 0, 0, 0, 0});
+      return (rung.status == Status::diverged || rung.status == Status::not_finite) && refines(rung, *point);
     });
     if (finer_fails) break;
     range.stable = true;
@@ -239,26 +264,64 @@ StableRange stable_range(const WorkCurve& curve) {
   return range;
 }
 
-const std::vector<double>& error_levels() {
-  static const std::vector<double> levels{1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13};
-  return levels;
+const std::vector<double>& error_levels(bool fluids) {
+  static const std::vector<double> levels{1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13},
+      of_fluid{0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6};
+  return fluids ? of_fluid : levels;
 }
 
-const std::vector<double>& budgets(Cost cost) {
+const std::vector<double>& budgets(Cost cost, bool fluids) {
   static const std::vector<double> seconds{1e-6, 1e-5, 1e-4, 1e-3, 16.7e-3, 40e-3},
-      evaluations{1e2, 1e3, 1e4, 1e5, 1e6};
-  return cost == Cost::seconds ? seconds : evaluations;
+      evaluations{1e2, 1e3, 1e4, 1e5, 1e6}, of_fluid{0.01, 0.1, 1, 10, 100};
+  return cost == Cost::evaluations ? evaluations : fluids ? of_fluid : seconds;
 }
+
+namespace {
+
+// The cheapest rung at this resolution with an error within 1 % of the least one there.
+std::optional<Reached> at_resolution(const WorkCurve& curve, const Resolution& at) {
+  const WorkPoint *least = nullptr, *chosen = nullptr;
+  for (const WorkPoint& point : curve.points)
+    if (point.at == at && (least == nullptr || known_error(point) < known_error(*least))) least = &point;
+  if (least == nullptr) return std::nullopt;
+  for (const WorkPoint& point : curve.points)
+    if (point.at == at && known_error(point) <= 1.01 * known_error(*least) &&
+        (chosen == nullptr || point.seconds < chosen->seconds || !std::isfinite(chosen->seconds)))
+      chosen = &point;
+  return at_rung(curve, *chosen, Cost::seconds);
+}
+
+std::vector<EqualSpacing> equal_spacings(std::span<const WorkCurve> curves) {
+  std::vector<WorkPoint> places;  // one of each resolution
+  for (const WorkCurve& curve : curves)
+    for (const WorkPoint& point : curve.points)
+      if (std::none_of(places.begin(), places.end(), [&](const WorkPoint& known) { return known.at == point.at; }))
+        places.push_back(point);
+  std::stable_sort(places.begin(), places.end(), coarser<WorkPoint>);
+  std::vector<EqualSpacing> all;
+  for (const WorkPoint& place : places) {
+    EqualSpacing one{place.at, {}};
+    for (const WorkCurve& curve : curves)
+      if (const auto reached = at_resolution(curve, place.at)) one.ranked.push_back(*reached);
+    std::stable_sort(one.ranked.begin(), one.ranked.end(),
+                     [](const Reached& a, const Reached& b) { return a.error < b.error; });
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+}  // namespace
 
 Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenario, const std::string& metric,
                     const std::string& unit, Cost cost, const Question& question) {
   Dominance table{scenario, metric, unit, cost, {}, {}, {}};
-  const bool one = question.error > 0 || question.budget_s > 0;
-  for (const double level : one ? std::vector<double>{question.error} : error_levels()) {
+  const bool one = question.error > 0 || question.budget_s > 0, fluids = of_fluids(curves);
+  if (fluids && cost == Cost::evaluations) return table;
+  for (const double level : one ? std::vector<double>{question.error} : error_levels(fluids)) {
     Contest contest = contest_of_error(curves, level, cost);
     if (level > 0 && !contest.ranked.empty()) table.by_error.push_back(std::move(contest));
   }
-  for (const double budget : one ? std::vector<double>{question.budget_s} : budgets(cost)) {
+  for (const double budget : one ? std::vector<double>{question.budget_s} : budgets(cost, fluids)) {
     if (one && cost != Cost::seconds) continue;  // a budget that the user names is a time
     Contest contest = contest_of_budget(curves, budget, cost);
     if (budget > 0 && !contest.ranked.empty()) table.by_budget.push_back(std::move(contest));
@@ -266,10 +329,27 @@ Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenar
   for (const WorkCurve& curve : curves) {
     if (!curve.points.empty() || !curve.failed.empty()) table.stable.push_back(stable_range(curve));
   }
+  if (fluids) table.by_spacing = equal_spacings(curves);
   return table;
 }
 
+namespace {
+
+// The first quantity whose exact field is not 0 everywhere: its norm is the scale of the row.
+std::string telling_metric_of_fluid(std::span<const Row> rows, const std::string& scenario) {
+  for (const char* metric : {"velocity-l1", "temperature-l1", "pressure-l1", "density-l1", "front-error"}) {
+    for (const Row& row : rows)
+      if (row.scenario == scenario && row.metric == metric && row.spacing_m && of_whole_run(row) &&
+          row.reason.find("own scale") == std::string::npos)
+        return metric;
+  }
+  return "";
+}
+
+}  // namespace
+
 std::string telling_metric(std::span<const Row> rows, const std::string& scenario) {
+  if (const std::string of_fluid = telling_metric_of_fluid(rows, scenario); !of_fluid.empty()) return of_fluid;
   // In scenes with contacts attitudes depend strongly on the contact points, so positions are compared.
   const auto has = [&](const char* metric) {
     return std::any_of(rows.begin(), rows.end(),
@@ -301,7 +381,7 @@ std::vector<Dominance> find_dominance(std::span<const Row> rows, const Question&
     std::vector<Row>& own = of[row.scenario];
     const bool wanted = row.metric == "status" || row.metric == "run-time" || row.metric == "rate-evaluations" ||
                         row.metric.rfind("size-", 0) == 0 || ends_with(row.metric, "-max") ||
-                        row.metric == question.metric;
+                        row.metric == question.metric || (row.spacing_m && of_whole_run(row));
     if (wanted) own.push_back(row);
   }
   std::vector<Dominance> tables;
@@ -315,7 +395,8 @@ std::vector<Dominance> find_dominance(std::span<const Row> rows, const Question&
     const std::string unit = info == all_metrics().end() ? "" : info->unit;
     for (const Cost cost : {Cost::seconds, Cost::evaluations}) {
       Dominance table = dominance(curves, scenario, metric, unit, cost, question);
-      if (!table.by_error.empty() || !table.by_budget.empty()) tables.push_back(std::move(table));
+      if (!table.by_error.empty() || !table.by_budget.empty() || !table.by_spacing.empty())
+        tables.push_back(std::move(table));
     }
   }
   return tables;

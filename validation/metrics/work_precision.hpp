@@ -5,6 +5,10 @@
 //
 // An error below three bars of its truth is only known to be less than value + bar: this sum is used in its place, and
 // results are marked `at_bar`.
+//
+// Of a scene with fluids a curve also runs over the spacings and the sound speeds of its particles. Evaluations of
+// rates of different numbers of particles are no common cost: these scenes are ranked by time alone, and at equal
+// spacing by their error.
 #pragma once
 
 #include <optional>
@@ -32,6 +36,7 @@ struct WorkPoint {
   double seconds = 0;      // of the whole run, from the timed pass; NaN: not timed. Equal steps beyond the finest timed
                            // rung (long runs are not timed twice): that rung's time of a step
   double evaluations = 0;  // NaN: the engine does not count them
+  Resolution at = {};      // of fluids
 };
 // The error; value + bar where the value is below three bars.
 double known_error(const WorkPoint& point);
@@ -45,11 +50,12 @@ struct FailedRung {
   double h_s = 0;
   Status status = Status::ok;
   std::string reason;
+  Resolution at = {};
 };
 
 struct WorkCurve {
   std::string family;
-  std::vector<WorkPoint> points;   // coarsest first: by step count, or by falling tolerance
+  std::vector<WorkPoint> points;   // coarsest first: by spacing, sound speed and step count, or by falling tolerance
   std::vector<FailedRung> failed;  // in the same order
 };
 
@@ -67,6 +73,7 @@ struct Reached {
   bool at_bar = false;         // the rung's error is below three bars of the truth
   bool coarsest = false;       // nothing cheaper was measured: the cost is an upper limit
   double worst_finer = 0;  // the largest error of this curve's finer rungs, infinite where one failed; 0: none is finer
+  Resolution at = {};
 };
 
 // The cheapest measured rung with an error of at most `wanted`; none where no rung reaches it, or where
@@ -95,12 +102,19 @@ struct Contest {
   std::vector<Reached> ranked;        // best first; one per family
   std::optional<TimedRatio> to_next;  // the second's cost over the first's, where both were timed alternately
 };
+// Of fluids: each method at one spacing and sound speed, the most accurate first. A method's rung is its cheapest one
+// with an error within 1 % of its least error there.
+struct EqualSpacing {
+  Resolution at;
+  std::vector<Reached> ranked;
+};
 struct Dominance {
   std::string scenario, metric, unit;
   Cost cost = Cost::seconds;
-  std::vector<Contest> by_error;    // of cost; levels that no curve reaches are left out
-  std::vector<Contest> by_budget;   // of error; budgets that no rung keeps are left out
-  std::vector<StableRange> stable;  // one for each curve with rungs
+  std::vector<Contest> by_error;              // of cost; levels that no curve reaches are left out
+  std::vector<Contest> by_budget;             // of error; budgets that no rung keeps are left out
+  std::vector<StableRange> stable;            // one for each curve with rungs
+  std::vector<EqualSpacing> by_spacing = {};  // of fluids, coarsest first
 };
 
 // The ranking used by `compare`, `advise` and the reports: each curve's rung for this error, cheapest first, or for
@@ -114,19 +128,20 @@ struct Question {
   double error = 0, budget_s = 0;
 };
 
-// 1e-3, 1e-4 .. 1e-13.
-const std::vector<double>& error_levels();
-// In seconds: a frame at 60 Hz and at 25 Hz, and smaller budgets for small problems: 1 us, 10 us, 100 us, 1 ms.
-// In evaluations: 1e2, 1e3 .. 1e6.
-const std::vector<double>& budgets(Cost cost);
+// 1e-3, 1e-4 .. 1e-13; of fluids 0.1, 0.03, 0.01 .. 1e-6.
+const std::vector<double>& error_levels(bool fluids = false);
+// In seconds: a frame at 60 Hz and at 25 Hz, and smaller budgets for small problems: 1 us, 10 us, 100 us, 1 ms; of
+// fluids whole runs of 10 ms to 100 s. In evaluations: 1e2, 1e3 .. 1e6.
+const std::vector<double>& budgets(Cost cost, bool fluids = false);
 
 Dominance dominance(std::span<const WorkCurve> curves, const std::string& scenario, const std::string& metric,
                     const std::string& unit, Cost cost, const Question& question = {});
 
 // The metric in which methods differ most on a scenario: attitude or position, whichever has the larger error relative
 // to the size of the motion (attitude where both are as large as the motion). It is the largest error over the run,
-// because the error at the end may be small by chance. Scenes with contacts use position. Empty where the rows have
-// neither.
+// because the error at the end may be small by chance. Scenes with contacts use position. Fluids: the l1 error of the
+// velocity, or where the exact fluid rests of the temperature or pressure, whose exact field is not 0 everywhere.
+// Empty where the rows have none of these.
 std::string telling_metric(std::span<const Row> rows, const std::string& scenario);
 
 // One table for each scenario of these rows, by time and (where an engine counts them) by evaluations.

@@ -33,8 +33,28 @@ Row failure_row(const std::string& metric, Status status, const std::string& rea
   return row;
 }
 
+// ns-per-particle-evaluation of a cell with fluids, from its run-time; none where the engine counts no evaluations.
+std::vector<Row> particle_time_rows(const Cell& cell, const Outcome& outcome, const std::vector<Row>& timed,
+                                    const std::vector<Row>& measured) {
+  double particles = 0;
+  for (const Fluid& fluid : cell.scenario.scene.fluids)
+    particles += static_cast<double>(fluid.particles.mass_kg.size());
+  const auto evaluations = static_cast<double>(outcome.rate_evaluations);
+  std::vector<Row> rows;
+  for (const Row& run : timed) {
+    if (run.metric != "run-time" || !(particles > 0) || !(evaluations > 0)) continue;
+    std::string reason = std::to_string(static_cast<std::int64_t>(particles)) + " particles, " +
+                         std::to_string(outcome.rate_evaluations) + " evaluations";
+    for (const Row& row : measured)
+      if (row.metric == "neighbours") reason += ", " + format_measure(row.value, 0, 3) + " neighbours";
+    const double scale = 1e9 / (particles * evaluations);
+    rows.push_back(metrics::row("ns-per-particle-evaluation", run.value * scale, run.truth_bar * scale, reason));
+  }
+  return rows;
+}
+
 void append_timing(Store& store, const Cell& cell, const std::string& timing_hash, std::int64_t accuracy_steps,
-                   StudyResult& result) {
+                   const std::vector<Row>& measured, StudyResult& result) {
   const auto timing = store.timing(timing_hash);
   if (!timing) return;
   const Outcome& outcome = timing->outcome;
@@ -45,9 +65,9 @@ void append_timing(Store& store, const Cell& cell, const std::string& timing_has
   }
   // The number of steps of an adaptive method is not the plan's.
   const bool adaptive = parse_method_id(cell.method).rtol.has_value() && accuracy_steps > 0;
-  for (Row& row : timing_rows(outcome, adaptive ? accuracy_steps : cell.plan.steps)) {
-    append(result.rows, std::move(row), cell, timing->provenance);
-  }
+  std::vector<Row> rows = timing_rows(outcome, adaptive ? accuracy_steps : cell.plan.steps);
+  for (Row& row : particle_time_rows(cell, outcome, rows, measured)) rows.push_back(std::move(row));
+  for (Row& row : rows) append(result.rows, std::move(row), cell, timing->provenance);
 }
 
 // False: the store does not have the cell although an available engine can run it.
@@ -69,7 +89,7 @@ bool append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResu
            run->provenance);
   }
   if (failed(run->outcome.status)) ++result.failed_cells;
-  append_timing(store, cell, keys.timing, run->outcome.steps_taken, result);
+  append_timing(store, cell, keys.timing, run->outcome.steps_taken, measured->rows, result);
   return true;
 }
 
@@ -202,6 +222,33 @@ StudyResult load_rows(const std::string& store_path, const std::vector<Cell>& ce
   if (!store_exists(store_path)) return nothing;
   Store store(store_path, Store::Mode::read);
   return store.empty() ? nothing : collect_rows(store, cells, latest_campaigns(store, cells, purpose));
+}
+
+std::vector<StoredPicture> load_pictures(const std::string& store_path, const std::vector<Cell>& cells,
+                                         const std::string& purpose) {
+  std::vector<StoredPicture> pictures;
+  if (!store_exists(store_path)) return pictures;
+  Store store(store_path, Store::Mode::read);
+  if (store.empty()) return pictures;
+  const Campaigns campaigns = latest_campaigns(store, cells, purpose);
+  const auto rank = [](const Resolution& at, std::int64_t steps) {
+    return std::tuple(-at.first.value_or(0), at.second.value_or(0), steps);
+  };
+  for (const Cell& cell : cells) {
+    if (cell.worker < 0 || cell.scenario.scene.fluids.empty()) continue;
+    const auto known = std::find_if(pictures.begin(), pictures.end(), [&](const StoredPicture& one) {
+      return one.scenario == cell.scenario.id && one.method == cell.method;
+    });
+    const Resolution at = resolution_of(cell);
+    if (known != pictures.end() && rank(known->at, known->steps) >= rank(at, cell.plan.steps)) continue;
+    std::optional<MeasuredRecord> measured;
+    of_cell(cell, [&] { measured = store.measured(campaigns.keys(cell).measured, false, true); });
+    if (!measured || measured->picture.empty()) continue;
+    StoredPicture one{cell.scenario.id, cell.method, cell.plan.steps, at, std::move(measured->picture)};
+    if (known == pictures.end()) pictures.push_back(std::move(one));
+    else *known = std::move(one);
+  }
+  return pictures;
 }
 
 std::vector<StoredSeries> load_series(const std::string& store_path, const std::vector<Cell>& cells,

@@ -223,14 +223,73 @@ std::string pack_series(const Series& series) {
   return bytes;
 }
 
-Series unpack_series(std::string_view bytes) {
-  Reader reader{bytes};
+namespace {
+
+Series read_series(Reader& reader) {
   Series series;
   for (auto* values : {&series.t_s, &series.position_m, &series.velocity_m_per_s, &series.attitude_rad,
                        &series.body_rate_rad_per_s, &series.energy}) {
     values->resize(reader.count(8));
     for (double& value : *values) value = reader.get<double>();
   }
+  return series;
+}
+
+// Every list of a picture, and every number.
+template <class Picture, class List, class Number> void each_of_picture(Picture& picture, List list, Number number) {
+  number(picture.t_s), number(picture.side_m);
+  for (std::size_t i = 0; i < 2; ++i) number(picture.low_m[i]), number(picture.high_m[i]);
+  for (auto* values : {&picture.x_m, &picture.y_m, &picture.speed_m_per_s, &picture.pressure_Pa, &picture.temperature_K,
+                       &picture.error})
+    list(*values);
+}
+
+}  // namespace
+
+Series unpack_series(std::string_view bytes) {
+  Reader reader{bytes};
+  Series series = read_series(reader);
+  reader.end();
+  return series;
+}
+
+std::string pack_series_and_picture(const Series& series, const FluidPicture& picture) {
+  std::string bytes = pack_series(series);
+  if (picture.empty()) return bytes;
+  Writer writer;
+  writer.put(picture.particles);
+  writer.put(static_cast<std::uint64_t>(picture.error_of.size()));
+  writer.bytes += picture.error_of;
+  each_of_picture(
+      picture,
+      [&](const std::vector<float>& values) {
+        writer.put(static_cast<std::uint64_t>(values.size()));
+        for (const float value : values) writer.put(value);
+      },
+      [&](double value) { writer.put(value); });
+  return bytes + writer.bytes;
+}
+
+Series unpack_series_and_picture(std::string_view bytes, FluidPicture& picture) {
+  Reader reader{bytes};
+  Series series = read_series(reader);
+  picture = {};
+  if (reader.at == bytes.size()) return series;
+  picture.particles = reader.get<std::int64_t>();
+  picture.error_of.resize(reader.count(1));
+  for (char& letter : picture.error_of) letter = reader.get<char>();
+  each_of_picture(
+      picture,
+      [&](std::vector<float>& values) {
+        values.resize(reader.count(4));
+        for (float& value : values) value = reader.get<float>();
+      },
+      [&](double& value) { value = reader.get<double>(); });
+  const std::size_t count = picture.x_m.size();
+  for (const auto* values : {&picture.y_m, &picture.speed_m_per_s, &picture.pressure_Pa})
+    if (values->size() != count) throw BadBlob("a stored picture has lists of different lengths");
+  for (const auto* values : {&picture.temperature_K, &picture.error})
+    if (!values->empty() && values->size() != count) throw BadBlob("a stored picture has lists of different lengths");
   reader.end();
   return series;
 }

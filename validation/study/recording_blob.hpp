@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "protocol/truth.hpp"
+#include "validation/metrics/fluid_picture.hpp"
 #include "validation/metrics/metrics.hpp"
 #include "validation/row.hpp"
 
@@ -28,5 +29,8 @@ std::string pack_reals(const std::vector<double>& values);
 std::vector<double> unpack_reals(std::string_view bytes);
 std::string pack_series(const Series& series);
 Series unpack_series(std::string_view bytes);
+// The series, then the picture of a fluid where there is one.
+std::string pack_series_and_picture(const Series& series, const FluidPicture& picture);
+Series unpack_series_and_picture(std::string_view bytes, FluidPicture& picture);
 
 }  // namespace atwood

@@ -14,6 +14,7 @@
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
 #include "validation/metrics/fluid.hpp"
+#include "validation/metrics/fluid_picture.hpp"
 #include "validation/metrics/measurements.hpp"
 #include "validation/metrics/probes.hpp"
 #include "validation/study/campaigns.hpp"
@@ -86,6 +87,7 @@ void StudyRun::plan_cell(const Cell& cell) {
   if (run && store_.measured_basis(keys.measured) == basis) return;
   if (cell.probe != Probe::none) run.reset();  // a probe keeps no samples to measure again
   if (!run) ran_.insert(&cell);
+  else ++measured_again_;
   const auto [place, fresh] =
       ladder_index_.emplace(cell.scenario.id + "\n" + cell.method + "\n" + to_string(cell.probe) + "\n" +
                                 resolution_text(resolution_of(cell)),
@@ -225,18 +227,25 @@ std::shared_ptr<const Truth> StudyRun::truth_of(TruthWork& work) {
 
 namespace {
 
+// All settings of a method's response.
+Settings response_settings(const MethodId& id, const Worker& worker) {
+  Settings settings;
+  for (const MethodInfo& info : worker.engine.responses) {
+    if (info.id != "+" + id.response) continue;
+    settings = info.settings;
+    for (auto& [key, value] : settings)
+      if (const auto given = id.overrides.find(key); given != id.overrides.end()) value = given->second;
+  }
+  return settings;
+}
+
 // The response of a method with all its settings, as a method id has it without the plus sign; empty: it has none.
 std::string response_text(const std::string& method, const Worker& worker) {
   const MethodId id = parse_method_id(method);
   if (id.response.empty()) return "";
   MethodId response;
   response.engine = "a", response.scheme = "b", response.response = id.response;
-  for (const MethodInfo& info : worker.engine.responses) {
-    if (info.id != "+" + id.response) continue;
-    response.overrides = info.settings;
-    for (auto& [key, value] : response.overrides)
-      if (const auto given = id.overrides.find(key); given != id.overrides.end()) value = given->second;
-  }
+  response.overrides = response_settings(id, worker);
   return to_string(response).substr(4);  // "a/b+"
 }
 
@@ -271,6 +280,12 @@ MeasuredRecord StudyRun::measured_fluid(const Cell& cell, const std::string& has
   MeasuredRecord record;
   record.basis = content_hash({hash, kMetricsVersion});
   record.rows = measure_fluid(cell.scenario, truths, recording);
+  record.picture = picture_of(cell.scenario, truths.exact, recording);
+  const Settings settings =
+      response_settings(parse_method_id(cell.method), workers_[static_cast<std::size_t>(cell.worker)]);
+  const Scene& scene = cell.scenario.scene;
+  for (Row& row : neighbour_rows(scene, recording, kernel_support_m(settings, scene.fluids.front().spacing_m)))
+    record.rows.push_back(std::move(row));
   const bool stepping = cell.scenario.truth.kind == TruthKind::semi_discrete;
   const Outcome& outcome = stepping ? truths.semi_discrete.outcome : truths.exact.outcome;
   if (outcome.status != Status::ok && cell.scenario.truth.kind != TruthKind::none &&
@@ -453,6 +468,9 @@ StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>&
   }
   StudyResult result = collect_rows(store, cells, campaigns);
   result.skipped = result.cells - run.touched();
+  result.ran = run.ran();
+  result.timed = run.timed();
+  result.measured_again = run.measured_again();
   result.signal = signal;
   result.reused = run.reused();
   result.interrupted = signal != 0;

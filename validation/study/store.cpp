@@ -89,7 +89,7 @@ std::optional<MeasuredRecord> Store::measured(const std::string& key, bool rows,
     if (!found) return std::nullopt;
     MeasuredRecord record;
     record.basis = text(*found, 2);
-    if (series) record.series = unpack_series(blob_of(found->getColumn(3)));
+    if (series) record.series = unpack_series_and_picture(blob_of(found->getColumn(3)), record.picture);
     if (rows) record.rows = database_->select_rows(key, whole(*found, 4), whole(*found, 5));
     return record;
   });

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "protocol/truth.hpp"
+#include "validation/metrics/fluid_picture.hpp"
 #include "validation/metrics/metrics.hpp"
 #include "validation/row.hpp"
 
@@ -44,6 +45,7 @@ struct MeasuredRecord {
   std::string basis;      // what the rows were measured from, besides the run: truth and metrics
   std::vector<Row> rows;  // body, t_s, metric, unit, value, truth_bar, status, reason, spacing, sound speed
   Series series;
+  FluidPicture picture = {};  // of a run with fluids
 };
 
 // Runs of one foreign worker whose code is not fully known. Only the runs of a campaign reuse its cells; later runs
@@ -83,8 +85,8 @@ class Store {
   // All throw StoreDamage where a checksum is wrong.
   std::optional<RunRecord> run(const std::string& cell_hash);
   Recording recording(const std::string& cell_hash, const Outcome& outcome);
-  std::string measured_basis(const std::string& key);  // empty: not measured
-  std::optional<MeasuredRecord> measured(const std::string& key, bool rows, bool series);
+  std::string measured_basis(const std::string& key);                                      // empty: not measured
+  std::optional<MeasuredRecord> measured(const std::string& key, bool rows, bool series);  // series: and the picture
   std::optional<TimingRecord> timing(const std::string& timing_hash);
   std::optional<Truth> truth(const std::string& truth_hash);
   bool has_truth(const std::string& truth_hash);

@@ -207,7 +207,7 @@ void StoreDatabase::insert_measured(const std::string& key, const std::string& c
     insert.exec();
     ++ordinal;
   }
-  const std::string errors = pack_series(record.series);
+  const std::string errors = pack_series_and_picture(record.series, record.picture);
   insert(kMeasured, {key, cell_hash, record.basis, Blob{errors}, ordinal, checksum.value()});
 }
 

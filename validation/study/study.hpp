@@ -11,6 +11,7 @@
 #include "protocol/method.hpp"
 #include "protocol/truth.hpp"
 #include "scene/scene.hpp"
+#include "validation/metrics/fluid_picture.hpp"
 #include "validation/metrics/metrics.hpp"
 #include "validation/metrics/probe.hpp"
 #include "validation/row.hpp"
@@ -131,6 +132,8 @@ std::string reused_text(const std::vector<Reused>& reused);  // "reused from the
 struct StudyResult {
   std::vector<Row> rows;       // of this study's cells, cell by cell, then ladders
   int cells = 0, skipped = 0;  // skipped: found in the store
+  // Of run_study: cells with a new accuracy run, with a new timed pass, with new rows of a stored run.
+  int ran = 0, timed = 0, measured_again = 0;
   // Indices of the cells that an available engine can run and that the store does not have (a cell without times counts
   // as stored).
   std::vector<std::size_t> missing = {};
@@ -154,6 +157,15 @@ StudyResult load_rows(const std::string& store_path, const std::vector<Cell>& ce
                       const std::string& purpose = "run");
 std::vector<StoredSeries> load_series(const std::string& store_path, const std::vector<Cell>& cells,
                                       const std::string& purpose = "run");
+// The pictures of fluids: of each scenario and method its finest cell that has one, by spacing, sound speed and steps.
+struct StoredPicture {
+  std::string scenario, method;
+  std::int64_t steps;
+  Resolution at;
+  FluidPicture picture;
+};
+std::vector<StoredPicture> load_pictures(const std::string& store_path, const std::vector<Cell>& cells,
+                                         const std::string& purpose = "run");
 // Verifies every checksum of the store and runs the database's own check; a line for each damaged entry.
 std::vector<std::string> check_store(const std::string& store_path);
 

@@ -51,6 +51,9 @@ class StudyRun {
   void accuracy_pass();
   void timed_pass();
   int touched() const { return static_cast<int>(touched_.size()); }  // cells that were run or measured
+  int ran() const { return static_cast<int>(ran_.size()); }
+  int timed() const { return timed_; }
+  int measured_again() const { return measured_again_; }
   int failed_truths() const { return failed_truths_; }
   std::vector<Reused> reused() const;
 
@@ -102,7 +105,7 @@ class StudyRun {
   std::vector<bool> taken_;  // of ladders_
   std::exception_ptr failure_;
   bool stop_ = false;
-  int failed_truths_ = 0;
+  int failed_truths_ = 0, timed_ = 0, measured_again_ = 0;
   std::set<int> told_to_load_more_;      // workers
   std::set<const Cell*> touched_, ran_;  // ran_: those whose accuracy run is new
   PoseTruths pose_truths_{store_, options_.truth_worker};

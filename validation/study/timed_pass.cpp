@@ -75,6 +75,7 @@ void StudyRun::timed_pass() {
     }
     timing.outcome.reason = shortened(timing.outcome.reason, kLongestReason);
     if (!client->killed_from_outside()) store_.put_timing(keys.timing, keys.accuracy, timing);
+    ++timed_;
     progress_.done("timing");
   }
 }

@@ -26,17 +26,24 @@ export interface Bench {
 export interface GoalEntrant { method: string; steps: number; error: Loose; bar: Loose; seconds: Loose; evaluations: Loose; ns_per_step: Loose; accurate: boolean }
 export interface Goal {
   id: string; title: string; scenario: string; metric: string; unit: string; wanted_error: Loose; budget_kind: string; budget: Loose; reached: boolean;
-  ours: GoalEntrant | null; rival: GoalEntrant | null; uncounted: GoalEntrant | null; ratio: Loose; ratio_low: Loose; ratio_high: Loose; why: string; wanted_ratio?: number;
+  ours: GoalEntrant | null; rival: GoalEntrant | null; uncounted: GoalEntrant | null; ratio: Loose; ratio_low: Loose; ratio_high: Loose; why: string; wanted_ratio?: number; low?: Loose; high?: Loose;
 }
-export interface Reached { family: string; method: string; steps: number; error: Loose; cost: Loose; at_bar?: boolean; coarsest?: boolean }
+export interface Reached { family: string; method: string; steps: number; error: Loose; cost: Loose; at_bar?: boolean; coarsest?: boolean; spacing_m?: Loose; sound_speed_m_per_s?: Loose }
 export interface Contest { asked: Loose; contenders: number; ranked: Reached[]; to_next?: { value: Loose; low: Loose; high: Loose; pairs: number } }
 export interface Dominance {
   scenario: string; metric: string; unit: string; cost: 'seconds' | 'evaluations'; by_error: Contest[]; by_budget: Contest[];
+  by_spacing?: { spacing_m: Loose; sound_speed_m_per_s: Loose; ranked: Reached[] }[];
   stable: { family: string; stable: boolean; method?: string; steps?: number; h_s?: Loose; error?: Loose; failed: { method: string; steps: number; status: string; reason: string }[] }[];
 }
 export interface Run {
   s: number; m: number; n: number; t: number;
   position?: Loose[]; velocity?: Loose[]; attitude?: Loose[]; 'body-rate'?: Loose[]; energy?: Loose[];
+}
+// A list of whole numbers between the least and the largest value of a field.
+export interface Levels { low: Loose; high: Loose; at: number[] }
+export interface Picture {
+  s: number; m: number; n: number; dx: Loose; c: Loose; t: Loose; particles: number; side: Loose; error_of: string;
+  x: Levels; y: Levels; speed?: Levels; pressure?: Levels; temperature?: Levels; error?: Levels;
 }
 export type Setting = string | number | boolean;
 export type Loose = number | string;  // non-finite numbers come as "nan", "inf", "-inf"
@@ -54,7 +61,7 @@ export interface Report {
   verdicts: Verdict[]; laws: Law[]; scenarios: Scenario[]; engines: Engine[]; ran: RanMethod[];
   missing_engines: { name: string; reason: string }[];
   metrics: { name: string; unit: string; definition: string }[];
-  bench: Bench[]; dominance: Dominance[]; goals: Goal[]; tables?: FigureTable[]; audit?: AuditFinding[]; notes: string[]; own_files: Record<string, string>; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; strings: Strings;
+  bench: Bench[]; dominance: Dominance[]; goals: Goal[]; tables?: FigureTable[]; audit?: AuditFinding[]; notes: string[]; own_files: Record<string, string>; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; pictures?: Picture[]; strings: Strings;
 }
 
 export async function readReport(): Promise<Report> {
@@ -114,6 +121,11 @@ export function family(method: string): string { return method.replace(/:[^+@{]*
 export function rungWords(method: string, steps: number): string {
   const found = /:([^+@{]*)/.exec(method);
   return found ? `tol ${found[1]}` : `${steps} steps`;
+}
+// "640 steps, dx 0.02, c 10" of fluids.
+export function placeWords(reached: Reached): string {
+  const at = (name: string, value?: Loose) => (value === undefined ? '' : `, ${name} ${figure(real(value), 4)}`);
+  return rungWords(reached.method, reached.steps) + at('dx', reached.spacing_m) + at('c', reached.sound_speed_m_per_s);
 }
 export function seconds(value: number): string {
   if (!Number.isFinite(value)) return '\u2013';

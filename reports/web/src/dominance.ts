@@ -1,5 +1,5 @@
 // The cheapest method for an error, the most accurate one within a budget, and the step from which a method is stable.
-import { Contest, Dominance, Reached, Report, engineOf, figure, real, rungWords, seconds } from './data';
+import { Contest, Dominance, Reached, Report, engineOf, figure, placeWords, real, rungWords, seconds } from './data';
 import { Child, h, labelledSelect, option, section } from './dom';
 import { brokenId } from './table';
 
@@ -35,7 +35,7 @@ function byError(table: Dominance): HTMLElement | null {
   return scrolled('Cheapest for an error', [`error [${table.unit}]`, 'cheapest', 'at', what, 'runner-up and its cost', 'best other engine and its cost'],
     table.by_error.map((contest) => {
       const best = contest.ranked[0];
-      return [level(real(contest.asked)), name(best), rungWords(best.method, best.steps), costWords(table, real(best.cost)) + mark(best),
+      return [level(real(contest.asked)), name(best), placeWords(best), costWords(table, real(best.cost)) + mark(best),
         behind(contest, contest.ranked[1], 'alone'), behind(contest, otherEngine(contest), '\u2013')];
     }), [1, 2, 4, 5]);
 }
@@ -46,8 +46,17 @@ function byBudget(table: Dominance): HTMLElement | null {
   return scrolled('Most accurate within a budget', ['budget', 'most accurate', 'at', `error [${table.unit}]`, 'runner-up', 'error', 'best other engine', 'error'],
     table.by_budget.map((contest) => {
       const best = contest.ranked[0], next = contest.ranked[1], other = otherEngine(contest);
-      return [costWords(table, real(contest.asked)), name(best), rungWords(best.method, best.steps), error(best), next ? name(next) : 'alone', error(next), other ? name(other) : '\u2013', error(other)];
+      return [costWords(table, real(contest.asked)), name(best), placeWords(best), error(best), next ? name(next) : 'alone', error(next), other ? name(other) : '\u2013', error(other)];
     }), [1, 2, 4, 6]);
+}
+
+// Fluids: the methods at one spacing and sound speed, the most accurate first.
+function bySpacing(table: Dominance): HTMLElement | null {
+  if (!table.by_spacing?.length) return null;
+  return h('div', {}, h('h3', {}, 'At equal spacing and sound speed'),
+    scrolled('At equal spacing', ['spacing [m]', 'sound speed [m/s]', 'method', 'at', `error [${table.unit}]`, 'time of the run'],
+      table.by_spacing.flatMap((place) => place.ranked.map((reached, i): Child[] => [i ? '' : figure(real(place.spacing_m), 4), i ? '' : figure(real(place.sound_speed_m_per_s), 4),
+        name(reached), rungWords(reached.method, reached.steps), figure(real(reached.error), 2) + (reached.at_bar ? ' *' : ''), seconds(real(reached.cost))])), [2, 3]));
 }
 
 function stable(table: Dominance, t_end: number): HTMLElement | null {
@@ -92,7 +101,7 @@ export function dominance(report: Report): HTMLElement | null {
   const of = () => report.dominance.filter((t) => t.cost === cost.select.value);
   const draw = () => {
     const found = of().find((t) => t.scenario === scenario.select.value);
-    place.replaceChildren(...(found ? [h('h3', {}, `${found.scenario}: ${norm(found.metric)} [${found.unit}]`), byError(found), h('h3', {}, 'Most accurate within a budget'), byBudget(found), stable(found, t_end.get(found.scenario) ?? 1)].filter(Boolean) as HTMLElement[]
+    place.replaceChildren(...(found ? [h('h3', {}, `${found.scenario}: ${norm(found.metric)} [${found.unit}]`), byError(found), h('h3', {}, 'Most accurate within a budget'), byBudget(found), bySpacing(found), found.by_spacing?.length ? null : stable(found, t_end.get(found.scenario) ?? 1)].filter(Boolean) as HTMLElement[]
       : [h('p', { class: 'nothing' }, 'No such cost was measured on this scenario.')]));
   };
   const fill = () => {

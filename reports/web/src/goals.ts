@@ -4,7 +4,8 @@ import { Child, h, section } from './dom';
 
 function asked(goal: Goal): string {
   const error = real(goal.wanted_error), budget = real(goal.budget);
-  const words = Number.isFinite(error) ? `${goal.metric} ${figure(error, 2)} ${unitWord(goal.unit)}`.trim() : '';
+  const words = goal.low != null ? `${goal.metric} from ${figure(real(goal.low), 4)} to ${figure(real(goal.high), 4)}`
+    : Number.isFinite(error) ? `${goal.metric} ${figure(error, 2)} ${unitWord(goal.unit)}`.trim() : '';
   if (goal.wanted_ratio && !Number.isFinite(budget)) return `${words ? `${words} and ` : ''}${goal.wanted_ratio} times as fast as the best rival`;
   const kind: Record<string, string> = { seconds: seconds(budget), evaluations: `${budget} evaluations`, ns_per_step: `${figure(budget, 4)} ns per step`, ns: `${figure(budget, 4)} ns` };
   const limit = kind[goal.budget_kind] ?? '';

@@ -2,6 +2,7 @@ import { readReport } from './data';
 import { h, section } from './dom';
 import { dominance } from './dominance';
 import { audit } from './audit';
+import { Fields } from './fields';
 import { goals } from './goals';
 import { tables } from './tables';
 import { matrix } from './matrix';
@@ -36,17 +37,18 @@ function themeSwitch(changed: () => void): HTMLElement {
   return button;
 }
 
-const shortNames: Record<string, string> = { failing: 'Not passed', laws: 'Laws', audit: 'Audit', goals: 'Goals', tables: 'Tables', dominance: 'Cheapest', cells: 'No figures', matrix: 'Matrix', compare: 'Side by side', sweep: 'Geometry', plots: 'Plots', statistics: 'Statistics', rows: 'Rows', gates: 'Gates', bench: 'Benchmarks', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
+const shortNames: Record<string, string> = { failing: 'Not passed', laws: 'Laws', audit: 'Audit', goals: 'Goals', tables: 'Tables', dominance: 'Cheapest', cells: 'No figures', matrix: 'Matrix', compare: 'Side by side', sweep: 'Geometry', plots: 'Plots', fields: 'Fields', statistics: 'Statistics', rows: 'Rows', gates: 'Gates', bench: 'Benchmarks', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
 function navigation(parts: HTMLElement[]): HTMLElement {
   return h('nav', { 'aria-label': 'Sections' }, ...parts.map((part) => h('a', { href: `#${part.id}` }, shortNames[part.id] ?? part.id)));
 }
 
-function preparePrinting(plots: Plots | null): void {
+function preparePrinting(plots: Plots | null, fields: Fields | null): void {
   const opened: HTMLDetailsElement[] = [];
   addEventListener('beforeprint', () => {
     setPaper(true);
     for (const details of document.querySelectorAll('details')) if (!details.open && !details.closest('#gates, #laws, #bench, #statistics')) { details.open = true; opened.push(details); }
     plots?.drawNow();
+    fields?.drawAll();
   });
   addEventListener('afterprint', () => {
     setPaper(false);
@@ -59,6 +61,7 @@ async function start(): Promise<void> {
   const report = await readReport();
   const index = new RowIndex(report);
   const plots = plottable(index).length ? new Plots(report, index) : null;
+  const fields = report.pictures?.length ? new Fields(report, index) : null;
   const table = index.count ? new RowTable(index) : null;
   const rows = table && section('rows', 'Rows', table.element, h('p', { class: 'paper-only' }, `${index.count} rows: on screen, and in the CSV and JSON reports.`));
   const open = (scenario: string, method: string) => {
@@ -66,12 +69,12 @@ async function start(): Promise<void> {
     table!.filter({ scenario, method, metric: '', status: '' });
     (drawn ? plots!.element : table!.element).scrollIntoView();
   };
-  const parts = [sections.failing(report), audit(report), goals(report), tables(report), dominance(report), sections.laws(report), sections.troubles(report, index), index.count ? sweep(index) : null, index.count ? sideBySide(report, index) : null, index.count ? matrix(report, index, open) : null, plots?.element, index.count ? statistics(report, index) : null, rows, sections.gates(report),
+  const parts = [sections.failing(report), audit(report), goals(report), tables(report), dominance(report), sections.laws(report), sections.troubles(report, index), index.count ? sweep(index) : null, index.count ? sideBySide(report, index) : null, index.count ? matrix(report, index, open) : null, plots?.element, fields?.element, index.count ? statistics(report, index) : null, rows, sections.gates(report),
     sections.bench(report), sections.engines(report), sections.scenarios(report), sections.definitions(report, index), sections.provenance(report)].filter((part) => part) as HTMLElement[];
   document.getElementById('app')!.replaceChildren(...parts);
   document.getElementById('top')!.after(navigation(parts));
   document.getElementById('tools')!.append(themeSwitch(() => plots?.restyle()), h('button', { type: 'button', onclick: () => print() }, 'print'));
-  preparePrinting(plots);
+  preparePrinting(plots, fields);
   document.documentElement.dataset.ready = 'true';
 }
 

@@ -2,10 +2,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "scene/files.hpp"
 #include "scene/fluid_points.hpp"
 #include "validation/metrics/fluid.hpp"
+#include "validation/metrics/fluid_picture.hpp"
 
 using namespace atwood;
 using Catch::Contains;
@@ -217,6 +219,89 @@ TEST_CASE("how particles lie") {
   CHECK(value_of(rows, "particle-order") == Approx(0.25 / 0.75));
   CHECK(value_of(rows, "speed-max") == Approx(1));
   CHECK(value_of(rows, "volume-error") == Approx(0).margin(1e-15));
+}
+
+TEST_CASE("neighbours: on lattices, across periods, in few cells, of one particle") {
+  const auto lattice = [](int across, int layers, double shift) {
+    std::vector<std::array<double, 3>> places;
+    for (int i = 0; i < across; ++i)
+      for (int j = 0; j < across; ++j)
+        for (int k = 0; k < layers; ++k) places.push_back({i + shift, j + 0.5, layers > 1 ? k + 0.5 : 0.0});
+    return places;
+  };
+  const Domain flat{2, {8, 8, 0}}, open{2, {0, 0, 0}}, cube{3, {6, 6, 6}};
+  for (const double shift : {0.5, -0.5, 1000.25}) {  // unwrapped coordinates are the same places
+    CHECK(mean_neighbours(flat, lattice(8, 1, shift), 1.1) == 4);
+    CHECK(mean_neighbours(flat, lattice(8, 1, shift), 1.5) == 8);
+    CHECK(mean_neighbours(flat, lattice(8, 1, shift), 2.6) == 20);
+    CHECK(mean_neighbours(flat, lattice(8, 1, shift), 3.1) == 28);  // two cells along each axis: each once
+    CHECK(mean_neighbours(cube, lattice(6, 6, shift), 2.6) == 80);
+  }
+  CHECK(mean_neighbours(open, lattice(2, 1, 0), 1.1) == 2);
+  CHECK(mean_neighbours(open, {{0, 0, 0}, {1e9, 0, 0}}, 1) == 0);  // a lost particle
+  CHECK(mean_neighbours(open, {}, 1) == 0);
+}
+
+TEST_CASE("neighbours: the support that a response's settings mean") {
+  const auto support = [](const char* kernel, double smoothing) {
+    return kernel_support_m({{"kernel", std::string(kernel)}, {"smoothing", smoothing}}, 0.5);
+  };
+  CHECK(support("wendland-c2", 1.3) == Approx(1.3));
+  CHECK(support("quintic", 1.0) == Approx(1.5));
+  CHECK(kernel_support_m({{"kernel", std::string("cubic")}, {"smoothing", 0.0}, {"degree", std::int64_t{2}}}, 1) ==
+        Approx(3.0));
+  CHECK(kernel_support_m({{"kernel", std::string("cubic")}, {"smoothing", 0.0}, {"degree", std::int64_t{4}}}, 1) ==
+        Approx(3.1));
+  CHECK(kernel_support_m({}, 1) == 0);
+}
+
+TEST_CASE("pictures: the last sample, the error of what moves, wrapped into the period") {
+  Scenario s = four_particles();
+  Recording run = still(s);
+  run.values.back().particles[2].v_m_per_s = {3, 4, 0};
+  run.values.back().particles[2].p_m[0] = 1.5 + 6;
+  s.scene.domain.periodic_m = {2, 2, 0};
+  std::vector<std::vector<FieldPosition>> at(3, std::vector<FieldPosition>(4));
+  FieldAtParticles exact = field(1, {0, 1, 2}, at);
+  const FluidPicture picture = picture_of(s, exact, run);
+  CHECK(picture.particles == 4);
+  CHECK(picture.t_s == 2);
+  CHECK(picture.x_m == std::vector<float>{0.5, 0.5, 1.5, 1.5});
+  CHECK(picture.speed_m_per_s == std::vector<float>{1, 1, 5, 1});
+  CHECK(picture.error_of == "velocity [m/s]");
+  REQUIRE(picture.error.size() == 4);
+  CHECK(picture.error[2] == Approx(std::sqrt(4.0 + 16)));
+  CHECK(picture.error[0] == 0);
+  CHECK(picture.temperature_K.empty());  // no heat capacity
+  CHECK(picture.high_m == std::array<double, 2>{2, 2});
+  exact = field(0, {0, 1, 2}, at);  // at rest: the error of the pressure
+  CHECK(picture_of(s, exact, run).error_of == "pressure [Pa]");
+  CHECK(picture_of(s, exact, run).error[0] == Approx(100));
+  exact.outcome.status = Status::unsupported;
+  CHECK(picture_of(s, exact, run).error.empty());
+  run.outcome.status = Status::diverged;
+  CHECK(picture_of(s, exact, run).empty());
+}
+
+TEST_CASE("pictures: of many particles one in each square of a grid, at most so many") {
+  Scenario s = four_particles();
+  s.scene.domain.periodic_m = {100, 100, 0};
+  s.scene.fluids[0].spacing_m = 1;
+  Recording run;
+  Sample& sample = run.values.emplace_back();
+  for (int i = 0; i < 100; ++i)
+    for (int j = 0; j < 100; ++j) sample.particles.emplace_back().p_m = {Wide(i) + 0.5, Wide(j) + 0.5, 0};
+  const FluidPicture picture = picture_of(s, {}, run);
+  CHECK(picture.particles == 10000);
+  CHECK(picture.x_m.size() <= kMostDrawn);
+  CHECK(picture.x_m.size() > 2000);
+  CHECK(picture.side_m == Approx(2).epsilon(0.1));
+  // Both directions are thinned alike: as many different places along x as along y.
+  const std::set<float> columns(picture.x_m.begin(), picture.x_m.end()), rows(picture.y_m.begin(), picture.y_m.end());
+  CHECK(std::abs(static_cast<int>(columns.size()) - static_cast<int>(rows.size())) <= 2);
+  s.scene.domain = {3, {100, 100, 0}};  // in space: the middle plane
+  for (std::size_t i = 0; i < sample.particles.size(); ++i) sample.particles[i].p_m[2] = Wide(i % 5);
+  CHECK(picture_of(s, {}, run).x_m.size() == 2000);
 }
 
 TEST_CASE("probes: exact for linear fields, in a corner and across a period") {

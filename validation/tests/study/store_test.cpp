@@ -113,6 +113,32 @@ TEST_CASE("particles are packed with their samples; recordings without any are a
   }
 }
 
+TEST_CASE("the picture of a fluid is packed behind the series; series without one are as they were") {
+  Series series;
+  series.t_s = {0, 1};
+  series.position_m = {0, 1e-3};
+  FluidPicture picture, back;
+  CHECK(pack_series_and_picture(series, picture) == pack_series(series));
+  CHECK(unpack_series_and_picture(pack_series(series), back).t_s == series.t_s);
+  CHECK(back.empty());
+  picture.t_s = 0.5, picture.side_m = 0.02, picture.particles = 10000;
+  picture.low_m = {0, -1}, picture.high_m = {1, 2};
+  picture.error_of = "velocity [m/s]";
+  picture.x_m = {0.1f, 0.9f}, picture.y_m = {0.2f, 0.8f}, picture.speed_m_per_s = {1, 2}, picture.pressure_Pa = {-3, 4};
+  picture.error = {1e-6f, 1e-5f};
+  const std::string bytes = pack_series_and_picture(series, picture);
+  CHECK(unpack_series_and_picture(bytes, back).position_m == series.position_m);
+  CHECK(back.particles == 10000);
+  CHECK(back.error_of == picture.error_of);
+  CHECK(back.high_m == picture.high_m);
+  CHECK(back.pressure_Pa == picture.pressure_Pa);
+  CHECK(back.error == picture.error);
+  CHECK(back.temperature_K.empty());
+  CHECK_THROWS_AS(unpack_series_and_picture(bytes.substr(0, bytes.size() - 1), back), BadBlob);
+  picture.y_m.pop_back();
+  CHECK_THROWS_AS(unpack_series_and_picture(pack_series_and_picture(series, picture), back), BadBlob);
+}
+
 TEST_CASE("a cell, its rows, its truth and its times come back as they went in") {
   const Folder folder;
   RunRecord run;
