@@ -68,8 +68,10 @@ std::vector<Cell> plan_goal(const Goal& goal, const Scenario& scenario, const st
 }
 
 // Whether a row is the figure that a goal judges: of the whole run, or at an instant. Orders are of the method's ladder.
+// Probes have a row each, of which the worst is judged.
 bool is_figure(const Row& row, const Goal& goal) {
-  if (row.metric != goal.metric || !row.body.empty() || row.t_s.has_value() != (goal.at_s > 0)) return false;
+  const bool of_part = !row.body.empty() && goal.metric != "probe-error";
+  if (row.metric != goal.metric || of_part || row.t_s.has_value() != (goal.at_s > 0)) return false;
   return goal.at_s == 0 || std::fabs(*row.t_s - goal.at_s) <= 1e-9 * goal.at_s;
 }
 
@@ -90,7 +92,7 @@ GoalEntrant entrant_of(const Cell& cell, const std::vector<Row>& rows, const Goa
   for (const Row& row : rows) {
     const bool ladder = row.steps == 0 && goal.metric.starts_with("order-");
     if (row.method != cell.method || (row.steps != cell.plan.steps && !ladder) || row.status != Status::ok) continue;
-    if (is_figure(row, goal)) {
+    if (is_figure(row, goal) && !(std::fabs(row.value) <= entrant.error)) {
       entrant.error = std::isfinite(goal.low) ? row.value : std::fabs(row.value);
       entrant.bar = row.truth_bar;
     }
