@@ -131,6 +131,9 @@ template <class S> bool handle_event(EventRun<S>& run, const Crossing<S>& crossi
   if (crossing.function == Switch::facet) {
     update_active_kinematics(run.bodies, run.proximity, run.active, run.states.y.data(), run.states.y.version);
     if (!change_facet(run, contact)) return false;
+    // An edge lies down on a face: the contact that held it takes part in the impact of its other points.
+    if (run.proximity.candidates[contact.candidate].feature.edge && !contact.left_facet)
+      return resolve_impacts(run, t_s);
   }
   return renew_active_set(run, t_s);
 }
