@@ -8,7 +8,6 @@
 #include "contact/event/modes.hpp"
 #include "contact/event/painleve.hpp"
 #include "contact/event/run.hpp"
-#include "contact/event/surface_boundaries.hpp"
 
 namespace atwood::event {
 
@@ -89,11 +88,7 @@ void add_closed_candidates(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet
       contact.candidate = f;
       S outside_m{};
       contact.facet = facet_below(bodies, proximity, candidate, outside_m);
-      // An edge that has come to lie on a face overlaps it by what the step drifted, which is projected away.
-      const Contact<S>* on_face = contact_with_normal(proximity, active, p, f, kinematics.normal);
-      if (on_face != nullptr && proximity.candidates[on_face->candidate].feature.edge)
-        contact.held_gap = on_face->held_gap;
-      else if (kinematics.gap < -bodies.gap_round_off()) contact.held_gap = kinematics.gap;
+      if (pair.overlaps_at_start && kinematics.gap < -bodies.gap_round_off()) contact.held_gap = kinematics.gap;
       candidate.in_contact = true;
       active.contacts.push_back(contact);
     }

@@ -155,10 +155,15 @@ template <class S> bool restart_contacts(EventRun<S>& run, S t_s) {
     run.active.starts = false;
     bool approach = false;
     measure_gaps(run.bodies, run.proximity, run.states);
-    for (const int p : run.proximity.near)
-      for (int f = run.proximity.pairs[p].first; f < run.proximity.pairs[p].first + run.proximity.pairs[p].count; ++f)
-        approach = approach || (run.proximity.candidates[f].gap <= run.bodies.gap_round_off() &&
-                                run.proximity.candidates[f].rate < -run.bodies.approach_round_off());
+    for (const int p : run.proximity.near) {
+      ShapePair<S>& pair = run.proximity.pairs[p];
+      for (int f = pair.first; f < pair.first + pair.count; ++f) {
+        const Candidate<S>& candidate = run.proximity.candidates[f];
+        approach = approach ||
+                   (candidate.gap <= run.bodies.gap_round_off() && candidate.rate < -run.bodies.approach_round_off());
+        pair.overlaps_at_start = pair.overlaps_at_start || candidate.gap < -run.bodies.gap_round_off();
+      }
+    }
     if (approach) return resolve_impacts(run, t_s);
   }
   return renew_active_set(run, t_s);

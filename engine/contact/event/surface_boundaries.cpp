@@ -83,23 +83,21 @@ GapKinematics<S> held_kinematics(const Bodies<S>& bodies, const Proximity<S>& pr
 
 namespace {
 
+// Up to what a step drifts before it is projected.
 template <class S> bool same_normal(const Vec3<S>& one, const Vec3<S>& other) {
-  return norm(one - other) <= real::sqrt(real::epsilon<S>());
+  static const S tolerance = std::cbrt(real::epsilon<S>());
+  return norm(one - other) <= tolerance;
 }
 
-}  // namespace
-
+// Does another active contact of the pair have that normal? Two points of an edge that lies on a face do.
 template <class S>
-const Contact<S>* contact_with_normal(const Proximity<S>& proximity, const ActiveSet<S>& active, int pair,
-                                      int candidate, const Vec3<S>& normal) {
-  const auto found = std::find_if(active.contacts.begin(), active.contacts.end(), [&](const Contact<S>& other) {
-    return other.active && other.candidate != candidate && proximity.candidates[other.candidate].pair == pair &&
-           same_normal(other.kinematics.normal, normal);
+bool shares_normal(const Proximity<S>& proximity, const ActiveSet<S>& active, const Contact<S>& contact) {
+  return std::any_of(active.contacts.begin(), active.contacts.end(), [&](const Contact<S>& other) {
+    return other.active && other.candidate != contact.candidate &&
+           proximity.candidates[other.candidate].pair == proximity.candidates[contact.candidate].pair &&
+           same_normal(other.kinematics.normal, contact.kinematics.normal);
   });
-  return found == active.contacts.end() ? nullptr : &*found;
 }
-
-namespace {
 
 // A contact of two edges at the end of its facet: does it last, because one edge now lies on a face of the other's body?
 template <class S> bool stays_on_face(EventRun<S>& run, const Contact<S>& contact) {
@@ -128,9 +126,7 @@ S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, con
   const Candidate<S>& candidate = proximity.candidates[contact.candidate];
   if (candidate.feature.edge) {
     const EdgeDepths<S> depths = depths_inside_edges_of(bodies, proximity, contact);
-    const bool held =
-        contact_with_normal(proximity, active, candidate.pair, contact.candidate, contact.kinematics.normal) != nullptr;
-    return held ? depths.to_ends : real::min(depths.to_ends, depths.to_face);
+    return shares_normal(proximity, active, contact) ? depths.to_ends : real::min(depths.to_ends, depths.to_face);
   }
   const Surface<S>& surface = proximity.surfaces[candidate.surface];
   const Facet<S>& facet = contact.facet;
@@ -317,8 +313,6 @@ bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, 
   template bool may_cross_boundary<S>(const Bodies<S>&, const Proximity<S>&, const S*, const S*);                      \
   template bool has_boundary<S>(const Proximity<S>&, const Contact<S>&);                                               \
   template S depth_inside_facet<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&, Contact<S>&);           \
-  template const Contact<S>* contact_with_normal<S>(const Proximity<S>&, const ActiveSet<S>&, int, int,                \
-                                                    const Vec3<S>&);                                                   \
   template GapKinematics<S> held_kinematics<S>(const Bodies<S>&, const Proximity<S>&, const Contact<S>&);              \
   template bool overlaps_other_facet<S>(const Bodies<S>&, const Proximity<S>&, const Contact<S>&, const S*);           \
   template S leaving_speed<S>(const Bodies<S>&, const Proximity<S>&, const Candidate<S>&);                             \

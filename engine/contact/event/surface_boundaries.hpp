@@ -13,10 +13,6 @@ template <class S> bool has_boundary(const Proximity<S>& proximity, const Contac
 template <class S>
 S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
                      Contact<S>& contact);
-// Another contact of the pair with that normal, as two points of an edge that lies on a face have; null: there is none.
-template <class S>
-const Contact<S>* contact_with_normal(const Proximity<S>& proximity, const ActiveSet<S>& active, int pair,
-                                      int candidate, const Vec3<S>& normal);
 // Gap, rate, normal and point of a contact over the facet that it is held at, from bodies.poses.
 template <class S>
 GapKinematics<S> held_kinematics(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact);
