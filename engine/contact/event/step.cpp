@@ -242,7 +242,7 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     if (!(left_s > round_off_s)) return true;
     if (first.function == Switch::facet && ++progress.facet_changes > kMaxFacetChanges)
       return refuse_at(run.report, static_cast<double>(t_s),
-                       "a contact changes between two facets more than 1000 times within a step: it slides along their "
+                       "a contact changes between two facets more than 1000 times within a step: it stays on their "
                        "common boundary, and round-off decides on which of them it is");
     if (progress.stalls_at_event(left_s, real::epsilon<S>() * real::abs(t_s)))
       return diverged_at(run.report, static_cast<double>(t_s),
