@@ -88,7 +88,7 @@ void add_closed_candidates(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet
       contact.candidate = f;
       S outside_m{};
       contact.facet = facet_below(bodies, proximity, candidate, outside_m);
-      if (kinematics.gap < -bodies.gap_round_off()) contact.held_gap = kinematics.gap;
+      if (pair.overlaps_at_start && kinematics.gap < -bodies.gap_round_off()) contact.held_gap = kinematics.gap;
       candidate.in_contact = true;
       active.contacts.push_back(contact);
     }

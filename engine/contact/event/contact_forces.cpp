@@ -159,19 +159,24 @@ void solve_coupled_contacts(const Bodies<S>& bodies, const Proximity<S>& proximi
 // rows without them. Recorded at the first contact that slips.
 template <class S> void record_coupled_delassus(ActiveSet<S>& active, ConstraintSystem<S>& constraints) {
   Contact<S>* slips = nullptr;
-  S along = S(0), normal = S(0), free_rows[5];
+  S along = S(0), size = S(0), normal = S(0), free_rows[5];
   constraints.acceleration.swap(constraints.free_acceleration);
   for (Contact<S>& contact : active.contacts) {
     if (contact.first_row < 0) continue;
     if (slips == nullptr && contact.mode == FrictionMode::slip && !contact.at_cone_limit) slips = &contact;
     const S* x = constraints.unknown.data() + contact.first_row;
     row_values(constraints, contact, free_rows);
-    for (int i = 0; i < contact.force_rows + contact.couple_rows; ++i)
-      along += x[i] * (constraints.right[contact.first_row + i] - free_rows[i]);
+    for (int i = 0; i < contact.force_rows + contact.couple_rows; ++i) {
+      const S right = constraints.right[contact.first_row + i];
+      along += x[i] * (right - free_rows[i]);
+      size += real::abs(x[i]) * (real::abs(right) + real::abs(free_rows[i]));
+    }
     normal += x[0];
   }
   constraints.acceleration.swap(constraints.free_acceleration);
-  if (slips != nullptr && normal > S(0)) record_delassus(*slips, along / (normal * normal));
+  // Past a zero of the form the forces pull.
+  const bool passed = normal < S(0) && along < S(-256) * real::epsilon<S>() * size;
+  if (slips != nullptr && (normal > S(0) || passed)) record_delassus(*slips, along / (normal * normal));
 }
 
 template <class S>

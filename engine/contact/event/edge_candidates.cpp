@@ -218,12 +218,13 @@ Facet<S> edge_facet_of(const Bodies<S>& bodies, const Proximity<S>& proximity, c
 }
 
 template <class S>
-S depth_inside_edges_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact) {
+EdgeDepths<S> depths_inside_edges_of(const Bodies<S>& bodies, const Proximity<S>& proximity,
+                                     const Contact<S>& contact) {
   const Candidate<S>& candidate = proximity.candidates[contact.candidate];
-  return depth_inside_edges(proximity.edges[candidate.feature_body][candidate.edge[0]],
-                            bodies.poses[candidate.feature_body],
-                            proximity.edges[candidate.surface_body][candidate.edge[1]], contact.facet,
-                            bodies.poses[candidate.surface_body], bodies.gap_round_off());
+  return depths_inside_edges(proximity.edges[candidate.feature_body][candidate.edge[0]],
+                             bodies.poses[candidate.feature_body],
+                             proximity.edges[candidate.surface_body][candidate.edge[1]], contact.facet,
+                             bodies.poses[candidate.surface_body], bodies.gap_round_off());
 }
 
 template <class S> bool locate_penetration(Flow<S>& flow, S low, S high, Crossing<S>& first) {
@@ -280,15 +281,15 @@ template <class S> bool locate_penetration(Flow<S>& flow, S low, S high, Crossin
   return found;
 }
 
-#define ATWOOD_EDGE_CANDIDATES(S)                                                                     \
-  template void list_edges<S>(Proximity<S>&, const Scene&);                                           \
-  template void remove_edge_candidates<S>(Proximity<S>&);                                             \
-  template bool has_edges<S>(const Proximity<S>&, int);                                               \
-  template void add_edge_candidates<S>(Proximity<S>&, ActiveSet<S>&, Impacts<S>&, int);               \
-  template void add_crossing_edges<S>(EventRun<S>&);                                                  \
-  template bool refuse_parallel_edges<S>(EventRun<S>&, S);                                            \
-  template Facet<S> edge_facet_of<S>(const Bodies<S>&, const Proximity<S>&, const Candidate<S>&, S&); \
-  template S depth_inside_edges_of<S>(const Bodies<S>&, const Proximity<S>&, const Contact<S>&);      \
+#define ATWOOD_EDGE_CANDIDATES(S)                                                                             \
+  template void list_edges<S>(Proximity<S>&, const Scene&);                                                   \
+  template void remove_edge_candidates<S>(Proximity<S>&);                                                     \
+  template bool has_edges<S>(const Proximity<S>&, int);                                                       \
+  template void add_edge_candidates<S>(Proximity<S>&, ActiveSet<S>&, Impacts<S>&, int);                       \
+  template void add_crossing_edges<S>(EventRun<S>&);                                                          \
+  template bool refuse_parallel_edges<S>(EventRun<S>&, S);                                                    \
+  template Facet<S> edge_facet_of<S>(const Bodies<S>&, const Proximity<S>&, const Candidate<S>&, S&);         \
+  template EdgeDepths<S> depths_inside_edges_of<S>(const Bodies<S>&, const Proximity<S>&, const Contact<S>&); \
   template bool locate_penetration<S>(Flow<S>&, S, S, Crossing<S>&);
 ATWOOD_EDGE_CANDIDATES(float)
 ATWOOD_EDGE_CANDIDATES(double)

@@ -23,9 +23,9 @@ template <class S> bool refuse_parallel_edges(EventRun<S>& run, S t_s);
 template <class S>
 Facet<S> edge_facet_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
                        S& outside_m);
-// depth_inside_edges() of a contact, from bodies.poses.
+// depths_inside_edges() of a contact, from bodies.poses.
 template <class S>
-S depth_inside_edges_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact);
+EdgeDepths<S> depths_inside_edges_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact);
 // Bodies overlap at `high` of a trial step, not at `low`, and no candidate's gap has shown it: `first` becomes the
 // earliest crossing of a gap through zero, of edges too. False: there is none; the run ends as report.outcome says.
 template <class S> bool locate_penetration(Flow<S>& flow, S low, S high, Crossing<S>& first);

@@ -133,15 +133,14 @@ Facet<S> edge_facet(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const
 }
 
 template <class S>
-S depth_inside_edges(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Facet<S>& facet, const Pose<S>& on,
-                     S round_off_m) {
+EdgeDepths<S> depths_inside_edges(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Facet<S>& facet,
+                                  const Pose<S>& on, S round_off_m) {
   const LineCrossing<S> it = cross_lines(of.p + turned(of, a.middle_B), turned(of, a.along_B),
                                          on.p + turned(on, b.middle_B), turned(on, facet.direction_B));
   const S length = real::min(a.half_length, b.half_length);
-  if (!(it.sine >= least_crossing_sine<S>())) return -length;
+  if (!(it.sine >= least_crossing_sine<S>())) return {-length, -length};
   const S cones = depth_inside_cones(a, of, b, on, it.n) + S(2) * cone_round_off(it.sine, round_off_m, length);
-  return real::min(cones * length,
-                   real::min(a.half_length - real::abs(it.along_a), b.half_length - real::abs(it.along_b)));
+  return {real::min(a.half_length - real::abs(it.along_a), b.half_length - real::abs(it.along_b)), cones * length};
 }
 
 #define ATWOOD_EDGES(S)                                                                                             \
@@ -150,7 +149,8 @@ S depth_inside_edges(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, cons
   template void edge_kinematics<S>(const ContactFeature<S>&, const Pose<S>&, const Facet<S>&, const Pose<S>&, bool, \
                                    GapKinematics<S>&);                                                              \
   template Facet<S> edge_facet<S>(const Edge<S>&, const Pose<S>&, const Edge<S>&, const Pose<S>&, S, bool&);        \
-  template S depth_inside_edges<S>(const Edge<S>&, const Pose<S>&, const Edge<S>&, const Facet<S>&, const Pose<S>&, S);
+  template EdgeDepths<S> depths_inside_edges<S>(const Edge<S>&, const Pose<S>&, const Edge<S>&, const Facet<S>&,    \
+                                                const Pose<S>&, S);
 ATWOOD_EDGES(float)
 ATWOOD_EDGES(double)
 ATWOOD_EDGES(long double)

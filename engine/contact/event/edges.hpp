@@ -44,10 +44,11 @@ template <class S>
 Facet<S> edge_facet(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Pose<S>& on, S round_off_m,
                     bool& apart);
 // How far [m] a contact of two edges is from its end: the least distance of the crossing point from an end of an edge,
-// and of the normal (times the shorter half length) to the boundary of a cone. Below -round_off_m the contact has
-// ended.
+// and of the normal (times the shorter half length) to the boundary of a cone, where one edge lies on a face of the
+// other's body. Below -round_off_m the contact has ended.
+template <class S> struct EdgeDepths { S to_ends{}, to_face{}; };
 template <class S>
-S depth_inside_edges(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Facet<S>& facet, const Pose<S>& on,
-                     S round_off_m);
+EdgeDepths<S> depths_inside_edges(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Facet<S>& facet,
+                                  const Pose<S>& on, S round_off_m);
 
 }  // namespace atwood::event

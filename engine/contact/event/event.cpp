@@ -173,6 +173,7 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   for (ShapePair<S>& pair : run.proximity.pairs) {
     pair.recheck_travel = S(0);
     pair.gaps_known_at = -1;
+    pair.overlaps_at_start = false;
     pair.last_bounce = false;
     pair.bounces_end_s = S(0);
   }

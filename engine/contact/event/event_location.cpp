@@ -129,7 +129,8 @@ S value_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveS
     case Switch::rolling_bound: return pair.rolling_friction_m * contact.normal_N - norm(contact.couple_N_m);
     case Switch::slip_reversal: return dot(contact.u, contact.slip_direction);
     case Switch::facet:
-      return depth_inside_facet(bodies, proximity, contact) + bodies.gap_round_off();  // 0 above edges inside a mesh
+      return depth_inside_facet(bodies, proximity, active, contact) +
+             bodies.gap_round_off();  // 0 above edges inside a mesh
     case Switch::reactivation:
       return active.separation_acceleration + normal_acceleration(bodies, proximity, contact, states.dydt.data());
     default: return dot(contact.w, contact.roll_direction);

@@ -33,16 +33,31 @@ void update_length_scale(Bodies<S>& bodies, const Proximity<S>& proximity, const
     }
 }
 
+// Gap, rate, normal and point of a contact at states.y. One of two edges lasts while one of them lies on a face, where
+// round-off decides whether they cross.
 template <class S>
-void find_impact_points(Bodies<S>& bodies, const Proximity<S>& proximity, Impacts<S>& impacts,
-                        const StateBuffers<S>& states) {
+GapKinematics<S> contact_kinematics(Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact,
+                                    const StateBuffers<S>& states) {
+  const Candidate<S>& candidate = proximity.candidates[contact.candidate];
+  if (!candidate.feature.edge) return gap_at(bodies, proximity, candidate, states.y.data());
+  update_poses(bodies, candidate, states.y.data());
+  return held_kinematics(bodies, proximity, contact);
+}
+
+template <class S>
+void find_impact_points(Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
+                        Impacts<S>& impacts, const StateBuffers<S>& states) {
   impacts.points.clear();
   for (const int p : proximity.near) {
     const ShapePair<S>& pair = proximity.pairs[p];
     if (!bodies.moves[pair.a] && !bodies.moves[pair.b]) continue;
     for (int f = pair.first; f < pair.first + pair.count; ++f) {
       const Candidate<S>& candidate = proximity.candidates[f];
-      GapKinematics<S> kinematics = gap_at(bodies, proximity, candidate, states.y.data());
+      const auto contact = std::find_if(active.contacts.begin(), active.contacts.end(),
+                                        [&](const Contact<S>& c) { return c.candidate == f; });
+      const GapKinematics<S> kinematics = contact == active.contacts.end()
+                                              ? gap_at(bodies, proximity, candidate, states.y.data())
+                                              : contact_kinematics(bodies, proximity, *contact, states);
       if (!(kinematics.gap <= bodies.gap_round_off())) continue;
       if (!candidate.in_contact && kinematics.rate < -bodies.approach_round_off() &&
           leaves_without_strike(bodies, proximity, candidate, kinematics.rate))
@@ -132,8 +147,7 @@ template <class S>
 void drop_separated(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet<S>& active, const StateBuffers<S>& states,
                     S still) {
   std::erase_if(active.contacts, [&](const Contact<S>& contact) {
-    const GapKinematics<S> kinematics =
-        gap_at(bodies, proximity, proximity.candidates[contact.candidate], states.y.data());
+    const GapKinematics<S> kinematics = contact_kinematics(bodies, proximity, contact, states);
     if (!(real::abs(kinematics.rate) > still)) return false;
     proximity.candidates[contact.candidate].in_contact = false;
     return true;
@@ -145,7 +159,7 @@ void drop_separated(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet<S>& ac
 template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
   update_length_scale(run.bodies, run.proximity, run.states);
   add_crossing_edges(run);
-  find_impact_points(run.bodies, run.proximity, run.impacts, run.states);
+  find_impact_points(run.bodies, run.proximity, run.active, run.impacts, run.states);
   if (!refuse_parallel_edges(run, t_s)) return false;
   if (!refuse_leaving_vertices(run, t_s)) return false;
   ImpactProblem<S> problem{run.bodies,  run.proximity, run.impacts,

@@ -109,16 +109,41 @@ template <class S> bool accelerates_along(const Vec3<S>& onset, const Vec3<S>& d
   return at_cone_limit || (along > S(0) && aside <= real::sqrt(real::epsilon<S>()) * along + tiny);
 }
 
+// Activates a contact that does not separate. Where all contacts of its pair would pull if they stuck, they slip: with
+// large friction an end may be pressed on although it would have to be pulled to stay at rest.
+template <class S>
+void reactivate(const Bodies<S>& bodies, const Proximity<S>& proximity, const StateBuffers<S>& states,
+                bool pair_released, S tiny_acceleration, Contact<S>& contact) {
+  contact.active = true;
+  if (!pair_released || contact.mode != FrictionMode::stick) return;
+  const Vec3<S> onset =
+      across(relative_acceleration(bodies, proximity, contact, states.dydt.data()), contact.kinematics.normal);
+  const S size = norm(onset);
+  if (!(size > tiny_acceleration)) return;
+  contact.mode = FrictionMode::slip;
+  contact.slip_onset = true;  // not along what round-off has left of the velocity
+  contact.slip_direction = (S(1) / size) * onset;
+}
+
 // True if inactive contacts separate and slipping ones accelerate along their slip direction. Changes at_cone_limit;
 // reactivates contacts that do not separate (`reactivated`, returns true: solve again).
 template <class S>
 bool released_consistent(const Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
                          const StateBuffers<S>& states, S tiny_acceleration, bool& reactivated) {
   reactivated = false;
-  for (Contact<S>& contact : active.contacts) {
-    if (contact.active) continue;
-    if (normal_acceleration(bodies, proximity, contact, states.dydt.data()) < -tiny_acceleration)
-      contact.active = reactivated = true;
+  const auto pair_of = [&](const Contact<S>& contact) { return proximity.candidates[contact.candidate].pair; };
+  for (std::size_t first = 0, end; first < active.contacts.size(); first = end) {  // contacts of one pair
+    bool released = true;
+    for (end = first; end < active.contacts.size() && pair_of(active.contacts[end]) == pair_of(active.contacts[first]);
+         ++end)
+      released = released && !active.contacts[end].active;
+    for (std::size_t i = first; i < end; ++i) {
+      Contact<S>& contact = active.contacts[i];
+      if (contact.active || !(normal_acceleration(bodies, proximity, contact, states.dydt.data()) < -tiny_acceleration))
+        continue;
+      reactivate(bodies, proximity, states, released, tiny_acceleration, contact);
+      reactivated = true;
+    }
   }
   if (reactivated) return true;
   for (Contact<S>& contact : active.contacts) {

@@ -31,6 +31,7 @@ template <class S> struct ShapePair {
   bool last_bounce = false;          // the impact of this instant is taken as the last of a series of bounces,
   S remaining_bounces_s{};           // which would go on for that long
   S bounces_end_s{};                 // when the series will have ended, predicted from its impacts so far
+  bool overlaps_at_start = false;    // its contacts may hold an overlap; of others an overlap is drift
   bool has_edge_candidates = false;  // edge_candidates.hpp; and its range without them:
   int first_without_edges = 0, count_without_edges = 0;
 };

@@ -131,6 +131,9 @@ template <class S> bool handle_event(EventRun<S>& run, const Crossing<S>& crossi
   if (crossing.function == Switch::facet) {
     update_active_kinematics(run.bodies, run.proximity, run.active, run.states.y.data(), run.states.y.version);
     if (!change_facet(run, contact)) return false;
+    // An edge lies down on a face: the contact that held it takes part in the impact of its other points.
+    if (run.proximity.candidates[contact.candidate].feature.edge && !contact.left_facet)
+      return resolve_impacts(run, t_s);
   }
   return renew_active_set(run, t_s);
 }
@@ -152,10 +155,15 @@ template <class S> bool restart_contacts(EventRun<S>& run, S t_s) {
     run.active.starts = false;
     bool approach = false;
     measure_gaps(run.bodies, run.proximity, run.states);
-    for (const int p : run.proximity.near)
-      for (int f = run.proximity.pairs[p].first; f < run.proximity.pairs[p].first + run.proximity.pairs[p].count; ++f)
-        approach = approach || (run.proximity.candidates[f].gap <= run.bodies.gap_round_off() &&
-                                run.proximity.candidates[f].rate < -run.bodies.approach_round_off());
+    for (const int p : run.proximity.near) {
+      ShapePair<S>& pair = run.proximity.pairs[p];
+      for (int f = pair.first; f < pair.first + pair.count; ++f) {
+        const Candidate<S>& candidate = run.proximity.candidates[f];
+        approach = approach ||
+                   (candidate.gap <= run.bodies.gap_round_off() && candidate.rate < -run.bodies.approach_round_off());
+        pair.overlaps_at_start = pair.overlaps_at_start || candidate.gap < -run.bodies.gap_round_off();
+      }
+    }
     if (approach) return resolve_impacts(run, t_s);
   }
   return renew_active_set(run, t_s);
@@ -234,7 +242,7 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     if (!(left_s > round_off_s)) return true;
     if (first.function == Switch::facet && ++progress.facet_changes > kMaxFacetChanges)
       return refuse_at(run.report, static_cast<double>(t_s),
-                       "a contact changes between two facets more than 1000 times within a step: it slides along their "
+                       "a contact changes between two facets more than 1000 times within a step: it stays on their "
                        "common boundary, and round-off decides on which of them it is");
     if (progress.stalls_at_event(left_s, real::epsilon<S>() * real::abs(t_s)))
       return diverged_at(run.report, static_cast<double>(t_s),

@@ -74,9 +74,60 @@ template <class S> bool has_boundary(const Proximity<S>& proximity, const Contac
   return proximity.surfaces[proximity.candidates[contact.candidate].surface].kind > SurfaceKind::point;
 }
 
-template <class S> S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact) {
+template <class S>
+GapKinematics<S> held_kinematics(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact) {
+  const Candidate<S>& f = proximity.candidates[contact.candidate];
+  return gap_kinematics(f.feature, bodies.poses[f.feature_body], proximity.surfaces[f.surface], contact.facet,
+                        bodies.poses[f.surface_body]);
+}
+
+namespace {
+
+// Up to what a step drifts before it is projected.
+template <class S> bool same_normal(const Vec3<S>& one, const Vec3<S>& other) {
+  static const S tolerance = std::cbrt(real::epsilon<S>());
+  return norm(one - other) <= tolerance;
+}
+
+// Does another active contact of the pair have that normal? Two points of an edge that lies on a face do.
+template <class S>
+bool shares_normal(const Proximity<S>& proximity, const ActiveSet<S>& active, const Contact<S>& contact) {
+  return std::any_of(active.contacts.begin(), active.contacts.end(), [&](const Contact<S>& other) {
+    return other.active && other.candidate != contact.candidate &&
+           proximity.candidates[other.candidate].pair == proximity.candidates[contact.candidate].pair &&
+           same_normal(other.kinematics.normal, contact.kinematics.normal);
+  });
+}
+
+// A contact of two edges at the end of its facet: does it last, because one edge now lies on a face of the other's body?
+template <class S> bool stays_on_face(EventRun<S>& run, const Contact<S>& contact) {
+  Bodies<S>& bodies = run.bodies;
+  const Candidate<S>& candidate = run.proximity.candidates[contact.candidate];
+  if (!candidate.feature.edge) return false;
+  update_poses(bodies, candidate, run.states.y.data());
+  const EdgeDepths<S> depths = depths_inside_edges_of(bodies, run.proximity, contact);
+  if (depths.to_ends < -bodies.gap_round_off()) return false;
+  if (depths.to_face >= -bodies.gap_round_off()) return true;
+  const GapKinematics<S> held = held_kinematics(bodies, run.proximity, contact);
+  const ShapePair<S>& pair = run.proximity.pairs[candidate.pair];
+  for (int f = pair.first; f < pair.first + pair.count; ++f) {
+    if (f == contact.candidate) continue;
+    const GapKinematics<S> other = gap_from_poses(bodies, run.proximity, run.proximity.candidates[f]);
+    if (other.gap <= bodies.gap_round_off() && same_normal(other.normal, held.normal)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+template <class S>
+S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
+                     Contact<S>& contact) {
   const Candidate<S>& candidate = proximity.candidates[contact.candidate];
-  if (candidate.feature.edge) return depth_inside_edges_of(bodies, proximity, contact);
+  if (candidate.feature.edge) {
+    const EdgeDepths<S> depths = depths_inside_edges_of(bodies, proximity, contact);
+    return shares_normal(proximity, active, contact) ? depths.to_ends : real::min(depths.to_ends, depths.to_face);
+  }
   const Surface<S>& surface = proximity.surfaces[candidate.surface];
   const Facet<S>& facet = contact.facet;
   const Pose<S>& on = bodies.poses[candidate.surface_body];
@@ -151,6 +202,7 @@ template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact) {
   // A vertex or an edge that leaves its facet has no contact any more; the body may then stand on other candidates.
   if (const int pair = proximity.candidates[contact.candidate].pair; has_edges(proximity, pair)) {
     add_edge_candidates(proximity, run.active, run.impacts, pair);
+    if (stays_on_face(run, contact)) return true;
     proximity.candidates[contact.candidate].in_contact = false;
     contact.left_facet = true;
     return true;
@@ -260,7 +312,8 @@ bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, 
   template bool clear_of_boundaries<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&, Report&, const S*); \
   template bool may_cross_boundary<S>(const Bodies<S>&, const Proximity<S>&, const S*, const S*);                      \
   template bool has_boundary<S>(const Proximity<S>&, const Contact<S>&);                                               \
-  template S depth_inside_facet<S>(const Bodies<S>&, const Proximity<S>&, Contact<S>&);                                \
+  template S depth_inside_facet<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&, Contact<S>&);           \
+  template GapKinematics<S> held_kinematics<S>(const Bodies<S>&, const Proximity<S>&, const Contact<S>&);              \
   template bool overlaps_other_facet<S>(const Bodies<S>&, const Proximity<S>&, const Contact<S>&, const S*);           \
   template S leaving_speed<S>(const Bodies<S>&, const Proximity<S>&, const Candidate<S>&);                             \
   template bool leaves_without_strike<S>(const Bodies<S>&, const Proximity<S>&, const Candidate<S>&, S);               \

@@ -8,7 +8,14 @@ namespace atwood::event {
 // Does the contact's surface have a boundary (all but planes and spheres)?
 template <class S> bool has_boundary(const Proximity<S>& proximity, const Contact<S>& contact);
 // The distance [m] of a contact's feature from the boundary of its facet; negative outside. From bodies.poses.
-template <class S> S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact);
+// That of two edges does not end where one lies on a face of the other's body, while another contact of the pair holds
+// it there.
+template <class S>
+S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
+                     Contact<S>& contact);
+// Gap, rate, normal and point of a contact over the facet that it is held at, from bodies.poses.
+template <class S>
+GapKinematics<S> held_kinematics(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact);
 // Of a feature of a pair of boxes or rectangles that is over a face, within round-off of its boundary, and moves out over
 // it: the speed [m/s] at which it leaves the face at this instant; else 0. From bodies.poses.
 template <class S>
@@ -23,7 +30,9 @@ bool leaves_without_strike(const Bodies<S>& bodies, const Proximity<S>& proximit
 template <class S>
 bool overlaps_other_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact,
                           const S* y);
-// Sets the facet that a contact moves on to, or marks the contact as having left its facet (Contact::left_facet).
+// Sets the facet that a contact moves on to, or marks the contact as having left its facet (Contact::left_facet): unless
+// one of two edges now lies on a face of the other's body, where another candidate of the pair is closed or the facet has
+// not been left beyond round-off.
 // False: no contact is known there; report.outcome says why.
 template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact);
 // The deepest gap at which a pair is held in the state y: 0, or below for bodies that overlap at the start, and by the

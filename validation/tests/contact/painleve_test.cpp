@@ -143,6 +143,58 @@ TEST_CASE("a rod that slides on its end neither penetrates the floor nor gains e
   CHECK(answered > 600);
 }
 
+// After the impact the end is at rest and its centripetal acceleration nearly carries the rod: the floor would have to pull
+// on an end that stuck. It slips ahead from rest instead, with q = -mu p: k m = 1 + 3 c^2 + 3 mu s c > 0 gives one force.
+TEST_CASE("an end that would have to be pulled to stay at rest slips off under the force of the plane theory") {
+  const double part = 0.9;  // of the weight that the centripetal acceleration carries
+  for (const bool edge : {false, true})
+    for (const double tangent : {0.5, 0.95626, 1.1423, 2.})
+      for (const double beyond : {0.3, 1.5, 4.})
+        for (const double heading : {0., 2.5, M_PI})
+          for (const double unit : {1., 1e-6})
+            for (const bool floor_last : {false, true}) {
+              Slide of{tangent, threshold(tangent) + beyond, 0};
+              of.heading = heading;
+              of.unit_m = unit;
+              const double theta = std::atan(tangent), c = std::cos(theta), s = std::sin(theta), mu = of.friction;
+              const double slide = 3 * s * c, up = 1 + 3 * c * c, ahead = 1 + 3 * s * s, hold = slide / ahead;
+              const double p_stop = 1 / (mu * ahead - slide);  // per unit of mass and speed
+              const double p_more = -(up - mu * slide) * p_stop / (up - slide * hold);
+              const double p = p_stop + p_more, q = mu * p_stop + hold * p_more;
+              of.speed = -std::sqrt(part * g / (half_m * s)) * half_m / (3 * std::abs(s * q - c * p));
+              const double b_n = -(1 - part) * g, b_t = part * g * c / s;
+              REQUIRE(ahead * b_n + slide * b_t > 0);  // sticking would need a pull
+              const double N = -b_n * mass_kg / (up + mu * slide);
+              REQUIRE(b_t - N * (slide + mu * ahead) / mass_kg > 0);
+              Scene scene = sliding_rod(of);
+              if (edge) {  // a thin board on one edge: two contacts
+                const double a = half_m * unit, w = 0.05 * unit;
+                Body board = box("rod", mass_kg, {thin_m * unit, w, a}, scene.bodies[1].position_m,
+                                 scene.bodies[1].velocity_m_per_s);
+                board.position_m[2] = a * s + thin_m * unit * c;
+                board.orientation_wxyz = scene.bodies[1].orientation_wxyz;
+                scene.bodies[1] = board;
+              }
+              const int rod = floor_last ? 0 : 1;
+              if (floor_last) std::swap(scene.bodies[0], scene.bodies[1]);
+              for (const char* law : {"poisson", "stronge"}) {
+                const Recorded it =
+                    run(std::string("atwood/dop853+event{restitution=") + law + "}", scene, {1e-8, 1, 1});
+                INFO((edge ? "edge" : "end")
+                     << " tan " << tangent << " mu " << mu << " heading " << heading << " unit " << unit << " " << law);
+                double force = 0, friction = 0;
+                for (const auto& contact : it.samples.back().contacts) {
+                  const double sign = contact.body_b == rod ? 1 : -1;
+                  force += contact.force_n_N;
+                  friction +=
+                      sign * (contact.force_t_N[0] * std::cos(heading) + contact.force_t_N[1] * std::sin(heading));
+                }
+                CHECK(force == Approx(N * unit).epsilon(1e-4));
+                CHECK(friction == Approx(-mu * N * unit).epsilon(1e-4));
+              }
+            }
+}
+
 // A coin on its rim: friction presses the rim on ever harder, N grows as the root of the time that is left.
 TEST_CASE("a contact that slides into the singular configuration ends the run there") {
   const double R = 0.1, half = 0.005, up = M_PI / 2 - 0.8;
