@@ -220,7 +220,7 @@ class Agreement(Case):
         advice = json.loads(self.ask("advise", path, "--error", "1e-3", "--json").stdout)
         named = " ".join([advice["advice"]["method"], advice["runner_up"]["method"]] +
                          [out["reason"] + " " + out["methods"] for out in advice["left_out"]])
-        for engine in ("atwood", "bullet64", "bullet32", "ode", "cvode", "arkode", "odeint", "dart", "mujoco", "simbody"):
+        for engine in ("atwood", "bullet64", "bullet32", "ode", "cvode", "arkode", "odeint", "dart", "mujoco", "pysph", "simbody"):
             self.assertIn(engine, named)
         hurried = json.loads(self.ask("advise", path, "--error", "1e-3", "--time", "0", "--json", "--out", "other").stdout)
         self.assertTrue(any("the 0 s of the search were over" in out["reason"] for out in hurried["left_out"]))
