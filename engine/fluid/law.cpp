@@ -57,6 +57,15 @@ template <class S> S FluidLaw<S>::pressure(S density) const {
   return density0 * c2 / gamma * (raised - S(1));
 }
 
+template <class S> void FluidLaw<S>::pressures(const S* densities, S* of, int count) const {
+  if (!tait) {
+    const S c2 = sound_speed * sound_speed;
+    for (int k = 0; k < count; ++k) of[k] = c2 * (densities[k] - density0);
+  } else {
+    for (int k = 0; k < count; ++k) of[k] = pressure(densities[k]);
+  }
+}
+
 template <class S> S FluidLaw<S>::density(S pressure) const {
   const S c2 = sound_speed * sound_speed;
   if (!tait) return density0 + pressure / c2;
