@@ -42,12 +42,15 @@ add_executable(atwood-bench-scaling ${PROJECT_SOURCE_DIR}/benchmarks/scaling.cpp
 target_link_libraries(atwood-bench-scaling PRIVATE atwood_engine atwood_metrics atwood_scene benchmark::benchmark)
 target_include_directories(atwood-bench-scaling PRIVATE ${PROJECT_SOURCE_DIR})
 set_target_properties(atwood-bench-scaling PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+add_executable(atwood-bench-fluids ${PROJECT_SOURCE_DIR}/benchmarks/fluids.cpp)
+target_link_libraries(atwood-bench-fluids PRIVATE atwood_engine atwood_scene benchmark::benchmark)
+set_target_properties(atwood-bench-fluids PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 # Figures of its own, not Google Benchmark's: `atwood bench broad-phases`.
 add_executable(atwood-broad-phases ${PROJECT_SOURCE_DIR}/benchmarks/broad_phases.cpp)
 target_link_libraries(atwood-broad-phases PRIVATE atwood_engine atwood_metrics atwood_scene nlohmann_json::nlohmann_json)
 target_include_directories(atwood-broad-phases PRIVATE ${PROJECT_SOURCE_DIR})
 set_target_properties(atwood-broad-phases PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
-add_custom_target(benches DEPENDS atwood-broad-phases atwood-bench-engine atwood-bench-scaling atwood-bench-cvode atwood-bench-bullet64 atwood-bench-bullet32
+add_custom_target(benches DEPENDS atwood-broad-phases atwood-bench-engine atwood-bench-scaling atwood-bench-fluids atwood-bench-cvode atwood-bench-bullet64 atwood-bench-bullet32
                   atwood-bench-ode)
 
 # Each executable runs once, briefly, on a few small cases: that it builds and times something is tested, no time is.
@@ -60,6 +63,7 @@ foreach(engine engine cvode bullet64 bullet32 ode)
   atwood_smoke(bench-${engine} "--benchmark_filter=/ballistic/|kepler_e06|free-flight/1/")
 endforeach()
 atwood_smoke(bench-scaling --benchmark_filter=/1024/)
+atwood_smoke(bench-fluids --benchmark_filter=/1024)
 atwood_smoke(broad-phases 400)
 
 # Our general methods on the reference's rate, beside odeint, ARKODE and CVODE: the one program that links both.
