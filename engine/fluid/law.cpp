@@ -63,6 +63,15 @@ template <class S> S FluidLaw<S>::pressure_slope(S density) const {
   return tait ? (c2 * density0 + gamma * pressure(density)) / density : c2;
 }
 
+template <class S> void FluidLaw<S>::pressures(const S* densities, S* of, int count) const {
+  if (!tait) {
+    const S c2 = sound_speed * sound_speed;
+    for (int k = 0; k < count; ++k) of[k] = c2 * (densities[k] - density0);
+  } else {
+    for (int k = 0; k < count; ++k) of[k] = pressure(densities[k]);
+  }
+}
+
 template <class S> S FluidLaw<S>::density(S pressure) const {
   const S c2 = sound_speed * sound_speed;
   if (!tait) return density0 + pressure / c2;

@@ -15,10 +15,11 @@ template <class S> struct FluidLaw {
   bool viscous_heat = false;
 
   S pressure(S density) const;
-  S pressure_slope(S density) const;         // dp / drho
-  S density(S pressure) const;               // inverse of pressure(); NaN where there is none
-  S elastic_energy(S density) const;         // integral of p / rho^2 from rho0 [J/kg]
-  S dynamic_viscosity(S temperature) const;  // mu exp(-decay (T - T0))
+  S pressure_slope(S density) const;                           // dp / drho
+  void pressures(const S* densities, S* of, int count) const;  // the same of many, to the last bit
+  S density(S pressure) const;                                 // inverse of pressure(); NaN where there is none
+  S elastic_energy(S density) const;                           // integral of p / rho^2 from rho0 [J/kg]
+  S dynamic_viscosity(S temperature) const;                    // mu exp(-decay (T - T0))
 };
 template <class S> FluidLaw<S> make_law(const Fluid& fluid);
 

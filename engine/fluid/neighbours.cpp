@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <atomic>
 
+#include "math/vector_width.hpp"
+
 namespace atwood::fluid {
 namespace {
 
@@ -10,14 +12,17 @@ constexpr int kLeastShared = 2000;  // points: below, starting the team costs mo
 
 int whole_blocks(int count) { return (count + kLaneCount - 1) / kLaneCount; }
 
-// The cells next to `cell` along an axis of `cells`, each once: first .. first + count - 1, modulo `cells` if periodic.
-struct Stencil {
-  int first, count;
-};
-Stencil stencil(int cell, int cells, bool periodic) {
-  if (periodic) return cells < 3 ? Stencil{0, cells} : Stencil{cell - 1 + cells, 3};
-  const int first = std::max(cell - 1, 0);
-  return {first, std::min(cell + 1, cells - 1) - first + 1};
+int parts_of(const Team* team, int points) { return team == nullptr || points < kLeastShared ? 1 : team->size(); }
+
+// Whether some point of [first, last) has moved farther than the root of `most2`, or is not finite.
+template <int d, class S> bool beyond(const S* x, const S* before, int first, int last, S most2) {
+  int far = 0;
+  for (std::ptrdiff_t i = first; i < last; ++i) {
+    S moved2{};
+    for (int c = 0; c < d; ++c) moved2 += (x[i * d + c] - before[i * d + c]) * (x[i * d + c] - before[i * d + c]);
+    far |= moved2 <= most2 ? 0 : 1;
+  }
+  return far != 0;
 }
 
 }  // namespace
@@ -32,21 +37,23 @@ Neighbours<S>::Neighbours(const Domain& domain, S support, S skin)
 }
 
 template <class S> bool Neighbours<S>::update(const S* x, int count, Team* team) {
-  const int scalars = dimensions_ * count;
-  if (built_count_ != count) built_at_.assign(scalars, S(0));
-  const S most = S(0.25) * skin_ * skin_;
-  bool finite = true, stale = built_count_ != count;
-  for (int i = 0; i < scalars; i += dimensions_) {
-    S moved2{};
-    for (int axis = 0; axis < dimensions_; ++axis) {
-      const S moved = x[i + axis] - built_at_[i + axis];
-      moved2 += moved * moved;
-    }
-    finite = finite && real::is_finite(moved2);
-    stale = stale || moved2 > most;
+  if (built_count_ == count) {
+    const S most2 = S(0.25) * skin_ * skin_;
+    const int parts = parts_of(team, count);
+    std::atomic<bool> stale{false};
+    const auto look = [&](int part) {
+      const Share own = share(count, part, parts);
+      const bool far = dimensions_ == 2 ? beyond<2>(x, built_at_.data(), own.first, own.last, most2)
+                                        : beyond<3>(x, built_at_.data(), own.first, own.last, most2);
+      if (far) stale.store(true, std::memory_order_relaxed);
+    };
+    if (parts == 1) look(0);
+    else team->run(parts, look);
+    if (!stale) return true;
   }
-  if (!finite) return false;
-  if (stale) build(x, count, team);
+  for (std::size_t i = 0; i < std::size_t(dimensions_) * count; ++i)
+    if (!real::is_finite(x[i])) return false;
+  build(x, count, team);
   return true;
 }
 
@@ -60,13 +67,13 @@ template <class S> void Neighbours<S>::build(const S* x, int count, Team* team) 
   order_.resize(count);
   slot_of_.resize(count);
   cell_of_.resize(count);
-  sorted_.resize(wrapped_.size());
+  sorted_.resize(dimensions_ * stride());
   counts_.resize(padded);
   block_longest_.resize(padded / kLaneCount);
   block_wraps_.resize(padded / kLaneCount);
   const Grid grid = make_grid();
   sort_into_cells(grid);
-  const int blocks = padded / kLaneCount, parts = team == nullptr || count < kLeastShared ? 1 : team->size();
+  const int blocks = padded / kLaneCount, parts = parts_of(team, count);
   for (;;) {
     entries_.resize(std::size_t(padded) * capacity_);
     std::atomic<bool> fits{true};
@@ -79,11 +86,13 @@ template <class S> void Neighbours<S>::build(const S* x, int count, Team* team) 
     if (parts == 1) work(0);
     else team->run(parts, work);
     if (fits) return;
-    capacity_ += capacity_ / 2;
+    capacity_ += std::max(kLaneCount, capacity_ / 4);
+    entries_.clear();
   }
 }
 
-// Cells as wide as the reach, or wider: no more of them than points, however far the points are apart.
+// Rows of cells as wide as the reach, the cells along a row a quarter of it; wider where that would be many more cells
+// than points, however far these are apart.
 template <class S> auto Neighbours<S>::make_grid() const -> Grid {
   Grid grid;
   const S reach = support_ + skin_;
@@ -101,27 +110,29 @@ template <class S> auto Neighbours<S>::make_grid() const -> Grid {
     grid.origin[axis] = least;
     extent[axis] = most - least;
   }
-  S width = reach;
+  S width[3] = {reach, reach, reach};
+  width[dimensions_ - 1] = reach / S(4);
   for (;;) {
     S cells = S(1);
-    for (int axis = 0; axis < dimensions_; ++axis) cells = cells * (extent[axis] / width + S(1));
+    for (int axis = 0; axis < dimensions_; ++axis) cells = cells * (extent[axis] / width[axis] + S(1));
     if (cells <= S(4) * S(count) + S(64)) break;
-    width = S(2) * width;
+    for (S& wider : width) wider = S(2) * wider;
   }
   for (int axis = 0; axis < dimensions_; ++axis) {
-    grid.cells[axis] = std::max(1, static_cast<int>(extent[axis] / width));
+    grid.cells[axis] = std::max(1, static_cast<int>(extent[axis] / width[axis]));
+    grid.period[axis] = period_[axis];
     grid.per_metre[axis] = extent[axis] > S(0) ? S(grid.cells[axis]) / extent[axis] : S(0);
   }
   return grid;
 }
 
-// Counting sort, the first axis fastest; points of one cell keep their order.
+// Counting sort, the last axis fastest, as particles are placed; points of one cell keep their order.
 template <class S> void Neighbours<S>::sort_into_cells(const Grid& grid) {
   const int count = static_cast<int>(order_.size()), cells = grid.cells[0] * grid.cells[1] * grid.cells[2];
   cell_begin_.assign(cells + 1, 0);
   for (int i = 0; i < count; ++i) {
     int cell = 0;
-    for (int axis = dimensions_; axis-- > 0;) {
+    for (int axis = 0; axis < dimensions_; ++axis) {
       const S at = (wrapped_[std::size_t(i) * dimensions_ + axis] - grid.origin[axis]) * grid.per_metre[axis];
       cell = cell * grid.cells[axis] + std::clamp(static_cast<int>(at), 0, grid.cells[axis] - 1);
     }
@@ -136,69 +147,120 @@ template <class S> void Neighbours<S>::sort_into_cells(const Grid& grid) {
   for (int i = 0; i < count; ++i) {
     order_[slot_of_[i]] = i;
     for (int axis = 0; axis < dimensions_; ++axis)
-      sorted_[std::size_t(axis) * count + slot_of_[i]] = wrapped_[std::size_t(i) * dimensions_ + axis];
+      sorted_[axis * stride() + slot_of_[i]] = wrapped_[std::size_t(i) * dimensions_ + axis];
   }
+}
+
+// The cells of an axis that come within `reach` of x: `count` of them from `first` on, an index that continues beyond
+// the period. All cells of the period, where there are not more: then some may be within reach on both sides.
+template <class S> ATWOOD_INLINE auto Neighbours<S>::Grid::band(S x, S reach, int axis) const -> Band {
+  const int count = cells[axis];
+  const S low = (x - reach - origin[axis]) * per_metre[axis], high = (x + reach - origin[axis]) * per_metre[axis];
+  if (period[axis] == S(0)) {
+    const int from = low > S(0) ? std::min(static_cast<int>(low), count - 1) : 0;
+    const int to = high < S(count) ? std::max(static_cast<int>(high), 0) : count - 1;
+    return {from, to - from + 1, false};
+  }
+  const int from = static_cast<int>(low + S(count)) - count, to = static_cast<int>(high);  // low > -count, high > 0
+  if (to - from >= count - 1) return {0, count, true};
+  return {from, to - from + 1, false};
+}
+
+// Distance from x to a cell, along an axis.
+template <class S> ATWOOD_INLINE S Neighbours<S>::Grid::distance(S x, int cell, int axis) const {
+  const S at = (x - origin[axis]) * per_metre[axis] - S(cell);
+  const S apart = at < S(0) ? -at : at > S(1) ? at - S(1) : S(0);
+  return apart == S(0) ? S(0) : apart / per_metre[axis];
 }
 
 // The lists of slots [first_slot, last_slot). The points are taken in their order and entered into the lists of all
 // their neighbours, so that each list is in ascending order of the points without being sorted.
 template <class S> bool Neighbours<S>::fill_lists(const Grid& grid, int first_slot, int last_slot) {
-  const int count = static_cast<int>(order_.size()), d = dimensions_;
   if (first_slot >= last_slot) return true;
   std::fill(counts_.begin() + first_slot, counts_.begin() + whole_blocks(last_slot) * kLaneCount, 0);
-  std::vector<int> near(count);  // slots within reach of a point
+  bool fits = true;
+  in_lanes<S>(widest_vectors(), [&](auto) ATWOOD_INLINED {
+    fits = dimensions_ == 2 ? fill_lists<2>(grid, first_slot, last_slot) : fill_lists<3>(grid, first_slot, last_slot);
+  });
+  return fits;
+}
+
+template <class S>
+template <int d>
+ATWOOD_INLINE bool Neighbours<S>::fill_lists(const Grid& grid, int first_slot, int last_slot) {
+  const int count = static_cast<int>(order_.size());
+  std::vector<int> near(count + 1);  // slots within reach of a point
   for (int j = 0; j < count; ++j) {
-    const int cell = cell_of_[j], own = slot_of_[j];
-    const int at[3] = {cell % grid.cells[0], cell / grid.cells[0] % grid.cells[1],
-                       cell / (grid.cells[0] * grid.cells[1])};
-    Stencil along[3]{{0, 1}, {0, 1}, {0, 1}};
-    for (int c = 0; c < d; ++c) along[c] = stencil(at[c], grid.cells[c], period_[c] > S(0));
-    int found = 0;
-    for (int z = 0; z < along[2].count; ++z) {
-      for (int y = 0; y < along[1].count; ++y) {
-        const int row_y = (along[1].first + y) % grid.cells[1], row_z = (along[2].first + z) % grid.cells[2];
-        const int row = (row_z * grid.cells[1] + row_y) * grid.cells[0];
-        if (cell_begin_[row + grid.cells[0]] <= first_slot || cell_begin_[row] >= last_slot) continue;
-        for (int x = 0; x < along[0].count;) {
-          // Neighbouring cells of a row are neighbours in memory, except across the period.
-          const int from = (along[0].first + x) % grid.cells[0];
-          const int run = std::min(along[0].count - x, grid.cells[0] - from);
-          x += run;
-          found = find_near(&wrapped_[std::size_t(j) * d], std::max(cell_begin_[row + from], first_slot),
-                            std::min(cell_begin_[row + from + run], last_slot), near.data(), found);
-        }
-      }
-    }
+    const int own = slot_of_[j], found = find_near<d>(grid, j, first_slot, last_slot, near.data());
     for (int n = 0; n < found; ++n) {
       const int k = near[n], lane = k % kLaneCount;
-      if (k == own) continue;
       if (counts_[k] == capacity_) return false;
-      entries_[std::size_t(k - lane) * capacity_ + std::size_t(counts_[k]++) * kLaneCount + lane] = own;
+      entries_[std::size_t(k - lane) * capacity_ + std::size_t(counts_[k]) * kLaneCount + lane] = own;
+      counts_[k] += k != own ? 1 : 0;
     }
   }
   return true;
 }
 
-// Appends the slots of [begin, end) within reach of x, after the `found` first ones; returns how many there are then.
-template <class S> int Neighbours<S>::find_near(const S* x, int begin, int end, int* near, int found) const {
-  const S reach2 = (support_ + skin_) * (support_ + skin_);
-  const std::size_t count = order_.size();
-  constexpr int kChunk = 64;
-  S r2[kChunk];
-  for (; begin < end; begin += kChunk) {
-    const int size = std::min(kChunk, end - begin);
-    std::fill_n(r2, kChunk, S(0));
-    for (int axis = 0; axis < dimensions_; ++axis) {
-      const S *const at = &sorted_[axis * count + begin], own = x[axis], period = period_[axis];
-      if (period == S(0))
-        for (int k = 0; k < size; ++k) r2[k] += (at[k] - own) * (at[k] - own);
-      else
-        for (int k = 0; k < size; ++k) {
-          const S apart = real::abs(at[k] - own), least = real::min(apart, period - apart);
-          r2[k] += least * least;
-        }
+// The slots of [first_slot, last_slot) within reach of point j, itself included; returns how many.
+template <class S>
+template <int d>
+ATWOOD_INLINE int Neighbours<S>::find_near(const Grid& grid, int j, int first_slot, int last_slot, int* near) const {
+  constexpr int along = d - 1, across = d - 2;  // the rows; axis 0 of three stacks them in layers
+  const S *const x = &wrapped_[std::size_t(j) * d], reach = support_ + skin_;
+  const int rows = grid.cells[across], length = grid.cells[along];
+  const Band near_layers = d == 3 ? grid.band(x[0], reach, 0) : Band{0, 1, false};
+  const Band near_rows = grid.band(x[across], reach, across);
+  int found = 0;
+  S image[3];  // of the point, where the cells are near to
+  for (int u = near_layers.first; u < near_layers.first + near_layers.count; ++u) {
+    const int layer = d == 3 ? grid.within(u, 0) * rows * length : 0;
+    if (cell_begin_[layer] >= last_slot || cell_begin_[layer + rows * length] <= first_slot) continue;
+    if (d == 3) image[0] = x[0] - grid.shift(u, 0);
+    const S apart = d == 2 || near_layers.whole_period ? S(0) : grid.distance(x[0], u, 0);
+    for (int v = near_rows.first; v < near_rows.first + near_rows.count; ++v) {
+      const int row = layer + grid.within(v, across) * length;
+      if (cell_begin_[row] >= last_slot || cell_begin_[row + length] <= first_slot) continue;
+      image[across] = x[across] - grid.shift(v, across);
+      const S aside = near_rows.whole_period ? S(0) : grid.distance(x[across], v, across);
+      const S left2 = reach * reach - apart * apart - aside * aside;
+      if (left2 < S(0)) continue;
+      const Band cells = grid.band(x[along], real::sqrt(left2), along);
+      const bool any_image = cells.whole_period || near_rows.whole_period || near_layers.whole_period;
+      // Neighbouring cells of a row are neighbours in memory, except across the period.
+      for (int w = cells.first, end = cells.first + cells.count; w < end;) {
+        const int first = grid.within(w, along), run = std::min(end - w, length - first);
+        image[along] = x[along] - grid.shift(w, along);
+        w += run;
+        const int low = std::max(cell_begin_[row + first], first_slot);
+        const int high = std::min(cell_begin_[row + first + run], last_slot);
+        found = any_image ? append_near<d, true>(x, low, high, near, found)
+                          : append_near<d, false>(image, low, high, near, found);
+      }
     }
-    for (int k = 0; k < size; ++k) {
+  }
+  return found;
+}
+
+// Appends the slots of [begin, end) within reach of x, after the `found` first ones; returns how many there are then.
+template <class S>
+template <int d, bool nearest>
+ATWOOD_INLINE int Neighbours<S>::append_near(const S* x, int begin, int end, int* near, int found) const {
+  const S reach2 = (support_ + skin_) * (support_ + skin_);
+  const S* at[d];
+  for (int c = 0; c < d; ++c) at[c] = sorted_.data() + c * stride();
+  for (; begin < end; begin += kLaneCount) {
+    S r2[kLaneCount] = {};
+    for (int c = 0; c < d; ++c)
+      for (int k = 0; k < kLaneCount; ++k) {
+        S apart = at[c][begin + k] - x[c];
+        if (nearest && period_[c] > S(0)) {
+          apart = real::abs(apart);
+          apart = real::min(apart, period_[c] - apart);
+        }
+        r2[k] += apart * apart;
+      }
+    for (int k = 0; k < std::min(kLaneCount, end - begin); ++k) {
       near[found] = begin + k;
       found += r2[k] <= reach2 ? 1 : 0;
     }
@@ -206,7 +268,7 @@ template <class S> int Neighbours<S>::find_near(const S* x, int begin, int end, 
   return found;
 }
 
-// Fills the lists of each block up to the longest with the lane's own slot, and finds where pairs may wrap.
+// Fills the lists of each block up to the longest with the lane's own slot, and finds along which axes pairs may wrap.
 template <class S> void Neighbours<S>::finish_blocks(int first_block, int last_block) {
   const int count = static_cast<int>(order_.size());
   const S margin = support_ + S(2) * skin_;
@@ -214,17 +276,17 @@ template <class S> void Neighbours<S>::finish_blocks(int first_block, int last_b
     const int first = b * kLaneCount;
     int* const entries = &entries_[std::size_t(first) * capacity_];
     const int longest = *std::max_element(&counts_[first], &counts_[first] + kLaneCount);
-    bool wraps = false;
+    unsigned wraps = 0;
     for (int lane = 0; lane < kLaneCount; ++lane) {
       const int slot = std::min(first + lane, count - 1);
       for (int n = counts_[first + lane]; n < longest; ++n) entries[n * kLaneCount + lane] = slot;
       for (int axis = 0; axis < dimensions_; ++axis) {
-        const S at = sorted_[std::size_t(axis) * count + slot];
-        wraps = wraps || (period_[axis] > S(0) && !(at > margin && at < period_[axis] - margin));
+        const S at = sorted_[axis * stride() + slot];
+        if (period_[axis] > S(0) && !(at > margin && at < period_[axis] - margin)) wraps |= 1u << axis;
       }
     }
     block_longest_[b] = longest;
-    block_wraps_[b] = wraps;
+    block_wraps_[b] = static_cast<unsigned char>(wraps);
   }
 }
 

@@ -25,7 +25,7 @@ struct NeighbourBlock {
   const int* entries;  // `longest` rows of kLaneCount slots
   int longest;
   const int* counts;  // of the block's lanes, without the filling
-  bool wraps;         // some pair may lie across a period: take the nearest image
+  unsigned wraps;     // bit c: some pair may lie across the period of axis c; take the nearest image
 };
 
 template <class S> class Neighbours {
@@ -44,7 +44,7 @@ template <class S> class Neighbours {
   const std::vector<int>& slot_of() const { return slot_of_; }  // point -> slot
   NeighbourBlock block(int b) const {
     const std::size_t first = std::size_t(b) * kLaneCount;
-    return {entries_.data() + first * capacity_, block_longest_[b], counts_.data() + first, block_wraps_[b] != 0};
+    return {entries_.data() + first * capacity_, block_longest_[b], counts_.data() + first, block_wraps_[b]};
   }
   std::int64_t builds() const { return builds_; }
 
@@ -56,16 +56,30 @@ template <class S> class Neighbours {
   S period(int axis) const { return period_[axis]; }  // 0: open
 
  private:
+  struct Band {
+    int first, count;
+    bool whole_period;
+  };
   struct Grid {
     int cells[3] = {1, 1, 1};
-    S origin[3]{}, per_metre[3]{};
+    S origin[3]{}, per_metre[3]{}, period[3]{};
+    Band band(S x, S reach, int axis) const;
+    S distance(S x, int cell, int axis) const;
+    // A cell of a band: its index in the period, and where the period that holds it begins.
+    int within(int cell, int axis) const {
+      return cell < 0 ? cell + cells[axis] : cell >= cells[axis] ? cell - cells[axis] : cell;
+    }
+    S shift(int cell, int axis) const { return cell < 0 ? -period[axis] : cell >= cells[axis] ? period[axis] : S(0); }
   };
   void build(const S* x, int count, Team* team);
   Grid make_grid() const;
   void sort_into_cells(const Grid& grid);
   bool fill_lists(const Grid& grid, int first_slot, int last_slot);  // false: a list exceeds capacity_
   void finish_blocks(int first_block, int last_block);
-  int find_near(const S* x, int begin, int end, int* near, int found) const;
+  template <int d> bool fill_lists(const Grid& grid, int first_slot, int last_slot);
+  template <int d> int find_near(const Grid& grid, int j, int first_slot, int last_slot, int* near) const;
+  template <int d, bool nearest> int append_near(const S* x, int begin, int end, int* near, int found) const;
+  std::size_t stride() const { return order_.size() + kLaneCount; }  // of sorted_, read by whole registers
 
   int dimensions_;
   S period_[3]{}, inverse_period_[3]{}, support_, skin_;
@@ -73,14 +87,16 @@ template <class S> class Neighbours {
   int built_count_ = -1, capacity_ = 2 * kLaneCount;
   std::vector<S> built_at_, wrapped_, sorted_;  // positions at the build; wrapped, by point and by slot
   std::vector<int> order_, slot_of_, cell_of_, cell_begin_, counts_, block_longest_, entries_;
-  std::vector<char> block_wraps_;
+  std::vector<unsigned char> block_wraps_;
 };
 
 // The nearest image of a difference of wrapped coordinates, for scalars and packs; antisymmetric to the last bit.
-template <class S, class V> ATWOOD_INLINE V nearest_image(const V& difference, S period) {
-  const V half = V{} + S(0.5) * period, whole = V{} + period;
+template <class V> ATWOOD_INLINE V nearest_image(const V& difference, const V& half, const V& whole) {
   const V down = difference > half ? whole : V{}, up = difference < -half ? whole : V{};
   return difference - down + up;
+}
+template <class S, class V> ATWOOD_INLINE V nearest_image(const V& difference, S period) {
+  return nearest_image(difference, V(V{} + S(0.5) * period), V(V{} + period));
 }
 
 }  // namespace atwood::fluid

@@ -121,13 +121,13 @@ template <class S> bool Sph<S>::update(S t_s, const S* y) {
               points_.begin() + std::ptrdiff_t(at.particles) * at.dimensions);
     x = points_.data();
   }
+  const std::int64_t builds = lists_->builds();
   if (!lists_->update(x, count, team_.get())) return false;
+  if (lists_->builds() != builds) set_masses();
   const std::size_t slots = std::size_t(lists_->blocks()) * kLaneCount;
   records_.resize(slots);
   densities_.resize(slots);
   out_.resize(slots * SumRecord::size);
-  masses_.resize(slots);
-  if (options_.summation && walls_ != nullptr) wall_masses_.resize(slots);
   if (!equal_viscosities_) viscosities_.resize(slots);
   if (needs_heat_record_) heat_.resize(slots * HeatRecord::size);
   const auto prepare = [&](auto dimensions) {
@@ -149,40 +149,68 @@ template <class S> bool Sph<S>::update(S t_s, const S* y) {
   return true;
 }
 
-// Positions, velocities and masses of the slots; the points of walls have no mass here.
+// Positions, velocities and densities of the slots; the points of walls rest here.
 template <class S> template <int d> void Sph<S>::pack(const S* y, int first_block, int last_block) {
   const Layout& at = set_.layout;
-  const int count = lists_->count();
+  const int last = lists_->count() - 1;
+  const int* const order = lists_->order().data();
+  const S *const x = walls_ == nullptr ? y + at.positions() : points_.data(), *const v = y + at.velocities();
   for (int slot = first_block * kLaneCount; slot < last_block * kLaneCount; ++slot) {
-    const int i = lists_->order()[std::min(slot, count - 1)];
+    const std::ptrdiff_t i = order[std::min(slot, last)];
     S* const record = records_[slot].lane;
     const bool fluid = i < at.particles;
-    const S* const x = fluid ? y + at.positions() + std::ptrdiff_t(i) * d : &points_[std::size_t(i) * d];
     for (int c = 0; c < d; ++c) {
-      record[c] = lists_->wrapped(x[c], c);
-      record[d + c] = fluid ? y[at.velocities() + std::ptrdiff_t(i) * d + c] : S(0);
+      record[c] = lists_->wrapped(x[i * d + c], c);
+      record[d + c] = fluid ? v[i * d + c] : S(0);
     }
-    masses_[slot] = fluid ? set_.mass[i] : S(0);
-    if (options_.summation && walls_ != nullptr) wall_masses_[slot] = fluid ? set_.mass[i] : walls_->mass();
     if (!options_.summation) densities_[slot] = fluid ? y[at.densities() + i] : walls_->law().density0;
+  }
+}
+
+// The points of walls have no mass here.
+template <class S> void Sph<S>::set_masses() {
+  const int slots = lists_->blocks() * kLaneCount, last = lists_->count() - 1;
+  masses_.resize(slots);
+  if (options_.summation && walls_ != nullptr) wall_masses_.resize(slots);
+  for (int slot = 0; slot < slots; ++slot) {
+    const int i = lists_->order()[std::min(slot, last)];
+    const bool fluid = i < set_.layout.particles;
+    masses_[slot] = fluid ? set_.mass[i] : S(0);
+    if (!wall_masses_.empty()) wall_masses_[slot] = fluid ? set_.mass[i] : walls_->mass();
   }
 }
 
 // What follows from density and temperature.
 template <class S> template <int d> void Sph<S>::set_pressures(const S* y, int first_block, int last_block) {
+  const int last = lists_->count() - 1;
+  for (int slot = first_block * kLaneCount; slot < last_block * kLaneCount; slot += kLaneCount) {
+    const S* const densities = &densities_[slot];
+    S pressures[kLaneCount];
+    if (!sums_.several_fluids) set_.laws.front().pressures(densities, pressures, kLaneCount);
+    else
+      for (int k = 0; k < kLaneCount; ++k)
+        pressures[k] = set_.law(lists_->order()[std::min(slot + k, last)]).pressure(densities[k]);
+    S volumes[kLaneCount];
+    for (int k = 0; k < kLaneCount; ++k) volumes[k] = S(1) / densities[k];
+    for (int k = 0; k < kLaneCount; ++k) pressures[k] = pressures[k] * volumes[k] * volumes[k];
+    for (int k = 0; k < kLaneCount; ++k) {
+      S* const record = records_[slot + k].lane;
+      record[2 * d] = pressures[k];
+      record[2 * d + 1] = volumes[k];
+    }
+  }
+  if (!equal_viscosities_ || needs_heat_record_) set_heat_records(y, first_block, last_block);
+}
+
+template <class S> void Sph<S>::set_heat_records(const S* y, int first_block, int last_block) {
   const Layout& at = set_.layout;
-  const int count = lists_->count();
+  const int last = lists_->count() - 1;
   for (int slot = first_block * kLaneCount; slot < last_block * kLaneCount; ++slot) {
-    const int i = lists_->order()[std::min(slot, count - 1)];
-    S* const record = records_[slot].lane;
-    const S density = densities_[slot], volume = S(1) / density;
-    record[2 * d] = S(0);
-    record[2 * d + 1] = volume;
+    const int i = lists_->order()[std::min(slot, last)];
     if (!equal_viscosities_) viscosities_[slot] = S(0);
     if (i >= at.particles) continue;
     const FluidLaw<S>& law = set_.law(i);
     const S temperature = at.temperature ? y[at.temperatures() + i] : law.temperature0;
-    record[2 * d] = law.pressure(density) * volume * volume;
     if (!equal_viscosities_) viscosities_[slot] = law.dynamic_viscosity(temperature);
     if (!needs_heat_record_) continue;
     S* const heat = &heat_[std::size_t(slot) * HeatRecord::size];

@@ -55,7 +55,9 @@ template <class S> class Sph final : public ParticleSystem<S> {
   static void project_of(void* context, S* y);
   bool update(S t_s, const S* y);  // lists and records at a state; false: some position is not finite
   template <int d> void pack(const S* y, int first_block, int last_block);
+  void set_masses();
   template <int d> void set_pressures(const S* y, int first_block, int last_block);
+  void set_heat_records(const S* y, int first_block, int last_block);
   template <int d> void rate_of_particles(S t_s, const S* y, S* dydt, int first_slot, int last_slot) const;
   template <class Work> void over_blocks(const Work& work);
   SlotData<S> slot_data() const;

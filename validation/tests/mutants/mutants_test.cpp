@@ -10,6 +10,7 @@
 #include "scene/files.hpp"
 #include "scene/pair_sweep.hpp"
 #include "validation/gates/gates.hpp"
+#include "validation/metrics/fluid.hpp"
 #include "validation/metrics/metrics.hpp"
 #include "validation/metrics/pose_metrics.hpp"
 #include "validation/study/pose_sweep.hpp"
@@ -107,19 +108,47 @@ std::vector<Row> rows_of_poses(const std::string& path, const Mutant& mutant) {
   return rows;
 }
 
+Scenario scenario_of(const std::string& id) {
+  for (const auto& entry : fs::recursive_directory_iterator(ATWOOD_SOURCE_DIR "/validation/scenarios"))
+    if (entry.path().filename() == id + ".toml") return read_scenario(entry.path().string());
+  FAIL("no scenario " << id);
+  return {};
+}
+
+// Rows of a fluid: its truths are asked for at the particles of the run.
+std::vector<Row> fluid_rows(const Scenario& scenario, const std::string& method, const Recording& run) {
+  constexpr double kLimit_s = 60;
+  static std::map<std::string, Truth> solved;  // the particles' own equations do not depend on the run
+  const std::string worker = ATWOOD_BIN_DIR "/atwood-truth", response = method.substr(method.find('+') + 1);
+  const auto field = [&](TruthKind kind, const std::vector<Wide>& t_s,
+                         const std::vector<std::vector<FieldPosition>>& positions) {
+    Scenario asked = scenario;
+    asked.truth.kind = kind;
+    return field_once(worker, asked, t_s, positions, kLimit_s, response);
+  };
+  const auto own_equations = [&] {
+    auto [found, fresh] = solved.try_emplace(scenario.id + " " + response);
+    if (fresh)
+      found->second = WorkerClient({worker}).truth(scenario_to_json(scenario), sampled_bodies(scenario.scene),
+                                                   scenario.t_end_s, scenario.samples, kLimit_s, response);
+    return found->second;
+  };
+  return measure_fluid(scenario, fluid_truths(scenario, run, field, own_equations), run);
+}
+
 // The rows of one scenario and method, whole ladder, by the engine at `path`.
 std::vector<Row> rows_of(const std::string& path, const Mutant& mutant) {
   if (!mutant.pair.empty()) return rows_of_poses(path, mutant);
   const auto workers = find_workers({path});
   REQUIRE(workers.size() == 1);
   REQUIRE(workers[0].status == Status::ok);
-  const Scenario scenario = read_scenario(ATWOOD_SOURCE_DIR "/validation/scenarios/" + mutant.scenario + ".toml");
-  const Truth& truth = truth_of(scenario);
+  const Scenario scenario = scenario_of(mutant.scenario);
+  const bool fluid = !scenario.scene.fluids.empty();
   std::vector<Row> rows;
   for (const auto steps : scenario.steps) {
     const Recording run =
         run_once(workers[0], mutant.method, scenario.scene, {scenario.t_end_s, steps, scenario.samples}, 30);
-    for (auto row : measure(scenario, truth, run)) {
+    for (auto row : fluid ? fluid_rows(scenario, mutant.method, run) : measure(scenario, truth_of(scenario), run)) {
       row.scenario = scenario.id;
       row.method = mutant.method;
       row.steps = steps;
