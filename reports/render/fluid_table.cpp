@@ -63,9 +63,10 @@ std::array<std::string, 11> cells_of(const FluidLine& l) {
   return {l.scenario, l.method, l.spacing, l.sound_speed, l.steps, l.total, l.model, l.space, l.time, l.orders, l.kept};
 }
 constexpr const char* kLegend =
-    "Velocity errors (l1, of the exact field's norm) at the finest steps: total = model (the Mach number) + space (the "
-    "particles) + time (the steps), as signed differences; `in space`: the scene does not ask for the steps apart; `not "
-    "kept`: momenta and energy.";
+    "Errors of the velocity (l1 norm, over that of the exact field) at the finest steps. As signed differences total = "
+    "model + space + time: model is the error of the Mach number, space that of the particles, time that of the steps. `in "
+    "space`: the error of the steps was not measured apart and is part of space. Orders are observed ones; `?` is an "
+    "inconclusive one. Not kept: relative changes of momenta and energy.";
 
 }  // namespace
 
@@ -153,7 +154,8 @@ std::string fluid_markdown(const std::vector<Row>& rows) {
 std::string fluid_html(const std::vector<Row>& rows) {
   const std::vector<FluidLine> lines = fluid_lines(rows);
   if (lines.empty()) return "";
-  std::string out = "<section id=\"fluids\"><h2>Fluids</h2><p>" + escape_html(kLegend) + "</p><table><thead><tr>";
+  std::string out = "<div class=\"page\"><section id=\"fluids\"><h2>Fluids</h2><p class=\"hint\">" +
+                    escape_html(kLegend) + "</p><div class=\"scroll\"><table><thead><tr>";
   for (const char* head : kHeads) out += fmt::format("<th>{}</th>", head);
   out += "</tr></thead><tbody>";
   for (const FluidLine& line : lines) {
@@ -161,7 +163,7 @@ std::string fluid_html(const std::vector<Row>& rows) {
     for (const std::string& cell : cells_of(line)) out += "<td>" + escape_html(one_line(cell)) + "</td>";
     out += "</tr>";
   }
-  return out + "</tbody></table></section>\n";
+  return out + "</tbody></table></div></section></div>\n";
 }
 
 }  // namespace atwood
