@@ -177,7 +177,7 @@ TEST_CASE("a method refuses by name a scene on which it loses its order") {
   for (const std::string& scheme : joined({composed, charges, turning})) {
     const Recorded r = try_run(scheme, bare, {1, 10, 1});
     CHECK(r.outcome.status == Status::unsupported);
-    CHECK(r.outcome.reason.find("bare system") != std::string::npos);
+    CHECK(r.outcome.reason.find("system of equations without bodies") != std::string::npos);
   }
 }
 

@@ -163,7 +163,7 @@ TEST_CASE("Nystrom methods refuse by name scenes that are not x'' = a(t, x)") {
   const std::pair<Scene, std::string> refused[] = {{quadratic_drag(), "a force depends on velocity"},
                                                    {e_cross_b(), "a force depends on velocity"},
                                                    {free_box(), "a body rotates"},
-                                                   {lorenz, "bare system"}};
+                                                   {lorenz, "system of equations without bodies"}};
   for (const std::string& scheme : schemes)
     for (const auto& [scene, why] : refused) {
       const Recorded r = try_run(scheme, scene, {1, 8, 1});

@@ -193,6 +193,9 @@ TEST_CASE("Gradients with correction and fits of degree P are exact for what the
   CHECK(d(corrected[2 * n + 2 * middle + 1]) == Approx(100 * 2 / rho).epsilon(1e-12));
   CHECK(d(corrected[4 * n + middle]) == Approx(-rho * 0.4).epsilon(1e-12));
   // A quartic velocity: exact with degree 4, its Laplacian and divergence; the filter vanishes. shift = 0.
+  // Of a period that the particles do not fill: neighbourhoods end at the border, and no free surface is stated.
+  scenario.scene.domain.periodic_m = {100, 100, 0};
+  fluid.region = BoxRegion{{0, 0, 0}, {100, 100, 0}};
   fluid.viscosity_m2_per_s = 0.7;
   for (std::size_t i = 0; i < fluid.particles.position_m.size(); ++i) {
     const Real3& x = fluid.particles.position_m[i];
