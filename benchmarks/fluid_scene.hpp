@@ -22,7 +22,7 @@ inline atwood::Scene fluid_block(int dimensions, int across) {
   fluid.density_kg_per_m3 = 1000;
   fluid.sound_speed_m_per_s = 10;
   fluid.viscosity_m2_per_s = 1e-3;
-  fluid.initial.name = "taylor-green";
+  fluid.initial = {"taylor-green", {{"speed_m_per_s", 1}, {"length_m", 1}, {"mode", 1}}};
   scene.fluids.push_back(fluid);
   atwood::place_particles(scene);
   return scene;
