@@ -152,6 +152,19 @@ reason = "0.125^2 x 1.125 = 0.0176 is above it"
         self.assertEqual(len(rows), 3 * 16)
         self.assertIn("vx_m_per_s_bar", rows[0])
 
+    def test_a_cube_floats_where_it_displaces_its_mass(self):
+        with open(os.path.join(ROOT, "validation", "scenarios", "fluid", "floating-cube.toml")) as file:
+            cube = file.read()
+        # A quarter of the density of water: a quarter of it is under water.
+        light = cube.replace("mass_kg = 80", "mass_kg = 40").replace("[0.6, 0.6, 0]", "[0.6, 0.7, 0]")
+        for scene, at in ((cube, 0.6), (light, 0.7)):
+            told = self.ask("trace", self.path("cube.toml", scene), "--method", "atwood/rk4+sph{density_diffusion=0.1}",
+                            "--limit", "200").stdout
+            heights = [float(row["py_m"]) for row in csv.DictReader(io.StringIO(told)) if row["body"] == "cube"]
+            self.assertEqual(len(heights), 11)
+            for y in heights:
+                self.assertAlmostEqual(y, at, delta=3e-3)
+
     def test_words_that_make_no_sense(self):
         self.trace("--particles", "--probes", code=2)
         self.trace("-o", "csv:x", code=2, told=["expected vtk:DIR"])
