@@ -78,7 +78,7 @@ bool is_figure(const Row& row, const Goal& goal) {
 // Whether the figure is what the goal asks: at most the error, or with all of its interval between the limits.
 void judge(GoalEntrant& entrant, const Goal& goal) {
   if (std::isfinite(goal.low)) {
-    entrant.accurate = entrant.error >= goal.low && entrant.error <= goal.high;
+    entrant.accurate = entrant.error - entrant.bar >= goal.low && entrant.error + entrant.bar <= goal.high;
     return;
   }
   WorkPoint point;
@@ -92,7 +92,7 @@ GoalEntrant entrant_of(const Cell& cell, const std::vector<Row>& rows, const Goa
   for (const Row& row : rows) {
     const bool ladder = row.steps == 0 && goal.metric.starts_with("order-");
     if (row.method != cell.method || (row.steps != cell.plan.steps && !ladder) || row.status != Status::ok) continue;
-    if (is_figure(row, goal) && !(std::fabs(row.value) <= entrant.error)) {
+    if (is_figure(row, goal) && !(std::fabs(row.value) <= std::fabs(entrant.error))) {
       entrant.error = std::isfinite(goal.low) ? row.value : std::fabs(row.value);
       entrant.bar = row.truth_bar;
     }

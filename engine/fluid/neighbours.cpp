@@ -115,7 +115,7 @@ template <class S> auto Neighbours<S>::make_grid() const -> Grid {
   for (;;) {
     S cells = S(1);
     for (int axis = 0; axis < dimensions_; ++axis) cells = cells * (extent[axis] / width[axis] + S(1));
-    if (cells <= S(4) * S(count) + S(64)) break;
+    if (!(cells > S(4) * S(count) + S(64))) break;
     for (S& wider : width) wider = S(2) * wider;
   }
   for (int axis = 0; axis < dimensions_; ++axis) {

@@ -217,8 +217,9 @@ template <class S> void Polynomial<S>::rate_of(void* context, S t_s, const S* y,
   const Layout& at = self.set_.layout;
   if (!self.update(y)) {
     std::fill(dydt, dydt + at.size(), nan<S>());
-    return;
+    return;  // the reason of an earlier rate of the step stays
   }
+  self.faulty_ = -1;
   const int blocks = self.lists_->blocks(), slots = blocks * kLaneCount;
   self.records_.resize(std::size_t(slots) * kFitRecord);
   self.supports_.resize(slots);

@@ -37,10 +37,12 @@ PolynomialSurface<S>::PolynomialSurface(const Scene& scene, const ParticleSet<S>
 template <class S>
 bool PolynomialSurface<S>::fill(const Neighbours<S>& lists, int first, S* records, SlotWeight<S>* weights, S* rates) {
   const int d = dimensions_;
+  alone_ = false;
   for (int n = 0; n < count(); ++n) {
     const int slot = lists.slot_of()[first + n];
     if (!fits_.around(lists, records, slot, -1, S(1), around_)) {
-      alone_ = n;
+      alone_ = true;
+      for (int c = 0; c < d; ++c) alone_at_[c] = records[std::ptrdiff_t(slot) * kFitRecord + c];
       return false;
     }
     weights[slot] = {S(1), S(0), S(1)};
@@ -59,8 +61,8 @@ bool PolynomialSurface<S>::fill(const Neighbours<S>& lists, int first, S* record
 }
 
 template <class S> std::string PolynomialSurface<S>::fault(const S* x) const {
-  if (alone_ >= 0 && real::is_finite(distance2(x + alone_ * dimensions_, x + alone_ * dimensions_, dimensions_)))
-    return "too few particles are near the free surface at " + place_words(x + alone_ * dimensions_, dimensions_) +
+  if (alone_)
+    return "too few particles are near the free surface at " + place_words(alone_at_, dimensions_) +
            " to determine its velocity; +polynomial has no breaking surfaces";
   const S torn = S(kTornNodes) * spacing_;
   for (const auto& [a, b] : near_)

@@ -32,7 +32,9 @@ template <class S> class PolynomialSurface {
 
  private:
   const ParticleSet<S>& set_;
-  int dimensions_, alone_ = -1;  // a node that had too few particles around it in some rate
+  int dimensions_;
+  bool alone_ = false;  // in the last rate a node, at alone_at_, had too few particles around it
+  S alone_at_[3]{};
   S spacing_{};
   NodeFits<S> fits_;
   NodeWeights<S> around_;

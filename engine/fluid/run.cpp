@@ -107,6 +107,7 @@ template <class S> struct March {
       const S step_s = last ? end_s - t_s : h_s;
       if (!(step_s > S(4) * real::epsilon<S>() * t_s)) {
         if (!solved) return void(unsolved(t_s));
+        if (!finite(y_new.data(), t_s)) return;
         return void(fail(Status::diverged, "the step size fell below round-off", t_s));
       }
       solved = stepper.step(t_s, step_s, y.data(), y_new.data());

@@ -226,6 +226,14 @@ void check_probe(Reading& r, const Value& table, const FluidProbe& probe) {
   const bool of_body = probe.kind == ProbeKind::force_on_body, placed = !of_body && probe.kind != ProbeKind::front;
   if (placed && !table.find("position_m"))
     fail(r, table.place, "missing key `position_m` in " + r.where + "; expected where the probe measures");
+  const Domain& domain = r.scene->domain;
+  for (int axis = 0; placed && axis < domain.dimensions; ++axis) {
+    const double at = probe.position_m[axis], period = domain.periodic_m[axis];
+    if (period > 0 && !(at >= 0 && at <= period))
+      fail(r, place_of(table, "position_m"),
+           "`position_m` in " + r.where + " is " + describe(Value(at)) + " along " + "xyz"[axis] +
+               ", outside the period; expected 0 to " + describe(Value(period)));
+  }
   if (of_body != (probe.body >= 0))
     fail(r, of_body ? table.place : place_of(table, "body"),
          of_body ? "missing key `body` in " + r.where + "; expected the body of the force"

@@ -116,7 +116,14 @@ std::vector<Real3> rings(const Fluid& fluid) {
 }
 
 std::vector<Real3> positions_of(const Fluid& fluid, int dimensions) {
-  if (std::holds_alternative<PointsRegion>(fluid.region)) return fluid.particles.position_m;
+  if (std::holds_alternative<PointsRegion>(fluid.region)) {
+    std::vector<Real3> sorted = fluid.particles.position_m;
+    std::sort(sorted.begin(), sorted.end());
+    if (const auto twice = std::adjacent_find(sorted.begin(), sorted.end()); twice != sorted.end())
+      throw InputError("two points of the fluid `" + fluid.name + "` are at the same place, " + in_words((*twice)[0]) +
+                       ", " + in_words((*twice)[1]) + ", " + in_words((*twice)[2]) + " m; expected different places");
+    return fluid.particles.position_m;
+  }
   const std::string gap = unfilled(fluid, dimensions, fluid.spacing_m);
   if (!gap.empty()) throw InputError("the spacing does not fill the region of the fluid `" + fluid.name + "`: " + gap);
   std::vector<Real3> points;

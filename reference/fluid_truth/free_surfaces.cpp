@@ -40,7 +40,11 @@ template <class S> Field<S> solve_column(const Asked& asked) {
   const S floor = sign * S(up.sign > 0 ? box->min_m[up.axis] : box->max_m[up.axis]),  // heights along minus gravity
       top = sign * S(up.sign > 0 ? box->max_m[up.axis] : box->min_m[up.axis]);
   S surface = floor + column.depth(g, column.rho0 * g * (top - floor));
-  if (fluid.initial.name == "hydrostatic") surface = parameter(fluid.initial, "surface_m", static_cast<double>(top));
+  if (fluid.initial.name == "hydrostatic") {
+    surface = parameter(fluid.initial, "surface_m", static_cast<double>(top));
+    require(parameter(fluid.initial, "knock_m_per_s", 0) == 0 || fluid.viscosity_m2_per_s > 0,
+            "the vortices of a fluid without viscosity do not come to rest");
+  }
   Field<S> made;
   made.note = "the settled state: waves that remain are the method's, or have not decayed yet";
   made.at = [=](S) -> FieldAt<S> {

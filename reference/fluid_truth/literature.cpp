@@ -52,6 +52,7 @@ FluidField literature_field(const Scenario& given) {
     const auto* box = std::get_if<BoxRegion>(&fluid.region);
     require(box != nullptr && up.axis != 0, "expected the region of a box and gravity across x");
     const double back = box->min_m[0], a = box->max_m[0] - back, height = box->max_m[up.axis] - box->min_m[up.axis];
+    require(back == 0, "expected the back of the column at x = 0, from where the front is measured");
     require(a > 0 && std::fabs(height - 2 * a) <= 1e-9 * a, "expected a column twice as high as wide (n^2 = 2)");
     const double rate = std::sqrt(2 * up.g / a);
     made.source = "Martin and Moyce, Phil. Trans. R. Soc. Lond. A 244 (1952) 312, table 2";

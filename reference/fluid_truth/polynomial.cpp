@@ -151,7 +151,6 @@ template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response&
   shift_speed_ = speed > 0                      ? S(speed)
                  : this->data.largest_speed > 0 ? S(this->data.largest_speed)
                                                 : S(this->data.largest_sound_speed) / 20;
-  H_ = R / 2;
   basis_ = monomials(d, static_cast<int>(degree), 1);
   for (int k = 0; k < static_cast<int>(basis_.size()); ++k)
     for (int a = 0; a < d; ++a) {

@@ -102,7 +102,7 @@ def wall_points(fluid, reach):
     """(boundary, points as rows of three) of every boundary; a point behind an earlier boundary is that one's."""
     walls, d, spacing = [], fluid.dimensions, fluid.spacing
     low, high = fluid.x.min(axis=0) - spacing / 2, fluid.x.max(axis=0) + spacing / 2
-    beyond = (high - low)[:d].max() + reach
+    beyond = 4 * (high - low)[:d].max() + reach  # as engine/scene/fluid_walls.cpp
     for n, boundary in enumerate(fluid.boundaries):
         at = [numpy.zeros(1)] * 3
         for axis in range(d):

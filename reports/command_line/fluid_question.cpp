@@ -18,7 +18,8 @@ bool is_among(const Names& names, const std::string& metric) {
 
 // Figures that are small for a good method and need the exact field.
 bool needs_field(const std::string& metric) {
-  static const Names others{"space-error", "time-error", "kinetic-energy-error", "front-error"};
+  static const Names others{"space-error", "time-error",          "kinetic-energy-error",
+                            "front-error", "front-delayed-error", "front-speed-error"};
   for (const char* quantity : {"velocity-l", "pressure-l", "density-l", "temperature-l"})
     if (metric.starts_with(quantity)) return true;
   return is_among(others, metric);
@@ -33,8 +34,9 @@ const Names& conserved() {
 
 // A metric that only fluids have.
 bool of_fluids_alone(const std::string& metric) {
-  static const Names others{"model-error",      "particle-order", "spacing-min", "probe-error",
-                            "closing-residual", "order-space",    "order-model", "order-time"};
+  static const Names others{
+      "model-error", "particle-order", "spacing-min", "probe-error", "closing-residual",          "order-space",
+      "order-model", "order-time",     "neighbours",  "front-delay", "ns-per-particle-evaluation"};
   return needs_field(metric) || is_among(conserved(), metric) || is_among(others, metric);
 }
 
@@ -56,9 +58,8 @@ void require_ranking(const std::string& who, const std::string& metric) {
                      ": the Mach number's share is the scene's, the same for every method; expected "
                      "space-error or velocity-l1, at several --sound-speed");
   if (metric.starts_with("order-") || metric.starts_with("growth-"))
-    throw InputError(refused +
-                     ": an order belongs to a whole ladder; `atwood run` measures it. To rank methods: " + kInstead);
-  throw InputError(refused + ": it ranks no methods of fluids; " + kInstead);
+    throw InputError(refused + ": an order is of a whole ladder, and `atwood run` measures it; " + kInstead);
+  throw InputError(refused + ": methods of fluids are not ranked by it; " + kInstead);
 }
 
 void require_field(const std::string& who, const std::string& metric, const Scenario& scenario) {

@@ -189,6 +189,11 @@ int trace_field(const Place& place, const Options& options, const Scenario& scen
     const int code = status_exit(field.outcome);
     return code == exit_pass ? static_cast<int>(exit_gate) : code;
   }
+  if (const FieldKnown& known = field.known; !known.velocity && !known.density && !known.pressure && !known.temperature)
+    throw InputError(
+        fmt::format("trace: the truth of `{}` gives figures of probes and no field; expected a scene whose "
+                    "truth is a field",
+                    scenario.id));
   std::vector<Sample> values, bars;
   for (const FieldSample& at : field.samples) {
     values.push_back({at.t_s, {}, {}, at.values});

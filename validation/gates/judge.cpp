@@ -19,10 +19,12 @@ bool is_order(const std::string& metric) { return metric.starts_with("order-"); 
 // Figures with the reason `inconclusive` have no value, so a gate on them is unverifiable. Any other NaN fails.
 bool inconclusive(const Row& row) { return std::isnan(row.value) && row.reason.starts_with("inconclusive"); }
 
+// A figure of the whole run; of probes there is a row each, named in `body`.
+bool is_of_run(const Row& row) { return !row.t_s && (row.body.empty() || row.metric == "probe-error"); }
+
 bool matches_cell(const Gate& gate, const Row& row) {
-  return row.body.empty() && !row.t_s && glob_match(gate.scenario, row.scenario) &&
-         glob_match(gate.method, row.method) && (!gate.steps || row.steps == *gate.steps) &&
-         (!gate.spacing_m || row.spacing_m == gate.spacing_m) &&
+  return is_of_run(row) && glob_match(gate.scenario, row.scenario) && glob_match(gate.method, row.method) &&
+         (!gate.steps || row.steps == *gate.steps) && (!gate.spacing_m || row.spacing_m == gate.spacing_m) &&
          (!gate.sound_speed_m_per_s || row.sound_speed_m_per_s == gate.sound_speed_m_per_s);
 }
 
@@ -87,7 +89,7 @@ void judge_order(Verdict& v, const std::string& window) {
 void judge_ratio(Verdict& v, const Row& row, std::span<const Row> rows) {
   const auto other = std::find_if(rows.begin(), rows.end(), [&](const Row& r) {
     return r.scenario == row.scenario && r.method == v.gate.ratio_to && r.steps == row.steps &&
-           resolution_of(r) == resolution_of(row) && r.metric == row.metric && r.body.empty() && !r.t_s &&
+           resolution_of(r) == resolution_of(row) && r.metric == row.metric && r.body == row.body && !r.t_s &&
            r.status == Status::ok;
   });
   if (other == rows.end()) {

@@ -61,7 +61,7 @@ std::vector<Row> fit_fluid_orders(std::span<const Row> cells);
 double mean_neighbours(const Domain& domain, const std::vector<std::array<double, 3>>& places_m, double support_m);
 // Support of the kernel that a response's settings (all of them, `kernel` and `smoothing` among them) mean at this
 // spacing, by docs/fluids.md; 0: these settings name no kernel.
-double kernel_support_m(const Settings& response, double spacing_m);
+double kernel_support_m(const Settings& response, double spacing_m, bool free_surface = false);
 // The row `neighbours` of a run's last sample; none for a support of 0 or a run that did not end well.
 std::vector<Row> neighbour_rows(const Scene& scene, const Recording& run, double support_m);
 

@@ -43,9 +43,9 @@ std::vector<MetricInfo> fluid_metrics() {
       {"kinetic-energy-error", "1",
        "Kinetic energy of the particles less that of the exact field at the particles, at the end, over its largest."},
       {"energy-budget", "1",
-       "Largest |E - E0| over the samples, of kinetic, elastic (the integral of p / rho^2 of the equation of state), "
-       "potential energy and heat together, over the largest kinetic and change of potential and elastic energy. Only "
-       "where nothing else takes or gives energy."},
+       "Largest |E - E0| over the samples. E is the sum of kinetic energy, elastic energy (the integral of p / rho^2), "
+       "potential energy and heat. Divided by the largest kinetic energy plus the largest change of potential and elastic "
+       "energy. Only where nothing else takes or gives energy."},
       {"neighbours", "1",
        "Mean number of other particles within the support of the method's kernel, at the end, walls not counted. The "
        "reason has the support."},
@@ -54,11 +54,11 @@ std::vector<MetricInfo> fluid_metrics() {
        "both, and the neighbours where they are known."},
       {"volume-error", "1", "Sum of m / rho at the end over that at the start, less 1."},
       {"fluid-momentum-error", "1",
-       "Largest change of the linear momentum of fluids and moving bodies over the samples, of the sum of |m v|; where no "
-       "force acts from outside."},
+       "Largest change of the linear momentum of fluids and moving bodies over the samples, divided by the sum of |m v|. "
+       "Only where no force acts from outside."},
       {"fluid-angular-momentum-error", "1",
-       "Largest change of the angular momentum about the origin over the samples, of the sum of |m x v|; where no force "
-       "acts from outside and space has no period."},
+       "Largest change of the angular momentum about the origin over the samples, divided by the sum of |m x v|. Only where "
+       "no force acts from outside and space has no period."},
       {"particle-order", "1",
        "Standard deviation over mean of the distance to the nearest particle, at the end: 0 on a lattice, about 0.5 where "
        "particles lie at random."},
@@ -66,10 +66,11 @@ std::vector<MetricInfo> fluid_metrics() {
       {"speed-max", "m/s", "Largest speed of a particle at the end: the noise of a fluid that should rest."},
       {"front-error", "1", "The probe `front` less its true value, over that value."},
       {"front-speed-error", "1",
-       "Speed of the front against a measured one, less 1: slopes of straight lines through the times of the same places, "
-       "from 1.4 of the distance at t = 0 on."},
+       "Speed of the run's front over that of the measured one, less 1. Both are slopes of straight lines through the same "
+       "places, from 1.4 of the front's first distance on."},
       {"front-delay", "s",
-       "Delay of a measured front behind the run's that makes front-delayed-error least: the release takes time."},
+       "How much later the measured front is than the run's: the delay that makes front-delayed-error least. Releasing the "
+       "column takes time."},
       {"front-delayed-error", "1",
        "Largest |front / measured front - 1| after that one delay, from 1.4 of the distance at t = 0 on."},
       {"probe-error", "1", "A probe less its true value, over that value; the probe's name stands in `body`."},

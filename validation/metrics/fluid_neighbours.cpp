@@ -89,9 +89,10 @@ double mean_neighbours(const Domain& domain, const std::vector<Place>& places, d
   return static_cast<double>(pairs) / static_cast<double>(places.size());
 }
 
-double kernel_support_m(const Settings& response, double spacing_m) {
+double kernel_support_m(const Settings& response, double spacing_m, bool free_surface) {
   double smoothing = setting_of(response, "smoothing");
-  if (smoothing == 0 && response.contains("degree")) smoothing = setting_of(response, "degree") == 4 ? 1.55 : 1.5;
+  if (smoothing == 0 && response.contains("degree"))
+    smoothing = free_surface ? 1.75 : setting_of(response, "degree") == 4 ? 1.55 : 1.5;
   const auto kernel = response.find("kernel");
   if (kernel == response.end()) return 0;
   const auto* name = std::get_if<std::string>(&kernel->second);

@@ -73,10 +73,14 @@ double marker(const Scene& scene, const FluidProbe& probe, const Sample& sample)
   for (const Fluid& fluid : scene.fluids)
     for (const Real3& x : fluid.particles.position_m) start.push_back({x[0], x[1], x[2]});
   Vec at{};
+  // The displacement is fitted, because the nearest image of a particle may be another than the particle.
   for (std::size_t i = 0; i < 3; ++i)
-    at[i] = fitted(
-        scene, sample, probe.position_m, [&](std::size_t j) { return start[j]; },
-        [i](const ParticleSample& p) { return p.p_m[i]; });
+    at[i] = probe.position_m[i] + fitted(
+                                      scene, sample, probe.position_m, [&](std::size_t j) { return start[j]; },
+                                      [&, i](const ParticleSample& p) {
+                                        const auto j = static_cast<std::size_t>(&p - sample.particles.data());
+                                        return p.p_m[i] - start[j][i];
+                                      });
   return std::hypot(at[0], at[1], at[2]);
 }
 
@@ -237,7 +241,7 @@ void append_semi_discrete(const Truth& truth, const Recording& run, const std::v
 
 namespace {
 
-struct Curve {  // x over t, both rising
+struct Curve {  // x over t, both rising: of a front that recedes, the farthest place so far
   std::vector<double> t_s, x_m;
   static double between(const std::vector<double>& at, const std::vector<double>& of, double value) {
     const auto after = std::lower_bound(at.begin(), at.end(), value);
@@ -310,7 +314,7 @@ void append_probes(const Scenario& scenario, const FieldAtParticles& exact, cons
     for (std::size_t k = 0; k < run.values.size(); ++k) {
       const double value = probe_value(scenario.scene, probes[n], run.values[k]);
       const double t_s = static_cast<double>(run.values[k].t_s);
-      own.t_s.push_back(t_s), own.x_m.push_back(value);
+      own.t_s.push_back(t_s), own.x_m.push_back(own.x_m.empty() ? value : std::max(value, own.x_m.back()));
       const auto& known = exact.samples[k].probes;
       if (k == 0 || n >= known.size() || !known[n]) continue;
       const double truth = static_cast<double>(known[n]->value), bar = static_cast<double>(known[n]->bar);

@@ -13,6 +13,7 @@
 #include "metrics_version.hpp"
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
+#include "scene/fluid_surface.hpp"
 #include "validation/metrics/fluid.hpp"
 #include "validation/metrics/fluid_picture.hpp"
 #include "validation/metrics/measurements.hpp"
@@ -284,7 +285,10 @@ MeasuredRecord StudyRun::measured_fluid(const Cell& cell, const std::string& has
   const Settings settings =
       response_settings(parse_method_id(cell.method), workers_[static_cast<std::size_t>(cell.worker)]);
   const Scene& scene = cell.scenario.scene;
-  for (Row& row : neighbour_rows(scene, recording, kernel_support_m(settings, scene.fluids.front().spacing_m)))
+  const bool free_surface =
+      settings.contains("degree") && recording.outcome.status == Status::ok && !surface_points(scene).empty();
+  for (Row& row :
+       neighbour_rows(scene, recording, kernel_support_m(settings, scene.fluids.front().spacing_m, free_surface)))
     record.rows.push_back(std::move(row));
   const bool stepping = cell.scenario.truth.kind == TruthKind::semi_discrete;
   const Outcome& outcome = stepping ? truths.semi_discrete.outcome : truths.exact.outcome;
