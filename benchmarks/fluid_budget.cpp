@@ -30,16 +30,6 @@ struct BlockTime {
   std::string why;  // why there is no figure
 };
 
-// Settings of the method's response, its own over the standard ones.
-Settings settings_of(const Worker& worker, const MethodId& id) {
-  Settings settings;
-  for (const MethodInfo& info : worker.engine.responses)
-    if (info.id == "+" + id.response) settings = info.settings;
-  for (const auto& [key, value] : id.overrides)
-    if (settings.contains(key)) settings[key] = value;
-  return settings;
-}
-
 class FluidBudget {
  public:
   FluidBudget(const Worker& worker, const std::string& method, int dimensions, const FrameBudgetSetup& setup)
@@ -80,7 +70,7 @@ class FluidBudget {
     for (const std::int64_t ns : outcome.busy_ns) ms.push_back(1e-6 * static_cast<double>(ns) / kSteps);
     time.ms = median_time(ms);
     time.evaluations = static_cast<double>(outcome.rate_evaluations) / kSteps;
-    const double support = kernel_support_m(settings_of(worker_, parse_method_id(method_)), 1.0 / across);
+    const double support = kernel_support_m(response_settings(worker_, parse_method_id(method_)), 1.0 / across);
     if (support > 0) time.neighbours = mean_neighbours(scene.domain, scene.fluids[0].particles.position_m, support);
     return time;
   }

@@ -103,4 +103,13 @@ ContactAnswer contacts_once(const Worker& worker, const Scene& scene, const Cont
   return client.contacts(scene_to_json(scene), scene.bodies.size(), query, limit_s, test);
 }
 
+Settings response_settings(const Worker& worker, const MethodId& id) {
+  Settings settings;
+  for (const MethodInfo& info : worker.engine.responses)
+    if (info.id == "+" + id.response) settings = info.settings;
+  for (const auto& [key, value] : id.overrides)
+    if (settings.contains(key)) settings[key] = value;
+  return settings;
+}
+
 }  // namespace atwood

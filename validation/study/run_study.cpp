@@ -228,25 +228,13 @@ std::shared_ptr<const Truth> StudyRun::truth_of(TruthWork& work) {
 
 namespace {
 
-// All settings of a method's response.
-Settings response_settings(const MethodId& id, const Worker& worker) {
-  Settings settings;
-  for (const MethodInfo& info : worker.engine.responses) {
-    if (info.id != "+" + id.response) continue;
-    settings = info.settings;
-    for (auto& [key, value] : settings)
-      if (const auto given = id.overrides.find(key); given != id.overrides.end()) value = given->second;
-  }
-  return settings;
-}
-
 // The response of a method with all its settings, as a method id has it without the plus sign; empty: it has none.
 std::string response_text(const std::string& method, const Worker& worker) {
   const MethodId id = parse_method_id(method);
   if (id.response.empty()) return "";
   MethodId response;
   response.engine = "a", response.scheme = "b", response.response = id.response;
-  response.overrides = response_settings(id, worker);
+  response.overrides = response_settings(worker, id);
   return to_string(response).substr(4);  // "a/b+"
 }
 
@@ -283,7 +271,7 @@ MeasuredRecord StudyRun::measured_fluid(const Cell& cell, const std::string& has
   record.rows = measure_fluid(cell.scenario, truths, recording);
   record.picture = picture_of(cell.scenario, truths.exact, recording);
   const Settings settings =
-      response_settings(parse_method_id(cell.method), workers_[static_cast<std::size_t>(cell.worker)]);
+      response_settings(workers_[static_cast<std::size_t>(cell.worker)], parse_method_id(cell.method));
   const Scene& scene = cell.scenario.scene;
   const bool free_surface =
       settings.contains("degree") && recording.outcome.status == Status::ok && !surface_points(scene).empty();

@@ -59,6 +59,8 @@ struct Worker {                        // an executable that answered hello, or 
 };
 // Starts each worker, sends `hello` and reads the answer (limit 10 s each).
 std::vector<Worker> find_workers(const std::vector<std::string>& paths);
+// The settings of a method's response, the id's over the standard ones; empty: it has no response.
+Settings response_settings(const Worker& worker, const MethodId& id);
 std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::string>>& commands);
 
 // ---- one cell ---------------------------------------------------------------------------------------------------
