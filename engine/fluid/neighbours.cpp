@@ -41,14 +41,14 @@ template <class S> bool Neighbours<S>::update(const S* x, int count, Team* team)
     const S most2 = S(0.25) * skin_ * skin_;
     const int parts = parts_of(team, count);
     std::atomic<bool> stale{false};
-    const auto look = [&](int part) {
+    const auto check = [&](int part) {
       const Share own = share(count, part, parts);
       const bool far = dimensions_ == 2 ? beyond<2>(x, built_at_.data(), own.first, own.last, most2)
                                         : beyond<3>(x, built_at_.data(), own.first, own.last, most2);
       if (far) stale.store(true, std::memory_order_relaxed);
     };
-    if (parts == 1) look(0);
-    else team->run(parts, look);
+    if (parts == 1) check(0);
+    else team->run(parts, check);
     if (!stale) return true;
   }
   for (std::size_t i = 0; i < std::size_t(dimensions_) * count; ++i)
@@ -119,7 +119,8 @@ template <class S> auto Neighbours<S>::make_grid() const -> Grid {
     for (S& wider : width) wider = S(2) * wider;
   }
   for (int axis = 0; axis < dimensions_; ++axis) {
-    grid.cells[axis] = std::max(1, static_cast<int>(extent[axis] / width[axis]));
+    const S cells = extent[axis] / width[axis];
+    grid.cells[axis] = cells > S(1) ? static_cast<int>(cells) : 1;  // 1: also where the extent overflows
     grid.period[axis] = period_[axis];
     grid.per_metre[axis] = extent[axis] > S(0) ? S(grid.cells[axis]) / extent[axis] : S(0);
   }
@@ -134,7 +135,8 @@ template <class S> void Neighbours<S>::sort_into_cells(const Grid& grid) {
     int cell = 0;
     for (int axis = 0; axis < dimensions_; ++axis) {
       const S at = (wrapped_[std::size_t(i) * dimensions_ + axis] - grid.origin[axis]) * grid.per_metre[axis];
-      cell = cell * grid.cells[axis] + std::clamp(static_cast<int>(at), 0, grid.cells[axis] - 1);
+      const int last = grid.cells[axis] - 1;
+      cell = cell * grid.cells[axis] + (at < S(last) ? (at > S(0) ? static_cast<int>(at) : 0) : last);
     }
     cell_of_[i] = cell;
     ++cell_begin_[cell + 1];

@@ -228,7 +228,7 @@ std::string unstable_at_start(const MethodId& id, const Scene& scene, const Poly
   for (int i = layout.velocities(); i < layout.densities(); ++i) scale[i] = fluid.sound_speed_m_per_s;
   for (int i = layout.densities(); i < layout.temperatures(); ++i) scale[i] = fluid.density_kg_per_m3;
   for (int i = layout.nodes(); i < layout.size(); ++i) scale[i] = fluid.spacing_m;
-  const auto modes = rim_of_spectrum(particles.system(), 0, y.data(), scale, kSpectrumDimension);
+  const auto modes = extremal_eigenvalues(particles.system(), 0, y.data(), scale, kSpectrumDimension);
   return unstable(id.scheme, id.overrides, modes, plan.t_end_s / static_cast<double>(plan.steps), plan.steps);
 }
 

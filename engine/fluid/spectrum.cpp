@@ -30,8 +30,8 @@ struct Derivative {
 
 }  // namespace
 
-std::vector<std::complex<double>> rim_of_spectrum(System<double>& system, double t_s, const double* y,
-                                                  const std::vector<double>& scale, int dimension) {
+std::vector<std::complex<double>> extremal_eigenvalues(System<double>& system, double t_s, const double* y,
+                                                       const std::vector<double>& scale, int dimension) {
   const int n = system.size, most = std::min(dimension, n);
   Derivative derivative{system, t_s, y, scale, Vector(n), Vector(n), Vector(n)};
   system.rate(t_s, y, derivative.rate.data());

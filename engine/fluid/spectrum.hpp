@@ -1,4 +1,4 @@
-// The rim of the spectrum of a rate's derivative at a state: the eigenvalues that bound the steps of a method.
+// The extremal eigenvalues of a rate's derivative at a state: those that bound the steps of a method.
 #pragma once
 
 #include <complex>
@@ -9,10 +9,10 @@
 namespace atwood::fluid {
 
 // Ritz values of df/dy at (t_s, y) by `dimension` steps of Arnoldi's method (Arnoldi 1951; Saad, Numerical Methods for
-// Large Eigenvalue Problems, 2nd ed., section 6.2), in 1/s. Those at the rim of the spectrum converge first. The
+// Large Eigenvalue Problems, 2nd ed., section 6.2), in 1/s. Extremal eigenvalues converge first. The
 // derivative acts by differences of the rate: `scale` has the size of a small change of each unknown (system.size
 // numbers above 0). Empty if a rate is not finite.
-std::vector<std::complex<double>> rim_of_spectrum(System<double>& system, double t_s, const double* y,
-                                                  const std::vector<double>& scale, int dimension);
+std::vector<std::complex<double>> extremal_eigenvalues(System<double>& system, double t_s, const double* y,
+                                                       const std::vector<double>& scale, int dimension);
 
 }  // namespace atwood::fluid

@@ -30,7 +30,7 @@ struct ModeRates {
 std::string unstable(const std::string& scheme, const Settings& overrides, const Kernel<double>& kernel,
                      double spacing_m, const ModeRates& rates, double h_s, std::int64_t steps);
 
-// The same for modes y' = lambda y with the eigenvalues at the rim of a spectrum [1/s] (spectrum.hpp), and for undamped
+// The same for modes y' = lambda y with extremal eigenvalues [1/s] (spectrum.hpp), and for undamped
 // oscillations of all frequencies up to the highest one: sound waves of all lengths. A mode that grows by its own equation
 // may grow as fast.
 std::string unstable(const std::string& scheme, const Settings& overrides,

@@ -152,16 +152,11 @@ void check_method(const std::string& who, const std::string& text, const std::ve
 
 // What a study names, cell by cell of the file: methods, and scenarios of the catalogue or of the command line.
 void check_study(const Study& study, const std::vector<Scenario>& catalogue, const std::vector<Worker>& workers) {
-  const auto matches = [](const std::string& name, const Scenario& scenario) {
-    if (name.rfind("tag:", 0) != 0) return glob_match(name, scenario.id);
-    return std::any_of(scenario.tags.begin(), scenario.tags.end(),
-                       [&](const std::string& tag) { return glob_match(name.substr(4), tag); });
-  };
   for (const StudyCells& cells : study.cells) {
     for (const std::string& method : cells.methods)
       check_method(fmt::format("study `{}`: ", study.id), method, workers);
     for (const std::string& name : cells.scenarios) {
-      if (std::any_of(catalogue.begin(), catalogue.end(), [&](const Scenario& s) { return matches(name, s); }))
+      if (std::any_of(catalogue.begin(), catalogue.end(), [&](const Scenario& s) { return names_scenario(name, s); }))
         continue;
       throw InputError(fmt::format(
           "study `{}`: scenarios: the catalogue has no scenario `{}`; expected ids, globs over ids, tag:NAME (`atwood "
@@ -220,15 +215,12 @@ std::string nothing_to_run(const Place& place, const Options& options, const Stu
     return "nothing to run: the filters leave no cell of this study; `atwood list` shows scenarios and methods";
   const Scenario& scenario = chosen.front();
   std::string studies;
-  for (const auto& entry : fs::directory_iterator(place.source_dir + "/validation/study")) {
-    if (entry.path().extension() != ".toml") continue;
-    const Study other = read_study(entry.path().string());
+  const std::string folder = place.source_dir + "/validation/study";
+  for (const std::string& id : file_stems(folder)) {
+    const Study other = read_study(folder + "/" + id + ".toml");
     const bool has = std::any_of(other.cells.begin(), other.cells.end(), [&](const StudyCells& cells) {
-      return std::any_of(cells.scenarios.begin(), cells.scenarios.end(), [&](const std::string& name) {
-        if (name.rfind("tag:", 0) != 0) return glob_match(name, scenario.id);
-        return std::any_of(scenario.tags.begin(), scenario.tags.end(),
-                           [&](const std::string& tag) { return glob_match(name.substr(4), tag); });
-      });
+      return std::any_of(cells.scenarios.begin(), cells.scenarios.end(),
+                         [&](const std::string& name) { return names_scenario(name, scenario); });
     });
     if (has) studies += (studies.empty() ? "" : ", ") + other.id;
   }

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "text.hpp"
+#include "validation/metrics/fluid.hpp"
 #include "validation/metrics/metrics.hpp"
 
 namespace atwood {
@@ -29,7 +30,7 @@ std::string value_words(const Finest& cell, const char* metric) {
 std::string time_words_of(const Finest& cell) {
   const auto space = cell.figures.find("space-error");
   const bool within = space != cell.figures.end() && !cell.figures.contains("time-error") &&
-                      space->second->reason.find("includes the error of these steps") != std::string::npos;
+                      space->second->reason.find(kWithStepsError) != std::string::npos;
   return within ? "in space" : value_words(cell, "time-error");
 }
 

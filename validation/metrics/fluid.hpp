@@ -59,6 +59,12 @@ std::vector<Row> fit_fluid_orders(std::span<const Row> cells);
 
 // Mean number of other particles within `support_m` of one, by the nearest image; 0 where there are none.
 double mean_neighbours(const Domain& domain, const std::vector<std::array<double, 3>>& places_m, double support_m);
+
+// Parts of reasons that readers of rows look for: an error over the fluid's own scale, where the exact field is 0
+// everywhere; a space-error that the run's steps are part of.
+inline constexpr const char* kOfOwnScale = "of the fluid's own scale";
+inline constexpr const char* kWithStepsError = "includes the error of these steps";
+
 // Support of the kernel that a response's settings (all of them, `kernel` and `smoothing` among them) mean at this
 // spacing, by docs/fluids.md; 0: these settings name no kernel.
 double kernel_support_m(const Settings& response, double spacing_m, bool free_surface = false);

@@ -79,7 +79,7 @@ void append_norms(const Scenario& scenario, const Quantity& quantity, const std:
   if (none) size = uniform(mass, own_scale(quantity, scenario.scene.fluids.front()));
   for (std::size_t n = 0; n < 3; ++n) {
     const double mean = n == 0 ? size.of(n) / mass : n == 1 ? size.of(n) / std::sqrt(mass) : size.of(n);
-    const std::string scale = (none ? "of the fluid's own scale, " : "of the exact field's own norm, ") +
+    const std::string scale = std::string(none ? kOfOwnScale : "of the exact field's own norm") + ", " +
                               format_measure(mean, 0) + " " + quantity.unit;
     Row row = metrics::row(std::string(quantity.name) + "-" + kNorms[n], error.of(n) / size.of(n),
                            bar.of(n) / size.of(n), scale + "; " + source);
@@ -163,7 +163,7 @@ void append_parts(const FluidTruths& truths, const Recording& run, const std::ve
   if (model)
     append_part("model-error", parts.model, model_bar, masses, size, of + "; " + truths.compressible.source, rows);
   append_part("space-error", parts.space, space_bar, masses, size,
-              of + (stepped ? "; " + truths.semi_discrete.source : "; includes the error of these steps"), rows);
+              of + "; " + (stepped ? truths.semi_discrete.source : kWithStepsError), rows);
   if (stepped)
     append_part("time-error", parts.time, time_bar, masses, size, of + "; " + truths.semi_discrete.source, rows);
   rows.push_back(metrics::row("closing-residual", residual / size.largest, 0,

@@ -1,4 +1,5 @@
 #include "validation/metrics/work_precision.hpp"
+#include "validation/metrics/fluid.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -340,7 +341,7 @@ std::string telling_metric_of_fluid(std::span<const Row> rows, const std::string
   for (const char* metric : {"velocity-l1", "temperature-l1", "pressure-l1", "density-l1", "front-error"}) {
     for (const Row& row : rows)
       if (row.scenario == scenario && row.metric == metric && row.spacing_m && of_whole_run(row) &&
-          row.reason.find("own scale") == std::string::npos)
+          row.reason.find(kOfOwnScale) == std::string::npos)
         return metric;
   }
   return "";

@@ -22,12 +22,9 @@ constexpr std::size_t kLongestName = 200;  // bytes of a name quoted in a messag
 
 std::string base_id(const MethodId& id) { return id.scheme.empty() ? id.engine : id.engine + "/" + id.scheme; }
 
-bool scenario_matches(const std::vector<std::string>& patterns, const Scenario& scenario) {
-  return std::any_of(patterns.begin(), patterns.end(), [&](const std::string& pattern) {
-    if (pattern.rfind("tag:", 0) != 0) return glob_match(pattern, scenario.id);
-    return std::any_of(scenario.tags.begin(), scenario.tags.end(),
-                       [&](const std::string& tag) { return glob_match(pattern.substr(4), tag); });
-  });
+bool scenario_matches(const std::vector<std::string>& names, const Scenario& scenario) {
+  return std::any_of(names.begin(), names.end(),
+                     [&](const std::string& name) { return names_scenario(name, scenario); });
 }
 
 // A method of the plan and the worker that runs it.
@@ -440,6 +437,12 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
     }
   }
   return planned;
+}
+
+bool names_scenario(const std::string& name, const Scenario& scenario) {
+  if (name.rfind("tag:", 0) != 0) return glob_match(name, scenario.id);
+  return std::any_of(scenario.tags.begin(), scenario.tags.end(),
+                     [&](const std::string& tag) { return glob_match(name.substr(4), tag); });
 }
 
 }  // namespace atwood

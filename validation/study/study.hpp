@@ -86,6 +86,8 @@ struct Cell {
   std::optional<double> spacing_m = {}, sound_speed_m_per_s = {};
 };
 inline Resolution resolution_of(const Cell& cell) { return {cell.spacing_m, cell.sound_speed_m_per_s}; }
+// Whether a name of `scenarios` in a study, a glob over ids or "tag:NAME", means this scenario.
+bool names_scenario(const std::string& name, const Scenario& scenario);
 inline constexpr std::int64_t kMostCells = 100'000;
 // InputError: a count of steps that samples do not divide, a swept setting that no method of its block has, more than
 // `most_cells`, which is found before they are made. `arithmetic`: what decides the last bits on this machine.
