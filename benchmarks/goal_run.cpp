@@ -7,9 +7,9 @@
 #include <map>
 #include <set>
 
+#include "benchmarks/goal_variants.hpp"
 #include "benchmarks/rates.hpp"
 #include "benchmarks/stopwatch.hpp"
-#include "scene/fluid_points.hpp"
 #include "validation/metrics/metrics.hpp"
 #include "validation/metrics/work_precision.hpp"
 #include "validation/study/process.hpp"
@@ -116,13 +116,6 @@ bool better(const GoalEntrant& a, const GoalEntrant& b, const std::string& kind)
   return kind.empty() ? a.error < b.error : x < y;
 }
 
-// The same scene with particles disturbed by another seed.
-Scenario with_seed(Scenario scenario, std::int64_t seed) {
-  for (Fluid& fluid : scenario.scene.fluids) fluid.seed = seed;
-  scenario.scene = at_resolution(scenario, 0, 0);
-  return scenario;
-}
-
 // Our candidates with the reference's rate, where a library is among the rivals and times are compared.
 std::vector<std::string> twins_beside_libraries(const Goal& goal) {
   const bool beside = std::any_of(goal.rivals.begin(), goal.rivals.end(),
@@ -145,7 +138,7 @@ class GoalRun {
 
  private:
   std::vector<Candidate> measured(const Goal& goal, const Scenario& scenario, std::vector<Cell>& cells);
-  void take_median(const Goal& goal, const Scenario& scenario, std::vector<Candidate>& candidates);
+  void take_variants(const Goal& goal, const Scenario& scenario, std::vector<Candidate>& candidates);
   void time(const Goal& goal, std::vector<Candidate>& candidates);
   Contender contender(const Candidate& candidate) const {
     return {&workers_[static_cast<std::size_t>(candidate.cell->worker)],
@@ -203,21 +196,19 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
   return candidates;
 }
 
-// Of disturbed particles: the error of every candidate becomes the median over the goal's seeds. One that failed with a
-// seed has no error.
-void GoalRun::take_median(const Goal& goal, const Scenario& scenario, std::vector<Candidate>& candidates) {
+// The error of every candidate becomes that over all variants of the goal's scene. One that failed in a variant has no error.
+void GoalRun::take_variants(const Goal& goal, const Scenario& scenario, std::vector<Candidate>& candidates) {
   std::map<std::string, std::vector<double>> errors;
   const auto key = [](const Candidate& c) { return c.cell->method + " " + std::to_string(c.cell->plan.steps); };
   for (const Candidate& c : candidates) errors[key(c)].push_back(c.entrant.error);
-  for (std::int64_t seed = 2; seed <= goal.seeds; ++seed) {
+  for (std::int64_t k = 1; k < variant_count(goal); ++k) {
     std::vector<Cell> cells;
     cells.reserve(4096);
-    for (const Candidate& c : measured(goal, with_seed(scenario, seed), cells))
+    for (const Candidate& c : measured(goal, variant_of(goal, scenario, k), cells))
       errors[key(c)].push_back(c.entrant.error);
   }
   for (Candidate& c : candidates) {
-    std::vector<double>& own = errors[key(c)];
-    c.entrant.error = std::ssize(own) == goal.seeds ? median_time(own) : kNotMeasured;
+    c.entrant.error = combined_error(goal, errors[key(c)]);
     judge(c.entrant, goal);
   }
   std::erase_if(candidates, [](const Candidate& c) { return !std::isfinite(c.entrant.error); });
@@ -334,7 +325,7 @@ GoalResult GoalRun::run(const Goal& asked) {
   cells.reserve(4096);  // candidates keep pointers to them
   stopwatch_.allow(std::max(setup_.study.cell_limit_s, goal.limit_s));
   std::vector<Candidate> candidates = measured(goal, scenario, cells);
-  if (goal.seeds > 1) take_median(goal, scenario, candidates);
+  if (variant_count(goal) > 1) take_variants(goal, scenario, candidates);
   if (goal.error_ratio > 0) ask_by_rivals(goal, candidates);
   result.wanted_error = goal.error;
   if (setup_.study.timing && !goal.metric.starts_with("order-")) time(goal, candidates);

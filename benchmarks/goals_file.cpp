@@ -80,6 +80,7 @@ struct GoalsFile {
                                              "column",      "at_most",
                                              "spacings_m",  "t_end_s",
                                              "seeds",       "at_s",
+                                             "phases",      "starts",
                                              "within",      "sound_speed_m_per_s"};
     const toml::table* table = node.as_table();
     if (table == nullptr) refuse(node.source(), "expected [[goal]] to be tables");
@@ -116,6 +117,10 @@ struct GoalsFile {
     goal.sound_speed_m_per_s = number(*table, "sound_speed_m_per_s", 0);
     goal.t_end_s = number(*table, "t_end_s", 0);
     goal.seeds = static_cast<std::int64_t>(number(*table, "seeds", 1));
+    goal.phases = static_cast<std::int64_t>(number(*table, "phases", 1));
+    goal.starts = static_cast<std::int64_t>(number(*table, "starts", 1));
+    if ((goal.seeds > 1) + (goal.phases > 1) + (goal.starts > 1) > 1)
+      refuse(table->source(), "goal `" + goal.id + "`: expected one of `seeds`, `phases`, `starts`");
     goal.at_s = number(*table, "at_s", 0);
     if (const auto within = list<double>(*table, "within", "two numbers"); !within.empty()) {
       if (within.size() != 2 || !(within[0] < within[1]) || std::isfinite(goal.error))

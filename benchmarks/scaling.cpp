@@ -1,4 +1,4 @@
-// Time against the number of bodies: free flight, gravity over all pairs, gravity by a tree.
+// Time against the number of bodies: free flight, gravity over all pairs, gravity by a tree, chains of links.
 //
 //   scaling/free-flight/SCALAR/N, scaling/free-flight-2-threads/SCALAR/N
 //       ns_per_step of all N; ns_per_body_step
@@ -7,6 +7,8 @@
 //       pairs_per_s counts those, unordered_pairs_per_s halves of them, N (N - 1) / 2
 //   scaling/gravity-direct/N, scaling/gravity-tree/N (opening 0.5), and -2-threads
 //       ns_per_step: one evaluation of all rates
+//   scaling/chain-hinges/N, scaling/chain-planar/N
+//       ns_per_step: one evaluation of the rates of a chain of N links; ns_per_body_step: of a link
 //
 // Fitted exponents and memory per body are printed to standard error at the end.
 #include <benchmark/benchmark.h>
@@ -16,6 +18,7 @@
 #include <cstdio>
 #include <map>
 
+#include "benchmarks/chain_scene.hpp"
 #include "benchmarks/free_flight_scene.hpp"
 #include "rigid/model.hpp"
 #include "simulation.hpp"
@@ -159,6 +162,44 @@ void register_all_gravity() {
   }
 }
 
+// ---- chains of links ----------------------------------------------------------------------------------------------
+void chain(benchmark::State& state, const std::string& family, int links, bool planar) {
+  const Scene scene = chain_scene(links, planar);
+  double bytes = bytes_in_use();
+  RigidModel<double> model(scene, {});
+  std::vector<double> y(static_cast<std::size_t>(model.state_size())), rate(y.size());
+  bytes = bytes_in_use() - bytes;
+  model.initial_state(y.data());
+  const int batch = std::max(1, 20000 / links);  // long enough for the clock
+  double total_ns = 0, runs = 0;
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    for (int i = 0; i < batch; ++i) {
+      model.system().rate(0, y.data(), rate.data());
+      benchmark::DoNotOptimize(rate.data());
+    }
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / batch;
+    state.SetIterationTime(seconds);
+    remember(family, links, seconds, bytes / links);
+    total_ns += seconds * 1e9;
+    ++runs;
+  }
+  state.counters["ns_per_step"] = total_ns / runs;
+  state.counters["ns_per_body_step"] = total_ns / runs / links;
+  state.counters["bytes_per_body"] = bytes / links;
+}
+
+void register_chains() {
+  for (const bool planar : {false, true})
+    for (const int links : {20, 100, 200, 500, 1000}) {
+      const std::string family = planar ? "chain-planar" : "chain-hinges";
+      benchmark::RegisterBenchmark(("scaling/" + family + "/" + std::to_string(links)).c_str(),
+                                   [=](benchmark::State& state) { chain(state, family, links, planar); })
+          ->UseManualTime()
+          ->Iterations(50);
+    }
+}
+
 // ---- the fits -----------------------------------------------------------------------------------------------------
 void print_fits() {
   for (const auto& [family, runs] : seen) {
@@ -185,6 +226,7 @@ void print_fits() {
 int main(int argc, char** argv) {
   register_free_flight();
   register_all_gravity();
+  register_chains();
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();

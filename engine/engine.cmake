@@ -23,15 +23,28 @@ add_library(atwood_engine STATIC
   fluid/walls.cpp
   smooth/prepare.cpp
   smooth/run.cpp
+  smooth/stops.cpp
   math/elliptic.cpp
   math/principal_axes.cpp
   math/scalar.cpp
   math/vector_width.cpp
+  joints/constraint.cpp
+  joints/constraints.cpp
+  joints/constraints_rows.cpp
+  joints/joint_forces.cpp
+  joints/mass_matrix.cpp
+  joints/planar.cpp
+  joints/rope.cpp
+  joints/tree.cpp
+  joints/tree_dynamics.cpp
+  joints/tree_motion.cpp
   rigid/bare_problems.cpp
   rigid/energy.cpp
   rigid/free_top.cpp
   rigid/free_top_exact.cpp
   rigid/free_top_implicit.cpp
+  rigid/mechanism.cpp
+  rigid/mechanism_constraints.cpp
   rigid/model.cpp
   rigid/rate.cpp
   rigid/rate_lanes.cpp
@@ -61,6 +74,7 @@ add_library(atwood_engine STATIC
   integrators/conserving_correction.cpp
   integrators/conserving_gradient.cpp
   integrators/conserving_methods.cpp
+  integrators/constrained_methods.cpp
   integrators/explicit_methods.cpp
   integrators/extrapolation.cpp
   integrators/free_flight.cpp
@@ -73,6 +87,7 @@ add_library(atwood_engine STATIC
   integrators/implicit_stages.cpp
   integrators/implicit_tableaux.cpp
   integrators/kick_drift.cpp
+  integrators/maximal_coordinates.cpp
   integrators/multistep.cpp
   integrators/multistep_methods.cpp
   integrators/multistep_tables.cpp

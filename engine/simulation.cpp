@@ -12,6 +12,7 @@
 #include "integrators/catalogue.hpp"
 #include "protocol/refusal.hpp"
 #include "scene/contact_laws.hpp"
+#include "scene/joined.hpp"
 #include "smooth/run.hpp"
 
 namespace atwood {
@@ -38,6 +39,14 @@ Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan,
   return run_with_contacts(id, scene, plan, observer, repeats);
 }
 
+// Which responses do not take mechanisms.
+std::string joints_refused(const MethodId& id, const Scene& scene) {
+  if (scene.joints.empty() && scene.ropes.empty()) return "";
+  if (!scene.fluids.empty()) return "atwood steps no fluid beside bodies on joints or ropes";
+  if (!contacts_possible(scene) || (id.response != "impulse" && id.response != "event")) return "";
+  return "+" + id.response + " takes no bodies on joints or ropes; use +penalty";
+}
+
 Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   const bool for_fluids = fluid::find_response(id.response) != nullptr;
   const MethodId own = for_fluids ? fluid::integrator_part(id) : integrator_part(id);
@@ -45,6 +54,7 @@ Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Obse
   if (for_fluids != !scene.fluids.empty())
     return refused(for_fluids ? "+" + id.response + " steps fluids, and the scene has none"
                               : "the scene has fluids: use +sph or +polynomial");
+  if (const std::string why = joints_refused(id, scene); !why.empty()) return refused(why);
   if (for_fluids) return fluid::run_fluid(id, scene, plan, observer, repeats);
   if (contacts_possible(scene)) return run_in_contact(id, scene, plan, observer, repeats);
   const MethodId& smooth = own;  // a response's settings have no effect without contacts
@@ -55,6 +65,18 @@ Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Obse
   return refused("atwood does not compute in `" + id.scalar + "`; use float, double, long-double or quad");
 }
 
+// Are there two shaped bodies, one of them moving, that no joint ties together?
+bool untied_pair(const Scene& scene) {
+  const auto shaped = [](const Body& body) { return !std::holds_alternative<std::monostate>(body.shape); };
+  const int count = static_cast<int>(scene.bodies.size());
+  for (int a = 0; a < count; ++a)
+    for (int b = a + 1; b < count; ++b) {
+      const Body &body_a = scene.bodies[a], &body_b = scene.bodies[b];
+      if (shaped(body_a) && shaped(body_b) && !(body_a.fixed && body_b.fixed) && !joined(scene, a, b)) return true;
+    }
+  return false;
+}
+
 }  // namespace
 
 Engine atwood_engine() {
@@ -62,10 +84,12 @@ Engine atwood_engine() {
   responses.insert(responses.end(), fluid::responses().begin(), fluid::responses().end());
   Engine engine{"atwood", "0.1.0", "double", integrator_catalogue(), run, true, responses, find_scene_contacts};
   engine.fluids = true;
+  engine.joints = true;
   return engine;
 }
 
 bool contacts_possible(const Scene& scene) {
+  if (!scene.joints.empty()) return untied_pair(scene);
   int shaped = 0, moving = 0;
   for (const Body& body : scene.bodies) {
     if (std::holds_alternative<std::monostate>(body.shape)) continue;

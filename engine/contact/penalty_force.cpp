@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "math/bracketed_root.hpp"
+#include "scene/joined.hpp"
 
 namespace atwood {
 
@@ -181,6 +182,7 @@ template <class S> Vec3<S> PenaltyForce<S>::velocity_at(const Motion<S>& motion,
 
 template <class S> void PenaltyForce<S>::add_contact_points(const Motion<S>& motion, int a, int b) const {
   if (!moving(motion, a) && !moving(motion, b)) return;
+  if (!scene_.joints.empty() && joined(scene_, a, b)) return;
   manifolds_.clear();
   find_contacts(shapes_[a], places_[a], shapes_[b], places_[b], S(0), manifolds_);
   if (manifolds_.empty()) return;

@@ -89,7 +89,7 @@ template <class S> class PenaltyForce final : public StatefulForce<S> {
   void find_points(const Motion<S>& motion) const;
   void add_contact_points(const Motion<S>& motion, int a, int b) const;
   void apply_friction(Point& point, const ContactSpring<S>& spring) const;
-  bool moving(const Motion<S>& motion, int body) const { return motion.slots[body].resting == nullptr; }
+  bool moving(const Motion<S>& motion, int body) const { return motion.slots[body].moves(); }
   Vec3<S> velocity_at(const Motion<S>& motion, int body, const Vec3<S>& x_W) const;
   void update_impacts(const Motion<S>& motion);
   void report_impact(const Motion<S>& motion, const ImpactRecord& record);

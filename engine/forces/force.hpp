@@ -14,12 +14,14 @@ namespace atwood {
 
 class Team;
 
-// Where a body's scalars (13, or 6 of a point mass) are stored: in the state, or in a separate array if it is fixed or
-// held.
+// Where a body's scalars (13, or 6 of a point mass) are stored: in the state, or in a separate array if it is fixed, held
+// or placed by a joint.
 template <class S> struct Slot {
-  int offset = -1;  // of p_WB in the state; -1: fixed
+  int offset = -1;  // of p_WB in the state; -1: not there
   bool rotates = false;
-  const S* resting = nullptr;  // not null: the body does not move at present; its pose is here
+  bool on_joint = false;       // placed by a joint: its motion at present is in `resting`
+  const S* resting = nullptr;  // not null: p v q w are here, and unless on_joint the body does not move at present
+  bool moves() const { return resting == nullptr || on_joint; }
 };
 
 template <class S> struct Motion {

@@ -16,6 +16,12 @@ std::map<std::string, double> claims_everywhere(double order) {
   return {{"point-mass", order}, {"velocity-dependent", order}, {"rotation", order}};
 }
 
+std::map<std::string, double> claims_in_any_coordinates(double order) {
+  std::map<std::string, double> claims = claims_everywhere(order);
+  claims["mechanism"] = order;
+  return claims;
+}
+
 MethodInfo fixed_step(const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
                       const std::string& source) {
   MethodInfo info{"atwood/" + scheme, doc, source, std::move(claims), false, {}};
@@ -35,6 +41,20 @@ MethodInfo fixed_step(const std::string& scheme, std::map<std::string, double> c
         {strictly_between(0, 1),
          "Opening of the tree: a node replaces its bodies where its radius is less than this times its distance."}},
        {"threads", std::int64_t(1), {between(1, 256), "Threads that share the rates of a step."}}});
+  if (info.claimed_order.count("mechanism") > 0 && info.claimed_order.size() > 1)
+    declare_settings(
+        info,
+        {{"projection",
+          std::string("standard"),
+          {one_of({"standard", "none"}),
+           "What follows a step of a mechanism with loops or ropes: positions and rates are put back onto the "
+           "constraints (standard; a symmetric method is then no longer symmetric), or nothing, and they drift off "
+           "(none)."}},
+         {"coordinates",
+          std::string("reduced"),
+          {one_of({"reduced", "maximal"}),
+           "Of mechanisms: those of joints, which leave no gap (reduced), or of all bodies, each joint a constraint on "
+           "the accelerations (maximal)."}}});
   return info;
 }
 
@@ -63,18 +83,19 @@ namespace {
 
 std::vector<MethodInfo> build_catalogue() {
   std::vector<MethodInfo> all;
-  for (const auto& family :
-       {explicit_runge_kutta_methods(), nystrom_methods(), partitioned_methods(), composition_methods(),
-        rotation_methods(), implicit_methods(), multistep_methods(), conserving_methods(), high_precision_methods()})
+  for (const auto& family : {explicit_runge_kutta_methods(), nystrom_methods(), partitioned_methods(),
+                             composition_methods(), rotation_methods(), implicit_methods(), multistep_methods(),
+                             conserving_methods(), high_precision_methods(), constrained_methods()})
     all.insert(all.end(), family.begin(), family.end());
   return all;
 }
 
 template <class S> StepperResult<S> first_of(const StepperRequest<S>& request) {
   using Maker = StepperResult<S> (*)(const StepperRequest<S>&);
-  for (const Maker make : {Maker(make_explicit_runge_kutta<S>), Maker(make_nystrom<S>), Maker(make_partitioned<S>),
-                           Maker(make_composition<S>), Maker(make_rotation<S>), Maker(make_implicit<S>),
-                           Maker(make_multistep<S>), Maker(make_conserving<S>), Maker(make_high_precision<S>)}) {
+  for (const Maker make :
+       {Maker(make_explicit_runge_kutta<S>), Maker(make_nystrom<S>), Maker(make_partitioned<S>),
+        Maker(make_composition<S>), Maker(make_rotation<S>), Maker(make_implicit<S>), Maker(make_multistep<S>),
+        Maker(make_conserving<S>), Maker(make_high_precision<S>), Maker(make_constrained<S>)}) {
     StepperResult<S> stepper = make(request);
     if (!stepper || *stepper != nullptr) return stepper;
   }

@@ -74,7 +74,7 @@ std::vector<MethodInfo> composition_methods() {
 template <class S> StepperResult<S> make_composition(const StepperRequest<S>& request) {
   for (const auto& [scheme, composition] : charges) {
     if (request.scheme != scheme) continue;
-    if (!without_bodies(request) && !request.model->magnetic_only())
+    if (!without_bodies(request) && !has_mechanisms(request) && !request.model->magnetic_only())
       return cannot_step(
           request.scheme,
           "turns velocities by magnetic fields; a force of this scene depends on velocities in another way");

@@ -55,6 +55,8 @@ template <class S> StepperResult<S> make_conserving(const StepperRequest<S>& req
                      scheme == "relaxation-rk4";
   if (!known) return StepperPointer<S>{};
   if (request.model == nullptr) return cannot_step_bare(scheme, "needs an energy to keep");
+  if (has_mechanisms(request))
+    return cannot_step_mechanisms(scheme, "it keeps the energy of constant masses, and theirs depend on coordinates");
   RigidModel<S>& model = *request.model;
   if (const std::string& why = model.conservative().refusal(); !why.empty())
     return Fault{Blame::engine, scheme + " needs an energy to keep: " + why};

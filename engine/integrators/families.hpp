@@ -41,6 +41,7 @@ ATWOOD_FAMILY(implicit);              // Euler, collocation, diagonally implicit
 ATWOOD_FAMILY(multistep);             // Adams and BDF
 ATWOOD_FAMILY(conserving);            // discrete gradients, projection, relaxation
 ATWOOD_FAMILY(high_precision);        // Radau 15, extrapolation, Taylor
+ATWOOD_FAMILY(constrained);           // mechanisms in maximal coordinates
 
 #undef ATWOOD_FAMILY
 
@@ -52,13 +53,26 @@ template <class S> bool without_bodies(const StepperRequest<S>& request) {
 inline Fault cannot_step(const std::string& scheme, const std::string& why) {
   return {Blame::engine, "atwood/" + scheme + " " + why};
 }
+// In the coordinates of joints accelerations depend on rates and the mass on coordinates.
+template <class S> bool has_mechanisms(const StepperRequest<S>& request) {
+  return request.model != nullptr && request.model->tree() != nullptr;
+}
+// `assumes`: what the method needs that coordinates of joints do not give.
+inline Fault cannot_step_mechanisms(const std::string& scheme, const std::string& assumes) {
+  return {Blame::engine, "atwood/" + scheme + " steps no mechanism in the coordinates of its joints: " + assumes};
+}
 // `needs`: "needs positions and velocities", "moves bodies".
 inline Fault cannot_step_bare(const std::string& scheme, const std::string& needs) {
   return cannot_step(scheme, needs + "; this problem is a system of equations without bodies");
 }
 
+// Methods whose model has all bodies free and all joints as constraints (integrators/maximal_coordinates.hpp).
+bool steps_maximal_coordinates(const std::string& scheme);
+
 // ---- how families write their entries -------------------------------------------------------------------------
 std::map<std::string, double> claims_everywhere(double order);  // point-mass, velocity-dependent, rotation
+// Those and mechanism: methods for first-order systems, which need not know what the components of the state mean.
+std::map<std::string, double> claims_in_any_coordinates(double order);
 MethodInfo fixed_step(
     const std::string& scheme, std::map<std::string, double> claims, const std::string& doc,
     const std::string& source);  // equal steps; settings: scalar, compensated, gravity, opening, threads

@@ -164,7 +164,7 @@ template <class S> void FreeFlight<S>::step(S h_s, const S* y, S* y_new) {
 template <class S>
 std::unique_ptr<FreeFlight<S>> make_free_flight(RigidModel<S>& model, const ExplicitWeights<S>* weights) {
   if constexpr (has_vector_lanes<S>) {
-    if (weights == nullptr || model.bare_problem() || model.feels_forces()) return nullptr;
+    if (weights == nullptr || model.bare_problem() || model.tree() != nullptr || model.feels_forces()) return nullptr;
     return std::make_unique<FreeFlight<S>>(model, *weights);
   } else {
     return nullptr;

@@ -25,13 +25,13 @@ std::vector<MethodInfo> high_precision_methods() {
       "remaining change is a tenth of it. Samples by a shorter step.";
   std::vector<MethodInfo> methods{
       of_tolerance(
-          "radau15", claims_everywhere(15),
+          "radau15", claims_in_any_coordinates(15),
           "Collocation at the eight Radau nodes that include the start of the step, order 15, solved by sweeps that "
           "evaluate all nodes as one batch of eight states." +
               sweeps + embedded_attitude,
           "Everhart, in: Dynamics of Comets (1985) 185; Hairer, Norsett, Wanner, Solving ODEs I, theorem II.7.7"),
       of_tolerance(
-          "ias15", claims_everywhere(15),
+          "ias15", claims_in_any_coordinates(15),
           "Collocation at the eight Radau nodes that include the start of the step, order 15, solved node after "
           "node, each with the newest rates, with compensated summation: few evaluations. A tolerance of 1e-16 or "
           "less corresponds to IAS15's epsilon of 1e-7 or less, by epsilon^2 = 100 rtol." +
@@ -39,7 +39,7 @@ std::vector<MethodInfo> high_precision_methods() {
           "Rein, Spiegel, MNRAS 446 (2015) 1424, eq. 4 to 11; Everhart (1985)")};
   for (MethodInfo& info : methods) info.settings["compensated"] = true;
   MethodInfo gbs =
-      with_tolerance("gbs", claims_everywhere(12),
+      with_tolerance("gbs", claims_in_any_coordinates(12),
                      "Extrapolation of Gragg's midpoint rule with 2, 4, 6, ... substeps, a fixed number of columns: "
                      "order twice that, the order-12 default with 37 evaluations per step. Without a tolerance: equal "
                      "steps. With one: PI step control by the difference of the last two columns; samples by a "

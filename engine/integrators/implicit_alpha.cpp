@@ -22,6 +22,12 @@ GeneralisedAlpha<S>::GeneralisedAlpha(System<S>& system, const RigidModel<S>* mo
       velocity_of_[model->offset(body) + kAtPosition + i] = model->offset(body) + kAtVelocity + i;
       is_velocity_[model->offset(body) + kAtVelocity + i] = true;
     }
+  if (model->tree() == nullptr) return;
+  const int coordinates = model->tree()->scalar_count(), first = model->tree()->scalars_at();
+  for (int i = first; i < first + coordinates; ++i) {
+    velocity_of_[i] = i + coordinates;
+    is_velocity_[i + coordinates] = true;
+  }
 }
 
 // The solver's unknown is z = af (y_new - y); its equation z = h k(z). With f the law at y + z:

@@ -18,7 +18,7 @@ const std::string gauss_attitude =
 MethodInfo gauss(const std::string& scheme, int stages, const std::string& name) {
   const int order = 2 * stages;
   return fixed_step(
-      scheme, claims_everywhere(order),
+      scheme, claims_in_any_coordinates(order),
       name + ": collocation at the zeros of Legendre's polynomial of degree " + std::to_string(stages) + ", of order " +
           std::to_string(order) +
           "; symplectic, reversible, A-stable without damping at infinity; conserves quadratic invariants." +
@@ -29,7 +29,7 @@ MethodInfo gauss(const std::string& scheme, int stages, const std::string& name)
 
 MethodInfo generalised_alpha() {
   MethodInfo info =
-      fixed_step("generalised-alpha", claims_everywhere(2),
+      fixed_step("generalised-alpha", claims_in_any_coordinates(2),
                  "The equations of motion hold at t + h / (1 + rho): positions and velocities by the second-order "
                  "form, attitudes and body rates by the first-order one. rho_infinity, in [0, 1], is "
                  "the spectral radius for infinitely stiff components: 1 keeps them, 0 removes them in "
@@ -45,10 +45,10 @@ MethodInfo generalised_alpha() {
 
 std::vector<MethodInfo> implicit_methods() {
   return {
-      fixed_step("implicit-euler", claims_everywhere(1),
+      fixed_step("implicit-euler", claims_in_any_coordinates(1),
                  "y_new = y + h f(t + h, y_new); L-stable." + solved_how + embedded_attitude,
                  "Hairer, Wanner, Solving ODEs II (2nd ed.), eq. IV.1.8"),
-      fixed_step("trapezoid", claims_everywhere(2),
+      fixed_step("trapezoid", claims_in_any_coordinates(2),
                  "y_new = y + h/2 (f(t, y) + f(t + h, y_new)); A-stable without damping at infinity." + solved_how +
                      embedded_attitude,
                  "Dahlquist, BIT 3 (1963) 27; Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. II.7.4"),
@@ -58,18 +58,18 @@ std::vector<MethodInfo> implicit_methods() {
       gauss("gauss6", 3, "Gauss's method of three stages (Kuntzmann and Butcher)"),
       gauss("gauss8", 4, "Gauss's method of four stages (Kuntzmann and Butcher)"),
       with_tolerance(
-          "radau5", claims_everywhere(5),
+          "radau5", claims_in_any_coordinates(5),
           "Radau IIA of three stages: collocation with c_3 = 1, of order 5, L-stable. Without a tolerance: equal "
           "steps. With one: PI step control by the embedded estimate of order 3, filtered where the system is stiff; "
           "samples by a shorter step of the same method." +
               solved_how + embedded_attitude,
           "Hairer, Wanner, Solving ODEs II (2nd ed.), table IV.5.6 and section IV.8"),
-      fixed_step("sdirk2", claims_everywhere(2),
+      fixed_step("sdirk2", claims_in_any_coordinates(2),
                  "Singly diagonally implicit, two stages, gamma = 1 - 1/sqrt 2, order 2, L-stable." + solved_how +
                      embedded_attitude,
                  "Alexander, SIAM J. Numer. Anal. 14 (1977) 1006, theorem 5"),
       fixed_step(
-          "sdirk4", claims_everywhere(4),
+          "sdirk4", claims_in_any_coordinates(4),
           "Singly diagonally implicit, five stages, gamma = 1/4, order 4, L-stable." + solved_how + embedded_attitude,
           "Hairer, Wanner, Solving ODEs II (2nd ed.), table IV.6.5"),
       generalised_alpha()};
@@ -78,7 +78,8 @@ std::vector<MethodInfo> implicit_methods() {
 template <class S> StepperResult<S> make_implicit(const StepperRequest<S>& request) {
   const std::string& scheme = request.scheme;
   const auto runge_kutta = [&](const CollocationTableau& tableau, bool projects, bool estimates = false) {
-    const ImplicitOptions options{request.flag("compensated"), projects, estimates};
+    const bool constrained = request.model != nullptr && request.model->constraints() != nullptr;
+    const ImplicitOptions options{request.flag("compensated"), projects || constrained, estimates};
     return StepperPointer<S>(std::make_unique<ImplicitRungeKutta<S>>(request.system, tableau, options));
   };
   if (scheme == "implicit-euler") return runge_kutta(radau_right_collocation(1), true);

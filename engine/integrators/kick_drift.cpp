@@ -42,9 +42,7 @@ bool drift(RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* y, Com
 }
 
 template <class S> void renormalise(const RigidModel<S>& model, S* y, Compensation<S>& compensation) {
-  for (const int i : model.moving()) {
-    if (!model.rotates(i)) continue;
-    const int at = model.offset(i) + kAtAttitude;
+  for (const auto& [at, rate_at] : model.attitudes()) {
     const Quat<S> q = load4(y + at);
     const S change = S(1) / real::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z) - S(1);
     add4(at, Quat<S>{change * q.w, change * q.x, change * q.y, change * q.z}, y, compensation);

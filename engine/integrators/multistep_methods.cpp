@@ -48,7 +48,7 @@ std::vector<MethodInfo> multistep_methods() {
   for (int order = 2; order <= kHighestAdams; ++order) {
     const int s = gauss_stages(order);
     all.push_back(
-        fixed_step("adams-bashforth" + std::to_string(order), claims_everywhere(order),
+        fixed_step("adams-bashforth" + std::to_string(order), claims_in_any_coordinates(order),
                    "Adams-Bashforth of order " + std::to_string(order) + ": the polynomial through the last " +
                        std::to_string(order) +
                        " rates, integrated over the step. One evaluation per step; its stability region shrinks with "
@@ -58,7 +58,7 @@ std::vector<MethodInfo> multistep_methods() {
   }
   for (int order = 2; order <= kHighestAdams; ++order) {
     const int s = gauss_stages(order);
-    all.push_back(fixed_step("adams-moulton" + std::to_string(order), claims_everywhere(order),
+    all.push_back(fixed_step("adams-moulton" + std::to_string(order), claims_in_any_coordinates(order),
                              "Adams-Moulton of order " + std::to_string(order) +
                                  ": the polynomial through the new rate and the last " + std::to_string(order - 1) +
                                  ", integrated over the step; the corrector is solved to the round-off of the scalar." +
@@ -68,7 +68,7 @@ std::vector<MethodInfo> multistep_methods() {
   for (int order = 1; order <= kHighestBdf; ++order) {
     const int s = radau_stages(order);
     all.push_back(fixed_step(
-        "bdf" + std::to_string(order), claims_everywhere(order),
+        "bdf" + std::to_string(order), claims_in_any_coordinates(order),
         "Backward differentiation of order " + std::to_string(order) + ": the polynomial through the last " +
             std::to_string(order) +
             " states and the new one has the new one's rate; solved to the round-off of the scalar. " +

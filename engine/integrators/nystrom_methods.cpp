@@ -56,6 +56,8 @@ template <class S> StepperResult<S> make_nystrom(const StepperRequest<S>& reques
   const bool pairs = scheme == "dprkn6" || scheme == "dprkn12";
   if (!pairs && scheme != "blanes-moan-rkn4" && scheme != "blanes-moan-rkn6") return StepperPointer<S>{};
   if (without_bodies(request)) return cannot_step_bare(scheme, "needs positions and velocities");
+  if (has_mechanisms(request))
+    return cannot_step_mechanisms(scheme, "it needs x'' = a(t, x), and their accelerations depend on rates");
   RigidModel<S>& model = *request.model;
   if (const std::string why = why_not(model); !why.empty()) return cannot_step(scheme, why);
   const bool compensated = request.flag("compensated");

@@ -47,6 +47,9 @@ template <class S> bool KickDrift<S>::step(S t_s, S h_s, const S* y, S* y_new) {
 template <class S>
 StepperResult<S> make_kick_drift(const StepperRequest<S>& request, const std::string& composition, FreeTop top) {
   if (without_bodies(request)) return cannot_step_bare(request.scheme, "needs positions and velocities");
+  if (has_mechanisms(request))
+    return cannot_step_mechanisms(request.scheme,
+                                  "it alternates kicks and drifts, and their mass depends on coordinates");
   return StepperPointer<S>(
       std::make_unique<KickDrift<S>>(*request.model, *find_composition(composition), top, request.flag("compensated")));
 }

@@ -73,9 +73,9 @@ Radau15<S>::Radau15(System<S>& system, const RigidModel<S>* model, const RadauOp
     : Stepper<S>(system), model_(model), options_(options), table_(radau_table<S>()), size_(system.size),
       compensation_(size_), compensation_new_(size_), weight_(size_), state_(size_), base_(size_), rate_(size_),
       rate_before_(size_), predicted_(size_), ends_(size_), node_state_(2 * size_), node_rate_(size_) {
-  for (auto* list : {&once_, &twice_, &rates_}) list->reserve(size_);
-  kinds_.reserve(3);
-  scale_.reserve(3);
+  for (auto* list : {&once_, &twice_[0].components, &twice_[1].components, &rates_}) list->reserve(size_);
+  kinds_.reserve(6);
+  scale_.reserve(6);
   for (Record& record : record_) {
     record.y.resize(size_);
     record.y_new.resize(size_);
@@ -90,7 +90,7 @@ Radau15<S>::Radau15(System<S>& system, const RigidModel<S>* model, const RadauOp
 template <class S> void Radau15<S>::find_unknowns() {
   epoch_ = this->system_.epoch;
   once_.clear();
-  twice_.clear();
+  for (Twice& twice : twice_) twice.components.clear();
   rates_.clear();
   kinds_.clear();
   record_[0].valid = record_[1].valid = false;
@@ -109,15 +109,39 @@ template <class S> void Radau15<S>::find_unknowns() {
     kinds_.push_back({0, size_});
   } else {
     add_kind(kAtVelocity, kAtAttitude);
-    for (const int i : rates_) twice_.push_back(i - 3);
+    twice_[0].shift = kAtVelocity - kAtPosition;
+    for (const int i : rates_) twice_[0].components.push_back(i - twice_[0].shift);
     if (model_->velocity_dependent()) once_ = rates_;
     const std::size_t turning = rates_.size();
     add_kind(kAtAttitude, kAtBodyRate);
     add_kind(kAtBodyRate, kAtBodyRate + 3);
+    if (model_->tree() != nullptr) add_joints(*model_->tree());
     once_.insert(once_.end(), rates_.begin() + turning, rates_.end());
   }
   scale_.resize(kinds_.size());
   std::fill(lanes_of(state_), lanes_of(state_) + size_ * kNodes, S(0));
+}
+
+// The rates of joints are integrated once, their coordinates twice; a ball's quaternion like a body's.
+template <class S> void Radau15<S>::add_joints(const Tree<S>& tree) {
+  const auto end_kind = [&](int first) {
+    const int last = static_cast<int>(rates_.size());
+    if (last > first) kinds_.push_back({first, last});
+    return last;
+  };
+  twice_[1].shift = tree.scalar_count();
+  int first = static_cast<int>(rates_.size());
+  for (int i = 0; i < tree.scalar_count(); ++i) {
+    twice_[1].components.push_back(tree.scalars_at() + i);
+    rates_.push_back(tree.scalars_at() + tree.scalar_count() + i);
+  }
+  first = end_kind(first);
+  for (const bool rate : {false, true}) {
+    for (const Link<S>& link : tree.links())
+      if (link.joint >= 0 && link.kind == JointKind::ball)
+        for (int k = 0; k < (rate ? 3 : 4); ++k) rates_.push_back((rate ? link.at_u : link.at_q) + k);
+    first = end_kind(first);
+  }
 }
 
 // The stored step that the new one continues or repeats; `offset` is the new start in units of that step: 1, or 0 for a
@@ -157,7 +181,10 @@ template <class S> void Radau15<S>::predict(S h_s, Record* from, S offset) {
 template <class S> void Radau15<S>::set_base(S t_s, S h_s, const S* y) {
   S* base = lanes_of(base_);
   for (int k = 0; k < kNodes; ++k) t_nodes_[k] = t_s + table_.c[k] * h_s;
-  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { radau::set_base(once_, twice_, table_, h_s, y, base); });
+  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
+    radau::set_base(once_, y, base);
+    for (const Twice& twice : twice_) radau::set_base(twice.components, twice.shift, table_, h_s, y, base);
+  });
   for (std::size_t n = 0; n < kinds_.size(); ++n) {
     scale_[n].state = S(0);
     for (int r = kinds_[n].first; r < kinds_[n].last; ++r)
@@ -183,7 +210,8 @@ template <class S> S Radau15<S>::sweep_batch(S h_s, LaneArray<S>& rate_before) {
   S *state = lanes_of(state_), *rate = lanes_of(rate_);
   const S* before = lanes_of(rate_before);
   in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
-    radau::stages(twice_, 3, table_.a2, h_s * h_s, lanes_of(base_), before, state);
+    for (const Twice& twice : twice_)
+      radau::stages(twice.components, twice.shift, table_.a2, h_s * h_s, lanes_of(base_), before, state);
     radau::stages(once_, 0, table_.a, h_s, lanes_of(base_), before, state);
   });
   this->system_.rates(kNodes, t_nodes_, state, rate, node_state_.data());
@@ -197,8 +225,9 @@ template <class S> S Radau15<S>::sweep_nodes(S h_s) {
   S *rate = lanes_of(rate_), *base = lanes_of(base_);
   S most = S(0);
   for (int n = 1; n < kNodes; ++n) {
-    for (const int i : twice_)
-      node_state_[i] = base[i * kNodes + n] + h_s * h_s * dot(rate + (i + 3) * kNodes, table_.row2[n]);
+    for (const Twice& twice : twice_)
+      for (const int i : twice.components)
+        node_state_[i] = base[i * kNodes + n] + h_s * h_s * dot(rate + (i + twice.shift) * kNodes, table_.row2[n]);
     for (const int i : once_) node_state_[i] = base[i * kNodes + n] + h_s * dot(rate + i * kNodes, table_.row[n]);
     this->system_.rate(t_nodes_[n], node_state_.data(), node_rate_.data());
     S now{};
@@ -248,7 +277,8 @@ template <class S> void Radau15<S>::finish(S h_s, const S* y, S* y_new) {
   S* ends = lanes_of(ends_);
   in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { radau::sum_ends(rates_, table_, lanes_of(rate_), ends); });
   std::copy(y, y + size_, y_new);
-  for (const int i : twice_) y_new[i] = add(i, y[i], h_s * (y[i + 3] + h_s * ends[(i + 3) * kNodes + 1]));
+  for (const auto& [components, shift] : twice_)
+    for (const int i : components) y_new[i] = add(i, y[i], h_s * (y[i + shift] + h_s * ends[(i + shift) * kNodes + 1]));
   for (const int i : rates_) y_new[i] = add(i, y[i], h_s * ends[i * kNodes]);
   this->system_.project(y_new);
 }
@@ -363,7 +393,8 @@ template <class S> void Radau15<S>::dense(S theta, S* y_at) {
     for (int j = 0; j < kNodes; ++j) sum += rate[i * kNodes + j] * dot(weight, table_.power[j]);
     return sum;
   };
-  for (const int i : twice_) y_at[i] += h_s * (theta * this->y_[i + 3] + h_s * integral(i + 3, twice));
+  for (const auto& [components, shift] : twice_)
+    for (const int i : components) y_at[i] += h_s * (theta * this->y_[i + shift] + h_s * integral(i + shift, twice));
   for (const int i : rates_) y_at[i] += h_s * integral(i, once);
   this->system_.project(y_at);
 }

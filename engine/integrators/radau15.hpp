@@ -56,6 +56,7 @@ template <class S> class Radau15 final : public Stepper<S> {
   };
 
   void find_unknowns();
+  void add_joints(const Tree<S>& tree);
   Record* find_start(S t_s, const S* y, S& offset);
   void predict(S h_s, Record* from, S offset);
   void set_base(S t_s, S h_s, const S* y);
@@ -82,7 +83,12 @@ template <class S> class Radau15 final : public Stepper<S> {
   struct Kind {
     int first, last;
   };
-  std::vector<int> once_, twice_, rates_;
+  std::vector<int> once_, rates_;
+  struct Twice {
+    std::vector<int> components;
+    int shift;  // from a component to its velocity
+  };
+  Twice twice_[2];  // positions of bodies, coordinates of joints
   std::vector<Kind> kinds_;
   std::vector<S> weight_;     // of rates_: h / scale, from a change of the rate to a relative change of the state
   std::vector<Scale> scale_;  // of kinds_

@@ -33,13 +33,15 @@ ATWOOD_INLINE void stages(const std::vector<int>& components, int shift, const S
     store<S>(load(base + i * kNodes) + columns.combine(rate + (i + shift) * kNodes), out + i * kNodes);
 }
 
-// The values to which stages add their sums: y, or the straight line y + c h v.
-template <class S>
-ATWOOD_INLINE void set_base(const std::vector<int>& once, const std::vector<int>& twice, const RadauTable<S>& table,
-                            S h_s, const S* y, S* base) {
-  const Pack<S> elapsed_s = h_s * load(table.c);
+// The values to which stages add their sums: y, or the straight line y + c h v (v of component i at y[i + shift]).
+template <class S> ATWOOD_INLINE void set_base(const std::vector<int>& once, const S* y, S* base) {
   for (const int i : once) store<S>(broadcast(y[i]), base + i * kNodes);
-  for (const int i : twice) store<S>(broadcast(y[i]) + y[i + 3] * elapsed_s, base + i * kNodes);
+}
+template <class S>
+ATWOOD_INLINE void set_base(const std::vector<int>& twice, int shift, const RadauTable<S>& table, S h_s, const S* y,
+                            S* base) {
+  const Pack<S> elapsed_s = h_s * load(table.c);
+  for (const int i : twice) store<S>(broadcast(y[i]) + y[i + shift] * elapsed_s, base + i * kNodes);
 }
 
 // The largest weighted change of a rate at any node; NaN if one of them is.

@@ -14,9 +14,7 @@ LieRungeKutta<S>::LieRungeKutta(RigidModel<S>& model, LieMethod method, bool com
   for (auto& k : k_) k.resize(model.state_size());
 }
 
-template <class S> Vec3<S> LieRungeKutta<S>::spin(int stage, int at) const {
-  return load3(k_[stage].data() + at + kAtAttitude);
-}
+template <class S> Vec3<S> LieRungeKutta<S>::spin(int stage, int at) const { return load3(k_[stage].data() + at); }
 
 // Stages at 0, h/2, h/2, h:
 //   Munthe-Kaas       exp(h/2 k1)   exp(h/2 k2)   exp(h k3),
@@ -38,25 +36,21 @@ template <class S> auto LieRungeKutta<S>::last_turns(S h_s, int at) const -> Tur
 }
 
 template <class S> void LieRungeKutta<S>::turn_stage(int stage, S h_s, const S* y) {
-  for (const int i : model_.moving()) {
-    if (!model_.rotates(i)) continue;
-    const int at = model_.offset(i);
+  for (const auto& [at, rate_at] : model_.attitudes()) {
     const Turns turns = stage_turns(stage, h_s, at);
-    Quat<S> q = load4(y + at + kAtAttitude) * so3_exp(turns.first);
+    Quat<S> q = load4(y + at) * so3_exp(turns.first);
     if (method_ == LieMethod::commutator_free && stage == 3) q = q * so3_exp(turns.second);
-    store4(q, stage_.data() + at + kAtAttitude);
+    store4(q, stage_.data() + at);
   }
 }
 
 // Replaces the quaternion's rate by the rotation vector's.
 template <class S> void LieRungeKutta<S>::rotation_rates(int stage, S h_s) {
-  for (const int i : model_.moving()) {
-    if (!model_.rotates(i)) continue;
-    const int at = model_.offset(i);
-    Vec3<S> w = load3(stage_.data() + at + kAtBodyRate);
+  for (const auto& [at, rate_at] : model_.attitudes()) {
+    Vec3<S> w = load3(stage_.data() + rate_at);
     if (method_ == LieMethod::munthe_kaas && stage > 0)
       w = inverse_left_jacobian(-stage_turns(stage, h_s, at).first, w);
-    store3(w, k_[stage].data() + at + kAtAttitude);
+    store3(w, k_[stage].data() + at);
   }
 }
 
@@ -74,15 +68,9 @@ template <class S> bool LieRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_ne
   }
   compensation_.begin(y);
   std::copy(y, y + size, y_new);
-  for (const int i : model_.moving()) {
-    const int at = model_.offset(i);
-    const auto add = [&](int from, int to) {
-      for (int j = at + from; j < at + to; ++j)
-        y_new[j] = compensation_.add(j, y[j], h_s / S(6) * (k_[0][j] + S(2) * (k_[1][j] + k_[2][j]) + k_[3][j]));
-    };
-    add(kAtPosition, kAtAttitude);
-    if (!model_.rotates(i)) continue;
-    add(kAtBodyRate, kAtBodyRate + 3);
+  for (const int j : model_.plain_components())
+    y_new[j] = compensation_.add(j, y[j], h_s / S(6) * (k_[0][j] + S(2) * (k_[1][j] + k_[2][j]) + k_[3][j]));
+  for (const auto& [at, rate_at] : model_.attitudes()) {
     const Turns turns = last_turns(h_s, at);
     Quat<S> less_one = so3_exp_minus_one(turns.first);
     if (method_ == LieMethod::commutator_free) {
@@ -90,13 +78,12 @@ template <class S> bool LieRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_ne
       less_one = {less_one.w + second.w + both.w, less_one.x + second.x + both.x, less_one.y + second.y + both.y,
                   less_one.z + second.z + both.z};
     }
-    const Quat<S> dq = load4(y + at + kAtAttitude) * less_one;
-    for (int j = 0; j < 4; ++j) {
-      const int k = at + kAtAttitude + j;
-      y_new[k] = compensation_.add(k, y[k], (&dq.w)[j]);
-    }
+    const Quat<S> dq = load4(y + at) * less_one;
+    for (int j = 0; j < 4; ++j) y_new[at + j] = compensation_.add(at + j, y[at + j], (&dq.w)[j]);
   }
-  renormalise(model_, y_new, compensation_);
+  if (model_.constraints() == nullptr) renormalise(model_, y_new, compensation_);
+  else if (compensation_.on()) project_compensated(this->system_, compensation_, y_new, k_[0].data());
+  else this->system_.project(y_new);
   compensation_.end(y_new);
   this->set_last_step(t_s, h_s, y, y_new);
   return true;

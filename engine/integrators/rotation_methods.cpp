@@ -40,14 +40,14 @@ const Split splits[] = {{"free-top2", "leapfrog-kdk", FreeTop::splitting},
 
 std::vector<MethodInfo> rotation_methods() {
   return {fixed_step(
-              "rkmk4", claims_everywhere(4),
+              "rkmk4", claims_in_any_coordinates(4),
               "Runge-Kutta-Munthe-Kaas: RK4 for the rotation vector of the step, its rate pulled back by the inverse "
               "right Jacobian of the exponential." +
                   exponentials,
               "Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115; Iserles, Munthe-Kaas, Norsett, Zanna, Acta Numerica 9 "
               "(2000) 215"),
           fixed_step(
-              "lie4", claims_everywhere(4),
+              "lie4", claims_in_any_coordinates(4),
               "Commutator-free Lie group method of order 4: four stages, two exponentials in the last." + exponentials,
               "Celledoni, Marthinsen, Owren, Future Gener. Comput. Syst. 19 (2003) 341"),
           fixed_step("free-top2", claims_everywhere(2),

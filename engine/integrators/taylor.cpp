@@ -319,6 +319,7 @@ MethodInfo taylor_method() {
 template <class S> StepperResult<S> make_taylor(const StepperRequest<S>& request) {
   const std::int64_t order = request.count("order");
   if (request.model == nullptr) return cannot_step_bare("taylor", "expands the forces on bodies in power series");
+  if (has_mechanisms(request)) return cannot_step_mechanisms("taylor", "it has no power series of their accelerations");
   const std::string& refusal = request.model->series_forces().refusal;
   if (!refusal.empty()) return cannot_step("taylor", "has no power series for " + refusal);
   if (order == 1)

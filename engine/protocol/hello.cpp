@@ -229,6 +229,7 @@ std::string hello_line(const Engine& engine) {
   json["scalar"] = engine.scalar;
   json["frames"] = engine.frames;
   if (engine.fluids) json["fluids"] = true;
+  if (engine.joints) json["joints"] = true;
   if (!engine.fingerprint.empty()) json["fingerprint"] = engine.fingerprint;
   if (!engine.files.empty()) json["files"] = engine.files;
   json["methods"] = describe(engine.methods);
@@ -245,7 +246,8 @@ Engine read_hello(std::string_view line) {
       [&](const std::string& member) {
         lists_methods = lists_methods || member == "methods";
         if (member == "methods" || member == "responses" || member == "files") return Reading::by_element;
-        for (const char* name : {"protocol", "engine", "version", "scalar", "frames", "fluids", "fingerprint"})
+        for (const char* name :
+             {"protocol", "engine", "version", "scalar", "frames", "fluids", "joints", "fingerprint"})
           if (member == name) return Reading::whole;
         return Reading::ignored;
       },
@@ -256,6 +258,7 @@ Engine read_hello(std::string_view line) {
         else if (member == "scalar") engine.scalar = text(value, "scalar");
         else if (member == "frames") engine.frames = value.is_boolean() && value.get<bool>();
         else if (member == "fluids") engine.fluids = value.is_boolean() && value.get<bool>();
+        else if (member == "joints") engine.joints = value.is_boolean() && value.get<bool>();
         else if (member == "methods") add_method(read_method(value), engine.methods);
         else if (member == "responses") add_method(read_method(value), engine.responses);
         else read_fingerprint(member, value, engine);

@@ -29,7 +29,7 @@ struct MethodInfo {
   std::string id;           // base id, without tolerance or suffixes: "atwood/rk4", "bullet64/default"
   std::string doc, source;  // one paragraph; the paper or manual it follows
   std::map<std::string, double> claimed_order;  // class of motion -> order: "point-mass", "velocity-dependent",
-                                                // "rotation", "contact"; absent: no claim
+                                                // "rotation", "mechanism", "contact"; absent: no claim
   bool adaptive = false;                        // takes a tolerance
   Settings settings;                            // every setting of the engine behind the method, at its default
   SettingRules rules = {};  // what the settings mean and take; an engine may leave some out, then it judges them itself
@@ -56,6 +56,7 @@ struct Engine {
   std::string fingerprint = {};
   std::vector<std::string> files = {};
   bool fluids = false;  // simulates scenes with fluids: its samples have their particles
+  bool joints = false;  // simulates scenes with joints or ropes: its samples have their coordinates
 };
 
 }  // namespace atwood

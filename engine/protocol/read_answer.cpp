@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "protocol/joint_lines.hpp"
 #include "protocol/json_lines.hpp"
 
 namespace atwood::wire {
@@ -192,6 +193,7 @@ Reading how_to_read(const std::string& member, Seen& seen) {
   seen.found = seen.found || member == "contacts" || member == "touches" || member == "poses";
   for (const char* name : {"bodies", "bars", "particles", "particle_bars", "contacts", "touches", "poses", "events"})
     if (member == name) return Reading::by_element;
+  if (is_joint_member(member)) return Reading::by_element;
   for (const char* name : {"cell", "t_s", "done", "from", "from_particle", "more"})
     if (member == name) return Reading::whole;
   return Reading::ignored;
@@ -236,6 +238,7 @@ bool is_true(const Json& json, const char* what) {
 
 Answer read_answer(std::string_view line, const Limits& most) {
   Answer answer;
+  JointMembers joints;
   Seen seen;
   read_members(
       line,
@@ -251,6 +254,7 @@ Answer read_answer(std::string_view line, const Limits& most) {
         else if (member == "from_particle")
           answer.from_particle = static_cast<std::size_t>(count(value, "from_particle"));
         else if (member == "more") answer.more = is_true(value, "more");
+        else if (is_joint_member(member)) take_joint_element(member, value, most, answer, joints);
         else take_element(member, value, most, answer);
       });
   if (!seen.cell) throw Garbage("no \"cell\" in " + cut(line));
@@ -268,6 +272,7 @@ Answer read_answer(std::string_view line, const Limits& most) {
     throw Garbage("\"bars\" and \"bodies\" differ in size");
   if (answer.has_bar ? answer.bar.particles.size() != answer.sample.particles.size() : !answer.bar.particles.empty())
     throw Garbage("\"particle_bars\" and \"particles\" differ in size");
+  join_joint_members(joints, answer);
   return answer;
 }
 

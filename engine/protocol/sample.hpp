@@ -63,11 +63,30 @@ struct ParticleSample {
   Wide density_kg_per_m3 = 0, pressure_Pa = 0, temperature_K = 0;
 };
 
+// A joint's coordinates (unwrapped; a quaternion with a continuous sign), rates and reaction: the force of the constraints
+// alone on the child at its anchor and their torque about it, world axes. NaN: not reported.
+struct JointSample {
+  std::array<Wide, 4> q{};
+  std::array<Wide, 3> u{};
+  std::array<Wide, 3> force_N{}, torque_N_m{};
+  // Bits 0 to 2: the components of force_N that the constraints leave open (over-constrained mechanisms); 3 to 5: of
+  // torque_N_m.
+  unsigned not_unique = 0;
+  std::array<Wide, 3> applied{};  // along each rate: springs, dampers and motors [N m or N]
+};
+
+struct RopeSample {
+  Wide tension_N = 0;  // of the segment at the first body
+  std::vector<Wide> pulley_angle_rad;
+};
+
 struct Sample {
   Wide t_s = 0;
   std::vector<BodySample> bodies;              // in the order of Scene::bodies, fixed ones included
   std::vector<ContactSample> contacts = {};    // of methods and engines that report contacts; one entry a contact point
   std::vector<ParticleSample> particles = {};  // of all fluids of the scene, in their order
+  std::vector<JointSample> joints = {};        // in the order of Scene::joints; empty: not reported
+  std::vector<RopeSample> ropes = {};          // in the order of Scene::ropes; empty: not reported
 };
 
 enum class EventKind { impact, rest, slip, stick, roll, separate };
@@ -75,7 +94,7 @@ enum class EventKind { impact, rest, slip, stick, roll, separate };
 struct Event {
   Wide t_s = 0;
   EventKind kind = EventKind::impact;
-  int body_a = 0, body_b = 0;
+  int body_a = 0, body_b = 0;           // at the stop of a joint: its parent (-1: the world) and its child
   std::array<Wide, 3> x_m{}, normal{};  // contact point; unit normal from a to b
   Wide impulse_n_N_s = 0, impulse_t_N_s = 0, vn_before_m_per_s = 0, vn_after_m_per_s = 0;
 };

@@ -97,7 +97,7 @@ void answer_run(const Engine& engine, const wire::Request& request, Pipe& pipe) 
     observer.event = [&](const Event& event) { events.push_back(event); };
     observer.sample = [&](const Sample& sample) {
       wire::event_lines(request.cell, events, nullptr, put);
-      wire::sample_lines(request.cell, sample, nullptr, events, put);
+      wire::sample_lines(request.cell, sample, nullptr, events, put, wire::kLongestPart, &scene.joints);
       events.clear();
     };
   }
@@ -122,7 +122,8 @@ void answer_truth(TruthSolver solve, const wire::Request& request, Pipe& pipe) {
   }
   const wire::Put put = [&](const std::string& line) { pipe.put(line); };
   for (std::size_t i = 0; i < truth.values.size(); ++i) {
-    wire::sample_lines(request.cell, truth.values[i], &truth.bars[i], {}, put);
+    wire::sample_lines(request.cell, truth.values[i], &truth.bars[i], {}, put, wire::kLongestPart,
+                       &scenario.scene.joints);
   }
   wire::event_lines(request.cell, truth.events, &truth.event_bar_s, put);
   pipe.put(wire::truth_done_line(request.cell, truth));

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "protocol/joint_lines.hpp"
 #include "protocol/json_lines.hpp"
 
 namespace atwood::wire {
@@ -258,7 +259,8 @@ void append_particles(std::string& line, const Sample& sample, const Sample* bar
 }  // namespace
 
 void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, const std::vector<Event>& events,
-                  const Put& put, std::size_t longest) {
+                  const Put& put, std::size_t longest, const std::vector<Joint>* joints) {
+  bool joints_sent = false;
   std::size_t body = 0, particle = 0, contact = 0;
   for (bool more = true; more;) {
     std::string line = head(cell) + ",\"t_s\":", bars;
@@ -275,6 +277,10 @@ void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, co
     if (bar) {
       line += ",\"bars\":[" + bars;
       close_array(line);
+    }
+    if (body == sample.bodies.size() && !joints_sent) {
+      append_joints(line, sample, bar, joints);
+      joints_sent = true;
     }
     bool progress = body > first_body;
     if (body == sample.bodies.size() && particle < sample.particles.size() && (line.size() < longest || !progress)) {

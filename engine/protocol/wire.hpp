@@ -60,10 +60,11 @@ std::string truth_line(std::int64_t cell, const Sample& value, const Sample& bar
 // A sample (with its bar where that is not null) in as many lines as it takes to keep each near `longest` bytes. All
 // but the last say "more":true, all but the first say with "from" which body their first row is of, and with
 // "from_particle" which particle; rows of bodies come before particles, these before contacts, and events with the last
-// line. Each line goes to `put`.
+// line. Joints and ropes (protocol/joint_lines.hpp) stand on the line of the last body, all of them. Each line goes to
+// `put`. `joints` are the scene's, for the number of their coordinates; null: all are padded.
 using Put = std::function<void(const std::string& line)>;
 void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, const std::vector<Event>& events,
-                  const Put& put, std::size_t longest = kLongestPart);
+                  const Put& put, std::size_t longest = kLongestPart, const std::vector<Joint>* joints = nullptr);
 // Lines of events alone, {"cell":7,"events":[...],"more":true}, until at most `most` are left; those stay in `events`
 // (and `bar_s`, where that is not null) for the line that comes next.
 void event_lines(std::int64_t cell, std::vector<Event>& events, std::vector<double>* bar_s, const Put& put,
@@ -99,11 +100,12 @@ struct Answer {
   std::vector<FoundContact> contacts;
   std::vector<FoundTouch> touches;
   std::vector<PoseAnswer> poses;
+  std::vector<int> joint_coordinates;  // how many coordinates each row of "joints" had
 };
 // What one line may hold at most; reading ends at the first row beyond it.
 struct Limits {
   std::size_t bodies = std::size_t{1} << 24, contacts = std::size_t{1} << 22, poses = std::size_t{1} << 22;
-  std::size_t events = 1000000, particles = std::size_t{1} << 24;
+  std::size_t events = 1000000, particles = std::size_t{1} << 24, joints = std::size_t{1} << 20;
 };
 Answer read_answer(std::string_view line, const Limits& most = {});  // throws Garbage
 

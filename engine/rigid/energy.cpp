@@ -13,15 +13,29 @@ template <class S> S RigidModel<S>::kinetic_energy(const S* y) const {
     const Vec3<S> w = load3(at + kAtBodyRate);
     twice += dot(w, mass_[i].times_inertia(w));
   }
+  for (const int i : on_joints_) {  // placed by the caller
+    const S* at = placed_.data() + i * kBodyScalars;
+    const Vec3<S> v = load3(at + kAtVelocity), w = load3(at + kAtBodyRate);
+    twice += mass_[i].mass_kg * dot(v, v) + dot(w, mass_[i].times_inertia(w));
+  }
   return twice / S(2);
 }
 
+// Joints whose motion is prescribed are where y has them, as in body().
+template <class S> S RigidModel<S>::potential_energy(const S* y) const {
+  place_bodies(S(0), y, DrivenJoints::from_state);
+  const S forces = conservative_.potential_energy(Motion<S>{S(0), y, slots_.data()});
+  return joint_forces_ == nullptr ? forces : forces + joint_forces_->potential_energy(*tree_, y);
+}
+
 template <class S> S RigidModel<S>::energy(const S* y) const {
-  return kinetic_energy(y) + conservative_.potential_energy(motion(S(0), y));
+  const S potential = potential_energy(y);  // places the bodies
+  return kinetic_energy(y) + potential;
 }
 
 template <class S> S RigidModel<S>::energy_scale(const S* y) const {
-  return kinetic_energy(y) + real::abs(conservative_.potential_energy(motion(S(0), y)));
+  const S potential = potential_energy(y);
+  return kinetic_energy(y) + real::abs(potential);
 }
 
 template float RigidModel<float>::energy(const float*) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "joints/constraints.hpp"
 #include "rigid/bare_problems.hpp"
 
 namespace atwood {
@@ -43,7 +44,8 @@ bool is_on(const std::vector<Interval>& on_s, double t_s) {
 template <class S>
 RigidModel<S>::RigidModel(const Scene& scene, const ModelOptions& options)
     : team_(options.threads > 1 ? std::make_unique<Team>(options.threads) : nullptr),
-      gravity_(narrow3<S>(scene.gravity_m_per_s2)), conservative_(scene), series_forces_(scene) {
+      project_constraints_(options.project_constraints), gravity_(narrow3<S>(scene.gravity_m_per_s2)),
+      conservative_(scene), series_forces_(scene) {
   system_.context = this;
   build_bodies(scene);
   if (!scene.problem.empty()) {
@@ -61,21 +63,32 @@ RigidModel<S>::RigidModel(const Scene& scene, const ModelOptions& options)
   } catch (const Unsupported& u) {
     unsupported_ = u.reason;
   }
-  system_.size = state_size_;
   system_.rate_of = &RigidModel::rate_of;
-  system_.rates_of = &RigidModel::rates_of;
+  // The states of mechanisms are evaluated one by one: rates_of has lanes for bodies alone.
+  if (scene.joints.empty() && scene.ropes.empty()) system_.rates_of = &RigidModel::rates_of;
+  if (!scene.joints.empty() || !scene.ropes.empty()) build_joints(scene);
+  system_.size = state_size_;
   one_.resize(2 * static_cast<std::size_t>(state_size_));
-  if (std::any_of(slots_.begin(), slots_.end(), [](const Slot<S>& s) { return s.rotates && s.offset >= 0; })) {
+  select_interval(S(0), S(0));
+  const auto turns = [](const Slot<S>& s) { return s.rotates && s.offset >= 0; };
+  const auto is_ball = [](const Joint& j) { return j.kind == JointKind::ball && !j.closes_loop; };
+  if (std::any_of(slots_.begin(), slots_.end(), turns) ||
+      std::any_of(scene.joints.begin(), scene.joints.end(), is_ball) || constraints_ != nullptr) {
     system_.project_of = &RigidModel::project_of;
     system_.projection_of = &RigidModel::projection_of;
   }
-  select_interval(S(0), S(0));
 }
+
+template <class S> RigidModel<S>::~RigidModel() = default;
 
 template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
   const std::size_t count = scene.bodies.size();
   resting_.resize(count * kRotatingSize);
   loads_.resize(count);
+  placed_.resize(scene.joints.empty() ? 0 : count * kRotatingSize);
+  std::vector<char> placed(count, 0);
+  for (const Joint& joint : scene.joints)
+    if (!joint.closes_loop) placed[joint.child] = 1;
   load_lanes_.resize(count * kLoadScalars);
   moving_.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -84,7 +97,11 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
     slot.rotates = atwood::rotates(body) || body.fixed;  // a fixed body has an attitude too
     if (!body.fixed && !(body.mass_kg > 0) && scene.problem.empty())
       unsupported_ = "atwood moves no body without mass; `" + body.name + "` has none";
-    if (!body.fixed) {
+    if (placed[i]) {
+      slot.on_joint = true;
+      slot.resting = placed_.data() + i * kRotatingSize;
+      on_joints_.push_back(static_cast<int>(i));
+    } else if (!body.fixed) {
       slot.offset = state_size_;
       state_size_ += slot.rotates ? kRotatingSize : kPointSize;
     }
@@ -120,6 +137,7 @@ template <class S> void RigidModel<S>::build_forces(const Scene& scene, const Gr
         },
         force));
     velocity_dependent_ = velocity_dependent_ || terms_.back()->velocity_dependent();
+    forces_depend_on_velocities_ = velocity_dependent_;
     magnetic_only_ = magnetic_only_ && terms_.back()->add_magnetic(unused.data());
     for (const Interval& on : terms_.back()->on_s)
       for (double t : {on.from_s, on.to_s})
@@ -132,6 +150,7 @@ template <class S> void RigidModel<S>::build_forces(const Scene& scene, const Gr
 
 template <class S> void RigidModel<S>::add_term(TermPointer<S> term, const std::string& what) {
   velocity_dependent_ = velocity_dependent_ || term->velocity_dependent();
+  forces_depend_on_velocities_ = forces_depend_on_velocities_ || term->velocity_dependent();
   magnetic_only_ = magnetic_only_ && !term->velocity_dependent();
   terms_.push_back(std::move(term));
   active_.reserve(terms_.size());
@@ -162,20 +181,55 @@ template <class S> void RigidModel<S>::select_interval(S from_s, S to_s) {
   moving_.clear();
   holds_ = false;
   for (std::size_t i = 0; i < slots_.size(); ++i) {
+    if (slots_[i].on_joint) continue;
     const bool stands = slots_[i].offset < 0 || middle_s < release_s_[i];
     slots_[i].resting = stands ? resting_.data() + i * kRotatingSize : nullptr;
     if (!stands) moving_.push_back(static_cast<int>(i));
     holds_ = holds_ || (stands && slots_[i].offset >= 0);
+    if (tree_ != nullptr) tree_->set_held(static_cast<int>(i), stands);
+  }
+  if (joint_forces_ != nullptr) joint_forces_->select(middle_s);
+  if (tree_ != nullptr) lanes_ = false;
+  find_components();
+}
+
+// What changes at present, apart by how it changes.
+template <class S> void RigidModel<S>::find_components() {
+  attitudes_.clear();
+  plain_.clear();
+  for (const int i : moving_) {
+    const int at = slots_[i].offset;
+    for (int k = at + kAtPosition; k < at + kAtAttitude; ++k) plain_.push_back(k);
+    if (!slots_[i].rotates) continue;
+    attitudes_.push_back({at + kAtAttitude, at + kAtBodyRate});
+    for (int k = at + kAtBodyRate; k < at + kRotatingSize; ++k) plain_.push_back(k);
+  }
+  if (tree_ == nullptr) return;
+  for (const Link<S>& link : tree_->links()) {
+    if (link.joint < 0) continue;
+    if (link.kind == JointKind::ball) attitudes_.push_back({link.at_q, link.at_u});
+    else
+      for (int k = 0; k < link.rates; ++k) plain_.push_back(link.at_q + k);
+    for (int k = 0; k < link.rates; ++k) plain_.push_back(link.at_u + k);
   }
 }
 
 template <class S> void RigidModel<S>::initial_state(S* y) const {
   if (bare_problem_) return store3(initial_[0].p_WB, y);
   for (int i = 0; i < body_count(); ++i) set_body(i, initial_[i], y);
+  if (tree_ != nullptr) tree_->initial_state(y);
+  if (!start_.empty()) std::copy(start_.begin(), start_.end(), y);
 }
 
 template <class S> BodyState<S> RigidModel<S>::body(int body, const S* y) const {
   const Slot<S>& slot = slots_[body];
+  if (slot.on_joint) {
+    tree_->kinematics(S(0), y, DrivenJoints::from_state);
+    S placed[kRotatingSize];
+    tree_->write_body(tree_->link_of(body), placed);
+    return {load3(placed + kAtPosition), load3(placed + kAtVelocity), load4(placed + kAtAttitude),
+            load3(placed + kAtBodyRate)};
+  }
   if (slot.offset < 0) return {initial_[body].p_WB, {}, initial_[body].q_WB, {}};
   const S* at = y + slot.offset;
   BodyState<S> state{load3(at + kAtPosition), load3(at + kAtVelocity), initial_[body].q_WB, {}};
@@ -203,11 +257,30 @@ template <class S> void RigidModel<S>::gyration(std::vector<Vec3<S>>& omega_W) c
   for (std::size_t i = 0; i < slots_.size(); ++i) omega_W[i] = mass_[i].inverse_mass_per_kg * omega_W[i];
 }
 
+// The state's driven coordinates carry the rounding of their sums: a sample has those of its time, its loops closed there.
+template <class S> const S* RigidModel<S>::at_driven_coordinates(S t_s, const S* y) {
+  if (constraints_ == nullptr || !project_constraints_) return y;
+  bool drives = false;
+  std::copy(y, y + state_size_, projected_.begin());
+  for (const Link<S>& link : tree_->links()) {
+    if (!link.driven) continue;
+    drives = true;
+    projected_[link.at_q] = link.driven_start + t_s * link.driven_rate;
+    projected_[link.at_u] = link.driven_rate;
+  }
+  return drives && constraints_->project(projected_.data()) ? projected_.data() : y;
+}
+
 template <class S> void RigidModel<S>::write(S t_s, const S* y, Sample& sample) {
+  y = at_driven_coordinates(t_s, y);
   sample.bodies.resize(slots_.size());
+  if (tree_ != nullptr) write_joints(t_s, y, sample);  // places the bodies
   for (int i = 0; i < body_count(); ++i) {
     BodyState<S> state;
-    if (bare_problem_) {  // the unknowns are the position, their rates the velocity
+    if (slots_[i].on_joint) {
+      const S* at = placed_.data() + i * kRotatingSize;
+      state = {load3(at + kAtPosition), load3(at + kAtVelocity), load4(at + kAtAttitude), load3(at + kAtBodyRate)};
+    } else if (bare_problem_) {  // the unknowns are the position, their rates the velocity
       S dydt[3];
       system_.rate_of(this, t_s, y, dydt);
       state.p_WB = load3(y);
@@ -224,28 +297,33 @@ template <class S> void RigidModel<S>::write(S t_s, const S* y, Sample& sample) 
 }
 
 template <class S> void RigidModel<S>::normalise(S* y) const {
-  for (const Slot<S>& slot : slots_)
-    if (slot.rotates && slot.offset >= 0 && slot.resting == nullptr) {
-      S* q = y + slot.offset + kAtAttitude;
-      store4(normalised(load4(q)), q);
-    }
+  for (const Attitude& attitude : attitudes_) store4(normalised(load4(y + attitude.q_at)), y + attitude.q_at);
 }
 
 template <class S> void RigidModel<S>::project_of(void* context, S* y) {
-  static_cast<RigidModel*>(context)->normalise(y);
+  RigidModel& model = *static_cast<RigidModel*>(context);
+  model.normalise(y);
+  if (model.constraints_ == nullptr || !model.project_constraints_) return;
+  model.constraints_->project(y);
+  model.system_.solvers.add(IterativeSolver::invariant_projection, model.constraints_->report());
 }
 
 // q / |q| - q = q (1 / n - 1) with n = sqrt(1 + e), e = |q|^2 - 1: -q e / (n (1 + n)), without the cancellation.
 template <class S> void RigidModel<S>::projection_of(void* context, const S* y, S* change) {
-  const RigidModel& model = *static_cast<RigidModel*>(context);
+  RigidModel& model = *static_cast<RigidModel*>(context);
   std::fill(change, change + model.state_size_, S(0));
-  for (const Slot<S>& slot : model.slots_)
-    if (slot.rotates && slot.offset >= 0 && slot.resting == nullptr) {
-      const S* q = y + slot.offset + kAtAttitude;
-      const S excess = (q[0] * q[0] - S(1)) + (q[1] * q[1] + q[2] * q[2] + q[3] * q[3]), n = real::sqrt(S(1) + excess);
-      const S factor = -excess / (n * (S(1) + n));
-      for (int k = 0; k < 4; ++k) change[slot.offset + kAtAttitude + k] = factor * q[k];
-    }
+  if (model.constraints_ != nullptr && model.project_constraints_) {
+    std::copy(y, y + model.state_size_, model.projected_.begin());
+    project_of(context, model.projected_.data());
+    for (int i = 0; i < model.state_size_; ++i) change[i] = model.projected_[i] - y[i];
+    return;
+  }
+  for (const Attitude& attitude : model.attitudes_) {
+    const S* q = y + attitude.q_at;
+    const S excess = (q[0] * q[0] - S(1)) + (q[1] * q[1] + q[2] * q[2] + q[3] * q[3]), n = real::sqrt(S(1) + excess);
+    const S factor = -excess / (n * (S(1) + n));
+    for (int k = 0; k < 4; ++k) change[attitude.q_at + k] = factor * q[k];
+  }
 }
 
 template class RigidModel<float>;

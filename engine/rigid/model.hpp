@@ -3,7 +3,8 @@
 // State: for each body that is not fixed, one after another,
 //   p_WB(3) v_WB(3)                      a point mass
 //   p_WB(3) v_WB(3) q_WB(4) w_WB_B(3)    a body that rotates
-// A bare problem (lorenz) is three scalars. Mass, inertia, charge stay in the model.
+// A bare problem (lorenz) is three scalars. Mass, inertia, charge stay in the model. Bodies that joints place are not in
+// the state; after the bodies stand the coordinates and rates of the joints (joints/tree.hpp).
 #pragma once
 
 #include <memory>
@@ -14,6 +15,7 @@
 #include "forces/conservative.hpp"
 #include "forces/force.hpp"
 #include "forces/series_forces.hpp"
+#include "joints/planar.hpp"
 #include "math/lanes.hpp"
 #include "math/principal_axes.hpp"
 #include "math/system.hpp"
@@ -51,15 +53,19 @@ template <class S> struct MassProperties {
   }
 };
 
+template <class S> class Constraints;
+
 // How rates are computed. Results depend on `gravity.sum` and `gravity.opening` only.
 struct ModelOptions {
   GravityOptions gravity;  // its team is the model's own
   int threads = 1;
+  bool project_constraints = true;  // of loops and ropes, after each step
 };
 
 template <class S> class RigidModel {
  public:
   explicit RigidModel(const Scene& scene, const ModelOptions& options = {});
+  ~RigidModel();
   RigidModel(const RigidModel&) = delete;
   RigidModel& operator=(const RigidModel&) = delete;
 
@@ -68,10 +74,19 @@ template <class S> class RigidModel {
   bool bare_problem() const { return bare_problem_; }
   // Whether some force depends on velocities or body rates.
   bool velocity_dependent() const { return velocity_dependent_; }
+  // The same of the forces alone: the accelerations of mechanisms always depend on rates.
+  bool forces_depend_on_velocities() const { return forces_depend_on_velocities_; }
   // Whether forces depend on velocity, at all times, only by v' = ... + v x omega with a fixed omega for each body.
   bool magnetic_only() const { return magnetic_only_; }
   // The omega of magnetic_only() under the present force law [rad/s], one per body.
   void gyration(std::vector<Vec3<S>>& omega_W) const;
+
+  // The scene's mechanisms; null: no body of the scene is tied to another.
+  const Tree<S>* tree() const { return tree_.get(); }
+  // Loops and ropes that tie its links further; null: none.
+  Constraints<S>* constraints() { return constraints_.get(); }
+  // Why the motion cannot go on from y at t_s, the end of a step ("": it can): constraints were not met, a rope is slack.
+  std::string constraint_fault(S t_s, const S* y);
 
   // Adds a force that the scene does not name; to be called before any stepper is made. `what` ("contact forces") names
   // it in the refusals of methods that need an energy or a series.
@@ -80,18 +95,26 @@ template <class S> class RigidModel {
   // ---- layout
   int body_count() const { return static_cast<int>(slots_.size()); }
   int state_size() const { return state_size_; }
-  int offset(int body) const { return slots_[body].offset; }  // -1: fixed, not in the state
+  int offset(int body) const { return slots_[body].offset; }  // -1: not in the state: fixed, or placed by a joint
   bool rotates(int body) const { return slots_[body].rotates; }
   const MassProperties<S>& mass(int body) const { return mass_[body]; }
   void initial_state(S* y) const;
-  BodyState<S> body(int body, const S* y) const;                   // fixed ones included
-  void set_body(int body, const BodyState<S>& state, S* y) const;  // no effect on a fixed one
+  // Fixed ones included. Joints whose motion is prescribed are where y has them.
+  BodyState<S> body(int body, const S* y) const;
+  void set_body(int body, const BodyState<S>& state, S* y) const;  // no effect on a body that is not in the state
   void write(S t_s, const S* y, Sample& sample);                   // sample.bodies is resized once; t_s is not set
 
   // ---- switches and releases: select_interval sets the force law of [from_s, to_s], that at its midpoint
   const std::vector<double>& switch_times_s() const { return switch_times_s_; }  // sorted, unique, > 0
   void select_interval(S from_s, S to_s);                                        // cheap when nothing switches
-  std::span<const int> moving() const { return moving_; }                        // neither fixed nor held at present
+  std::span<const int> moving() const { return moving_; }                        // of the state, not held at present
+  // Where the state has quaternions that change at present, each with its rate in the frame that it turns: q' = 1/2 q (0, w).
+  struct Attitude {
+    int q_at, w_at;
+  };
+  std::span<const Attitude> attitudes() const { return attitudes_; }
+  // The other components that change at present.
+  std::span<const int> plain_components() const { return plain_; }
 
   // ---- rates
   System<S>& system() { return system_; }  // y' = f(t, y) with embedded quaternions; lives as long as the model
@@ -107,7 +130,8 @@ template <class S> class RigidModel {
   const ConservativeForces<S>& conservative() const { return conservative_; }
   // All forces of the scene, also those that do not act now; empty for a scene without bodies.
   const SeriesForces<S>& series_forces() const { return series_forces_; }
-  Motion<S> motion(S t_s, const S* y) const { return {t_s, y, slots_.data()}; }
+  // Valid until the next one is asked for, or a rate.
+  Motion<S> motion(S t_s, const S* y) const;
   S energy(const S* y) const;        // J, kinetic and potential
   S energy_scale(const S* y) const;  // J, the sum of absolute values: the scale of the energy's round-off
   // Of batches of rates; results have the same bits at each width.
@@ -121,7 +145,19 @@ template <class S> class RigidModel {
   static void projection_of(void* context, const S* y, S* change);
   int interval_of(S from_s, S to_s) const;
   void add_loads(S t_s, const S* y);
-  S kinetic_energy(const S* y) const;
+  // Those on joints, and all kinematics of the tree.
+  void place_bodies(S t_s, const S* y, DrivenJoints driven = DrivenJoints::from_time) const;
+  void apply_joint_forces(S t_s, const S* y);
+  void accelerate_mechanisms(S t_s, const S* y);
+  static void mechanism_rate_of(void* context, S t_s, const S* y, S* dydt);
+  const S* at_driven_coordinates(S t_s, const S* y);
+  void write_joints(S t_s, const S* y, Sample& sample);
+  void write_constraints(S t_s, const S* y, Sample& sample);
+  void build_joints(const Scene& scene);
+  void build_constraints(const Scene& scene);
+  void find_components();
+  S kinetic_energy(const S* y) const;  // of bodies that have been placed
+  S potential_energy(const S* y) const;
   void build_bodies(const Scene& scene);
   void build_forces(const Scene& scene, const GravityOptions& gravity);
 
@@ -135,6 +171,21 @@ template <class S> class RigidModel {
   std::vector<double> release_s_;
   std::vector<MassProperties<S>> mass_;
   std::vector<Load<S>> loads_;
+  std::unique_ptr<Tree<S>> tree_;
+  std::optional<PlanarTree<S>> planar_;  // has a value where the whole tree moves in planes
+  std::unique_ptr<JointForces<S>> joint_forces_;
+  std::unique_ptr<Constraints<S>> constraints_;
+  bool project_constraints_ = true, forces_depend_on_velocities_ = false;
+  std::vector<S> start_, projected_;   // of scenes with constraints: the state at t = 0; room for a state
+  std::vector<Joint> closing_joints_;  // by scene joint; those of the tree are left empty
+  std::vector<std::string> rope_names_;
+  std::vector<std::array<S, 4>> closing_q_;  // their coordinates, unwrapped
+  std::vector<S> rope_angle_;                // of each rope's first straight part, unwrapped
+  mutable std::vector<S> placed_;  // p v q w of bodies on joints, where they were placed last; one block a body
+  std::vector<int> on_joints_;     // those bodies
+  std::vector<S> applied_, du_;    // generalised vectors of the tree
+  std::vector<Attitude> attitudes_;
+  std::vector<int> plain_;
   std::vector<std::unique_ptr<ForceTerm<S>>> terms_;
   std::vector<const ForceTerm<S>*> active_;
   std::vector<double> switch_times_s_;

@@ -5,6 +5,7 @@ namespace atwood {
 
 template <class S> void RigidModel<S>::add_loads(S t_s, const S* y) {
   for (const int i : moving_) loads_[i] = Load<S>{gravity_, {}, {}};
+  for (const int i : on_joints_) loads_[i] = Load<S>{gravity_, {}, {}};
   const Motion<S> motion{t_s, y, slots_.data()};
   for (const ForceTerm<S>* term : active_) term->add_loads(motion, loads_.data());
 }

@@ -43,6 +43,9 @@ const Keys<BodyDraft>& body_keys();
 const std::vector<Alternative<Shape>>& shapes();
 const std::vector<Alternative<Force>>& forces();
 
+// The intervals under `on_s` of a force are in order and apart.
+void check_intervals(const Reading& r, const Value& table, const std::vector<Interval>& on_s);
+
 // Checks of a body that span keys; mass and inertia from density and shape when a file leaves them out.
 void finish_body(Reading& r, const Value& table, BodyDraft& body);
 

@@ -1,7 +1,7 @@
 // The forces: one list of keys for each, distinguished by `kind` (drag also by `model`).
 #include <algorithm>
 
-#include "scene/declarations.hpp"
+#include "scene/joint_keys.hpp"
 
 namespace atwood {
 namespace {
@@ -98,14 +98,7 @@ template <class T> Key<T> point() {
                 "where it acts, in body axes [m]; the centre of mass unless given");
 }
 
-template <class T> void check_on_times(Reading& r, const Value& v, T& f) {
-  for (std::size_t i = 1; i < f.on_s.size(); ++i)
-    if (f.on_s[i].from_s < f.on_s[i - 1].to_s)
-      fail(r, v.find("on_s")->place,
-           "`on_s` in " + r.where + " has an interval that starts at " + describe(Value(f.on_s[i].from_s)) +
-               ", before the one ahead ends at " + describe(Value(f.on_s[i - 1].to_s)) +
-               "; expected intervals in order, apart");
-}
+template <class T> void check_on_times(Reading& r, const Value& v, T& f) { check_intervals(r, v, f.on_s); }
 
 void check_spring(Reading& r, const Value& v, Spring& spring) {
   const Value& names = *v.find("bodies");
@@ -265,6 +258,15 @@ std::string read_tag(Reading& r, const Value& v, const std::string& tag_key, con
 
 }  // namespace
 
+void check_intervals(const Reading& r, const Value& table, const std::vector<Interval>& on_s) {
+  for (std::size_t i = 1; i < on_s.size(); ++i)
+    if (on_s[i].from_s < on_s[i - 1].to_s)
+      fail(r, table.find("on_s")->place,
+           "`on_s` in " + r.where + " has an interval that starts at " + describe(Value(on_s[i].from_s)) +
+               ", before the one ahead ends at " + describe(Value(on_s[i - 1].to_s)) +
+               "; expected intervals in order, apart");
+}
+
 const std::vector<Alternative<Force>>& forces() {
   static const std::vector<Alternative<Force>> all = [] {
     std::vector<Alternative<Force>> list = fields();
@@ -284,6 +286,8 @@ Force read_force(Reading& r, const Value& v) {
     for (const auto* each : left)
       if (std::find(words.begin(), words.end(), each->tags[level].value) == words.end())
         words.push_back(each->tags[level].value);
+    if (level == 0 && r.form == Form::file)
+      for (const std::string& kind : joint_force_kinds()) words.push_back(kind);
     const std::string word = read_tag(r, v, left.front()->tags[level].key, words);
     std::erase_if(left, [&](const auto* each) { return each->tags[level].value != word; });
     if (level == 0) r.where += " of kind " + word;
@@ -338,6 +342,8 @@ Value force_schema(Form form) {
     add(schema, "description", alternative.doc);
     options.push_back(std::move(schema));
   }
+  if (form == Form::file)
+    for (Value& schema : joint_force_schemas(form)) options.push_back(std::move(schema));
   return table_of({{"oneOf", std::move(options)}});
 }
 

@@ -297,6 +297,12 @@ Codec<int> body_name() {
           [](const Scene& s, int i) { return Value(s.bodies.at(static_cast<std::size_t>(i)).name); }};
 }
 
+Codec<int> joint_name() {
+  return {table_of({{"type", "string"}}),
+          [](Reading& r, const Value& v, int& out) { out = find_name(r, v, r.joints, "joint"); },
+          [](const Scene& s, int i) { return Value(s.joints.at(static_cast<std::size_t>(i)).name); }};
+}
+
 Codec<std::vector<int>> body_names(bool all_takes_fixed) {
   Codec<std::vector<int>> c;
   const Value names = table_of({{"type", "array"}, {"items", table_of({{"type", "string"}})}, {"minItems", 1}});

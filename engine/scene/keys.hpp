@@ -22,9 +22,9 @@ enum class Form { file, resolved };
 struct Reading {
   std::string name, folder;  // the file in messages; where `file` keys are looked up
   Form form = Form::file;
-  std::string where, key;                                  // what is being read: "[[body]] `bat`", "mass_kg"
-  Scene* scene = nullptr;                                  // as far as it is read
-  std::unordered_map<std::string, int> materials, bodies;  // name -> index
+  std::string where, key;                                          // what is being read: "[[body]] `bat`", "mass_kg"
+  Scene* scene = nullptr;                                          // as far as it is read
+  std::unordered_map<std::string, int> materials, bodies, joints;  // name -> index
   struct Copies {
     int first = 0, count = 0;
   };
@@ -175,6 +175,7 @@ Codec<Real4> unit_quaternion();  // the same
 Codec<Interval> interval();
 Codec<int> material_name();
 Codec<int> body_name();
+Codec<int> joint_name();
 // "all", a name, or a list of names; the name of a body that a grid copied stands for all its copies.
 Codec<std::vector<int>> body_names(bool all_takes_fixed);
 

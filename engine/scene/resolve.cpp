@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "scene/fluid_keys.hpp"
+#include "scene/joint_keys.hpp"
 #include "scene/scenario_keys.hpp"
 #include "scene/split_mix.hpp"
 
@@ -157,7 +158,7 @@ void resolve_bodies(Reading& r, const Value& document, const FileDraft& draft) {
 
 // Position: the three unknowns. Velocity: their rates, Lorenz 1963 with sigma = 10, rho = 28, beta = 8/3.
 void resolve_problem(Reading& r, const Value& document, const FileDraft& draft) {
-  for (const char* other : {"world", "material", "contact", "body", "grid", "force", "fluid"})
+  for (const char* other : {"world", "material", "contact", "body", "grid", "force", "joint", "rope", "fluid"})
     if (const Value* value = document.find(other))
       fail(r, value->place,
            std::string("found `") + other + "` beside `problem`; expected neither world nor bodies nor forces");
@@ -189,8 +190,11 @@ void resolve(Reading& r, const Value& document, FileDraft& draft) {
     fail(r, state->place, "found `initial_state` without `problem`; expected it with a bare problem only");
   r.has_fluids = draft.fluid != nullptr;
   resolve_bodies(r, document, draft);
-  each_table(r, draft.force, "[[force]]",
-             [&](const Value& table) { read_forces(r, table, draft.scenario.scene.forces); });
+  resolve_mechanisms(r, draft);
+  each_table(r, draft.force, "[[force]]", [&](const Value& table) {
+    if (is_joint_force(table)) draft.scenario.scene.joint_forces.push_back(read_joint_force(r, table));
+    else read_forces(r, table, draft.scenario.scene.forces);
+  });
   resolve_fluids(r, document, draft);
   if (draft.scenario.truth.kind == TruthKind::values)
     check_values_file(r, *document.find("truth")->find("file"), draft.scenario);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "scene/fluid_keys.hpp"
+#include "scene/joint_keys.hpp"
 
 namespace atwood {
 namespace {
@@ -12,8 +13,8 @@ namespace {
 const std::vector<std::string> kTruthKinds = {"closed-form",         "extended",      "cvode",     "values", "none",
                                               "weakly-compressible", "semi-discrete", "literature"};
 const std::vector<std::string> kQuantities = {
-    "energy",         "momentum",        "angular-momentum",   "angular-momentum-center",
-    "center-of-mass", "jacobi-constant", "laplace-runge-lenz", "magnetic-moment"};
+    "energy",          "momentum",           "angular-momentum", "angular-momentum-center", "center-of-mass",
+    "jacobi-constant", "laplace-runge-lenz", "magnetic-moment",  "swinging-atwood"};
 
 // Calls `read` with another `where` for messages.
 template <class F> void within(Reading& r, const std::string& where, F read) {
@@ -235,6 +236,10 @@ std::vector<Key<FileDraft>> parts() {
       later("body", &FileDraft::body, array_of(object_schema(body_keys(), Form::file)), "the bodies"),
       later("grid", &FileDraft::grid, array_of(object_schema(grid_keys(), Form::file)),
             "copies of a body in a grid, in its place"),
+      later("joint", &FileDraft::joint, array_of(object_schema(joint_keys(), Form::file)),
+            "what ties two bodies together, or a body to the world"),
+      later("rope", &FileDraft::rope, array_of(object_schema(rope_keys(), Form::file)),
+            "inextensible ropes between bodies, over fixed points and pulleys"),
       later("force", &FileDraft::force, array_of(reference("#/$defs/force")), "the forces"),
       later("domain", &FileDraft::domain, object_schema(domain_keys(), Form::file), "the space of fluids"),
       later("fluid", &FileDraft::fluid, array_of(object_schema(fluid_keys(), Form::file)), "the fluids"),
@@ -301,6 +306,20 @@ Key<Scene> domain_key() {
   };
   k.write = [](const Scene& s, const Scene& from) {
     return from.fluids.empty() ? Value() : written(s, from.domain, domain_keys());
+  };
+  return k;
+}
+
+// Parts that only scenes with mechanisms have. `read` appends to the scene that is being read.
+template <class T>
+Key<Scene> mechanism_part(std::string name, std::string doc, std::vector<T> Scene::*member, Value item_schema,
+                          void (*read)(Reading&, const Value&), Value (*write)(const Scene&, const T&)) {
+  Key<Scene> k;
+  k.name = std::move(name), k.doc = std::move(doc), k.schema = array_of(std::move(item_schema));
+  k.read = [read](Reading& r, const Value& v, Scene&) { read(r, v); };
+  k.write = [member, write](const Scene& s, const Scene& from) {
+    if ((from.*member).empty()) return Value();
+    return list_value(from.*member, [&](const T& one) { return write(s, one); });
   };
   return k;
 }
@@ -406,12 +425,27 @@ const Keys<Scene>& scene_keys() {
           [](const Scene& s) {
             return list_value(s.bodies, [&](const Body& b) { return written(s, draft_of(b), body_keys()); });
           })),
+      mechanism_part<Joint>(
+          "joints", "the joints; absent where there are none", &Scene::joints,
+          object_schema(joint_keys(), Form::resolved), read_resolved_joints,
+          [](const Scene& s, const Joint& joint) { return written(s, draft_of(joint), joint_keys()); }),
+      mechanism_part<Rope>("ropes", "the ropes; absent where there are none", &Scene::ropes,
+                           object_schema(rope_keys(), Form::resolved), read_resolved_ropes,
+                           [](const Scene& s, const Rope& rope) { return written(s, rope, rope_keys()); }),
       part_of_scene(
           "forces", "the forces", array_of(force_schema(Form::resolved)),
           [](Reading& r, const Value& v, Scene& out) {
             read_list(r, v, "forces", [&](const Value& item) { out.forces.push_back(read_force(r, item)); });
           },
           [](const Scene& s) { return list_value(s.forces, [&](const Force& f) { return write_force(s, f); }); }),
+      mechanism_part<JointForce>(
+          "joint_forces", "springs, dampers and torques along joints; absent where there are none",
+          &Scene::joint_forces, table_of({{"oneOf", joint_force_schemas(Form::resolved)}}),
+          [](Reading& r, const Value& v) {
+            read_list(r, v, "joint_forces",
+                      [&](const Value& item) { r.scene->joint_forces.push_back(read_joint_force(r, item)); });
+          },
+          write_joint_force),
       domain_key(),
       fluid_part<Fluid>("fluids", "the fluids, with their particles", &Scene::fluids, fluid_keys(), check_fluid),
       fluid_part<FluidBoundary>("fluid_boundaries", "bodies whose surfaces bound the fluids", &Scene::fluid_boundaries,

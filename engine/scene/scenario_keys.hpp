@@ -9,7 +9,8 @@ namespace atwood {
 struct FileDraft {
   Scenario scenario;
   const Value *run = nullptr, *material = nullptr, *contact = nullptr, *body = nullptr, *grid = nullptr,
-              *force = nullptr, *domain = nullptr, *fluid = nullptr, *fluid_boundary = nullptr, *probe = nullptr;
+              *force = nullptr, *joint = nullptr, *rope = nullptr, *domain = nullptr, *fluid = nullptr,
+              *fluid_boundary = nullptr, *probe = nullptr;
   bool has_world = false;
   std::optional<Real3> initial_state;
 };

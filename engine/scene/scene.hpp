@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "scene/fluid.hpp"
+#include "scene/interval.hpp"
+#include "scene/joint.hpp"
 
 namespace atwood {
 
@@ -88,12 +90,6 @@ struct Body {
 
 // ---- forces ---------------------------------------------------------------------------------------------------
 // `bodies` are indices into Scene::bodies.
-// half-open [from, to)
-struct Interval {
-  double from_s = 0;
-  double to_s = 0;
-};
-
 struct MutualGravity {
   std::vector<int> bodies;
   double constant_m3_per_kg_s2 = 6.6743e-11;
@@ -186,6 +182,10 @@ struct Scene {
   std::vector<PairLaw> pairs;       // every unordered pair of materials
   std::vector<Body> bodies;         // may be empty where there is a fluid
   std::vector<Force> forces;
+  // A body with a placing joint has the pose and velocity that follow from its joints, rounded to double.
+  std::vector<Joint> joints;
+  std::vector<Rope> ropes;
+  std::vector<JointForce> joint_forces;
   Domain domain;
   std::vector<Fluid> fluids;
   std::vector<FluidBoundary> fluid_boundaries;

@@ -1,5 +1,7 @@
 #include <type_traits>
 
+#include "integrators/families.hpp"
+#include "integrators/maximal_coordinates.hpp"
 #include "protocol/refusal.hpp"
 #include "smooth/run.hpp"
 
@@ -13,6 +15,8 @@ Result<ModelOptions> model_options(const MethodId& id) {
   if (info == nullptr) return options;
   const Result<Settings> settings = merged_settings(*info, id.overrides);
   if (!settings) return settings.fault();
+  if (settings->count("projection") > 0)
+    options.project_constraints = std::get<std::string>(settings->at("projection")) != "none";
   if (settings->count("gravity") == 0) return options;
   const auto& gravity = std::get<std::string>(settings->at("gravity"));
   if (gravity == "direct") options.gravity.sum = GravityOptions::Sum::direct;
@@ -20,6 +24,13 @@ Result<ModelOptions> model_options(const MethodId& id) {
   options.gravity.opening = std::get<double>(settings->at("opening"));
   options.threads = static_cast<int>(std::get<std::int64_t>(settings->at("threads")));
   return options;
+}
+
+// Whether mechanisms move in the coordinates of all their bodies.
+bool in_all_bodies(const MethodId& id) {
+  if (steps_maximal_coordinates(id.scheme)) return true;
+  const auto chosen = id.overrides.find("coordinates");
+  return chosen != id.overrides.end() && chosen->second == SettingValue(std::string("maximal"));
 }
 
 }  // namespace
@@ -33,7 +44,14 @@ Simulation<S> prepare(const MethodId& id, const Scene& scene, std::unique_ptr<St
     simulation.outcome = refused(options.fault());
     return simulation;
   }
-  simulation.model = std::make_unique<RigidModel<S>>(scene, *options);
+  const bool maximal = in_all_bodies(id) && !(scene.joints.empty() && scene.ropes.empty());
+  std::string fault;
+  const Scene free = maximal ? in_maximal_coordinates(scene, fault) : Scene{};
+  if (!fault.empty()) {
+    simulation.outcome = refused("atwood/" + id.scheme + " has no " + fault + " in the coordinates of all bodies");
+    return simulation;
+  }
+  simulation.model = std::make_unique<RigidModel<S>>(maximal ? free : scene, *options);
   RigidModel<S>& model = *simulation.model;
   if (!model.unsupported().empty()) {
     simulation.outcome = refused(model.unsupported());

@@ -4,8 +4,10 @@
 #include <cstdio>
 #include <type_traits>
 
+#include "joints/constraints.hpp"
 #include "protocol/refusal.hpp"
 #include "protocol/timed_passes.hpp"
+#include "smooth/stops.hpp"
 
 namespace atwood {
 namespace {
@@ -19,6 +21,8 @@ template <class S> struct Run {
   Sample sample;
   S scale{};
   StepLimits limits{};
+  Stops<S> stops{simulation};
+  std::vector<S> middle_y = {};  // of a step in two parts
 
   bool observe_state(std::int64_t k, const S* y) {
     Outcome& outcome = simulation.outcome;
@@ -36,8 +40,19 @@ template <class S> void restart(Run<S>& run) {
   s.model->system().solvers = {};
   ++s.model->system().epoch;
   s.model->initial_state(s.y.data());
+  if (s.model->constraints() != nullptr) s.model->constraints()->restart();
   if (s.stateful_force != nullptr) s.stateful_force->reset(s.model->motion(S(0), s.y.data()));
   run.scale = state_scale(s.y.data(), s.model->state_size());
+}
+
+template <class S> bool end_at(Simulation<S>& s, const std::string& fault, S t_s) {
+  s.outcome.status = Status::diverged;
+  s.outcome.reason = fault + at_time(t_s);
+  return false;
+}
+// Joints at their limits, at the start. False: the run cannot begin.
+template <class S> bool start_stops(Run<S>& run) {
+  return !run.stops.any() || run.stops.start(run.observer) || end_at(run.simulation, run.stops.fault(), S(0));
 }
 
 // After an accepted step to t_s, whose end is y.
@@ -52,13 +67,74 @@ template <class S> bool refuse_step(Simulation<S>& s, S t_s) {
   return false;
 }
 
+// After an accepted step to t_s, whose end is y. False: the motion cannot go on.
+template <class S> bool meets_constraints(Simulation<S>& s, S t_s) {
+  if (s.model->constraints() == nullptr) return true;
+  const std::string fault = s.model->constraint_fault(t_s, s.y.data());
+  return fault.empty() || end_at(s, fault, t_s);
+}
+
 // ---- the steps of the plan ----------------------------------------------------------------------------------------
-template <class S> bool one_step(Simulation<S>& s, const Plan& plan, std::int64_t n, S h_s) {
-  const S t_s = time_at<S>(plan, n);
-  s.model->select_interval(t_s, t_s + h_s);
-  if (!s.stepper->step(t_s, h_s, s.y.data(), s.y_new.data())) return refuse_step(s, t_s);
+// The step from (t_s, y) to y_new. Stages lie off the constraints by their own error; beside a singular configuration,
+// at a distance d of it, their accelerations are in error by that over d. A step whose stages come nearer than a
+// twentieth of the usual distance is taken in two parts, so divided that they do not, or as little as can be.
+template <class S> bool trial_step(Run<S>& run, S t_s, S h_s) {
+  Simulation<S>& s = run.simulation;
+  const auto step = [&](S from_s, S by_s, const std::vector<S>& from, std::vector<S>& to) {
+    return s.stepper->step(from_s, by_s, from.data(), to.data());
+  };
+  Constraints<S>* constraints = s.model->constraints();
+  if (constraints != nullptr) constraints->forget_pivots();
+  if (!step(t_s, h_s, s.y, s.y_new)) return false;
+  if (constraints == nullptr || !(constraints->least_pivot() < constraints->usual_pivot() / S(20))) return true;
+  run.middle_y.resize(s.y.size());
+  const auto in_two = [&](S part) {
+    constraints->forget_pivots();
+    return step(t_s, part * h_s, s.y, run.middle_y) && step(t_s + part * h_s, h_s - part * h_s, run.middle_y, s.y_new);
+  };
+  S most = constraints->least_pivot(), best = S(1);
+  for (const double part : {0.5, 0.382, 0.618, 0.3, 0.7, 0.45, 0.55}) {
+    if (!in_two(S(part))) continue;
+    if (!(constraints->least_pivot() < constraints->usual_pivot() / S(20))) return true;
+    if (!(constraints->least_pivot() > most)) continue;
+    most = constraints->least_pivot();
+    best = S(part);
+  }
+  return best < S(1) ? in_two(best) : step(t_s, h_s, s.y, s.y_new);
+}
+
+// The step up to the first event of a stop in it, which is resolved: `taken` becomes the fraction of h_s up to there.
+template <class S> bool step_to_event(Run<S>& run, S t_s, S h_s, S& taken) {
+  Simulation<S>& s = run.simulation;
+  taken = S(1);
+  if (!trial_step(run, t_s, h_s)) return refuse_step(s, t_s);
+  if (run.stops.any() && !run.stops.locate(t_s, h_s, taken)) return refuse_step(s, t_s);
   s.y.swap(s.y_new);
-  update_stateful_force(s, t_s + h_s);
+  return true;
+}
+
+template <class S> bool one_step(Run<S>& run, const Plan& plan, std::int64_t n, S h_s) {
+  Simulation<S>& s = run.simulation;
+  S t_s = time_at<S>(plan, n), left_s = h_s;
+  s.model->select_interval(t_s, t_s + h_s);
+  if (!run.stops.any()) {
+    S taken;
+    if (!step_to_event(run, t_s, h_s, taken)) return false;
+    update_stateful_force(s, t_s + h_s);
+    return meets_constraints(s, t_s + h_s);
+  }
+  const S round_off_s = S(4) * real::epsilon<S>() * real::abs(t_s + h_s);
+  while (left_s > round_off_s) {
+    S taken;
+    if (!step_to_event(run, t_s, left_s, taken)) return false;
+    t_s += taken * left_s;
+    if (taken < S(1) || run.stops.at_event()) {
+      if (!run.stops.resolve(t_s)) return end_at(s, run.stops.fault(), t_s);
+    }
+    left_s = taken < S(1) ? left_s - taken * left_s : S(0);
+    update_stateful_force(s, t_s);
+    if (!meets_constraints(s, t_s)) return false;
+  }
   return true;
 }
 
@@ -83,12 +159,12 @@ template <class S> void march_equal_steps(Run<S>& run) {
   const std::int64_t stride = plan.steps / plan.samples;
   const bool equal = plan.frame_ends_s.empty();
   restart(run);
-  if (!run.observe_state(0, s.y.data())) return;
+  if (!start_stops(run) || !run.observe_state(0, s.y.data())) return;
   for (std::int64_t k = 0; k < plan.samples; ++k) {
     if (s.free_flight != nullptr && equal) march_free_flight(s, plan, k * stride, (k + 1) * stride, h_s);
     else
       for (std::int64_t n = k * stride; n < (k + 1) * stride; ++n) {
-        if (!one_step(s, plan, n, equal ? h_s : time_at<S>(plan, n + 1) - time_at<S>(plan, n))) return;
+        if (!one_step(run, plan, n, equal ? h_s : time_at<S>(plan, n + 1) - time_at<S>(plan, n))) return;
         ++s.outcome.steps_taken;
       }
     if (!run.observe_state(k + 1, s.y.data())) return;
@@ -151,12 +227,17 @@ bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s,
       continue;
     }
     h_s = last ? real::max(h_s, next_s) : next_s;  // a step cut at end_s does not reduce the proposal
-    const S reached_s = last ? end_s : t_s + step_s;
-    if (run.observer != nullptr && !sample_inside(run, k, t_s, step_s, reached_s, inside_y)) return false;
+    S taken = S(1);
+    if (run.stops.any() && !run.stops.locate(t_s, step_s, taken)) return refuse_step(s, t_s);
+    const S reached_s = last && taken == S(1) ? end_s : t_s + taken * step_s;
+    if (run.observer != nullptr && taken > S(0) && !sample_inside(run, k, t_s, taken * step_s, reached_s, inside_y))
+      return false;
     s.y.swap(s.y_new);
     t_s = reached_s;
+    if (run.stops.any() && run.stops.at_event() && !run.stops.resolve(t_s)) return end_at(s, run.stops.fault(), t_s);
     update_stateful_force(s, t_s);
     ++s.outcome.steps_taken;
+    if (!meets_constraints(s, t_s)) return false;
   }
   return true;
 }
@@ -166,7 +247,7 @@ template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolera
   const S end_s = S(run.plan.t_end_s);
   restart(run);
   s.stepper->set_tolerance(tolerance.rtol, tolerance.atol);
-  if (!run.observe_state(0, s.y.data())) return;
+  if (!start_stops(run) || !run.observe_state(0, s.y.data())) return;
   std::int64_t k = 1;
   S begin_s = S(0), h_s = time_at<S>(run.plan, 1);
   const std::vector<double>& switches = s.model->switch_times_s();

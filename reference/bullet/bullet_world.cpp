@@ -7,6 +7,9 @@
 #include <stdexcept>
 #include <vector>
 
+#include "bullet/joints.hpp"
+#include "bullet/multibody_world.hpp"
+#include "bullet/narrow.hpp"
 #include "bullet/shapes.hpp"
 #include "protocol/printed_setting.hpp"
 #include "rivals/vector.hpp"
@@ -24,14 +27,6 @@ using rivals::operator*;
 using rivals::operator+;
 using rivals::Motion;
 using rivals::Wrench;
-
-btScalar narrow(double x) { return static_cast<btScalar>(x); }
-btVector3 narrow(const Real3& v) { return {narrow(v[0]), narrow(v[1]), narrow(v[2])}; }
-btQuaternion narrow(const Real4& q) { return {narrow(q[1]), narrow(q[2]), narrow(q[3]), narrow(q[0])}; }
-Real3 widen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
-Real33 widen(const btMatrix3x3& m) {
-  return {m[0].x(), m[0].y(), m[0].z(), m[1].x(), m[1].y(), m[1].z(), m[2].x(), m[2].y(), m[2].z()};
-}
 
 // Bullet asks for a pair's coefficients through plain function pointers; the scene hangs on each collision object.
 const PairLaw& law_of(const btCollisionObject* a, const btCollisionObject* b) {
@@ -66,8 +61,8 @@ int gyroscopic_flag(const Settings& settings) {
 
 class BulletWorld : public rivals::World {
  public:
-  BulletWorld(const Scene& scene, const Settings& settings)
-      : scene_(scene), settings_(settings), dispatcher_(&configuration_),
+  BulletWorld(const Scene& scene, const Settings& settings, bool observe)
+      : scene_(scene), settings_(settings), observe_(observe && !scene.joints.empty()), dispatcher_(&configuration_),
         shapes_({rivals::number(settings, "collision_margin_m"), rivals::number(settings, "hull_margin_m")},
                 rivals::flag(settings, "smooth_inner_edges")),
         world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
@@ -77,10 +72,14 @@ class BulletWorld : public rivals::World {
     gCalculateCombinedRollingFrictionCallback = rolling_friction_of;
     gContactAddedCallback = smooth_inner_edge;
     world_.setGravity(narrow(scene.gravity_m_per_s2));
-    set_solver();
+    set_solver(world_.getSolverInfo(), settings);
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) add(static_cast<int>(i));
+    std::vector<std::array<Mount, 2>> mounts;
+    for (const Joint& joint : scene.joints) mounts.push_back({mount(joint.parent), mount(joint.child)});
+    joints_ = std::make_unique<Joints>(world_, scene, mounts, rivals::number(settings, "erp"), observe_);
   }
   ~BulletWorld() override {
+    joints_.reset();
     for (auto& body : bodies_)
       if (body) world_.removeRigidBody(body.get());
   }
@@ -93,8 +92,12 @@ class BulletWorld : public rivals::World {
       bodies_[i]->applyCentralForce(narrow(wrenches[i].force_N));
       bodies_[i]->applyTorque(narrow(wrenches[i].torque_N_m));
     }
+    if (observe_) joints_->before(motions());
     world_.stepSimulation(narrow(h_s), 0);
+    if (observe_) joints_->after();
   }
+
+  std::vector<rivals::Reaction> reactions(double, const std::vector<Wrench>&) override { return joints_->reactions(); }
 
   Motion motion(int i) const override {
     const btRigidBody& body = *bodies_[i];
@@ -145,32 +148,6 @@ class BulletWorld : public rivals::World {
   }
 
  private:
-  void set_solver() {
-    using namespace rivals;
-    const auto value = [this](const char* name) { return narrow(number(settings_, name)); };
-    btContactSolverInfo& info = world_.getSolverInfo();
-    info.m_numIterations = static_cast<int>(count(settings_, "iterations"));
-    info.m_erp = info.m_erp2 = value("erp");
-    info.m_globalCfm = value("cfm");
-    info.m_frictionERP = value("friction_erp");
-    info.m_frictionCFM = value("friction_cfm");
-    info.m_splitImpulse = flag(settings_, "split_impulse");
-    info.m_splitImpulsePenetrationThreshold = value("split_impulse_penetration_threshold_m");
-    info.m_splitImpulseTurnErp = value("split_impulse_turn_erp");
-    info.m_linearSlop = value("linear_slop_m");
-    info.m_sor = value("sor");
-    info.m_maxErrorReduction = value("max_error_reduction");
-    info.m_warmstartingFactor = value("warm_starting_factor");
-    info.m_restitutionVelocityThreshold = value("restitution_velocity_threshold_m_per_s");
-    info.m_leastSquaresResidualThreshold = value("least_squares_residual_threshold");
-    const auto bit = [this](const char* name, int mask) { return flag(settings_, name) ? mask : 0; };
-    info.m_solverMode =
-        bit("simd", SOLVER_SIMD) | bit("warm_starting", SOLVER_USE_WARMSTARTING) |
-        bit("randomized_order", SOLVER_RANDMIZE_ORDER) |
-        (count(settings_, "friction_directions") == 2 ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0) |
-        (flag(settings_, "friction_along_slip") ? 0 : SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION);
-  }
-
   void add(int i) {
     const Body& body = scene_.bodies[i];
     bodies_.emplace_back();
@@ -211,6 +188,21 @@ class BulletWorld : public rivals::World {
     insert(i);
   }
 
+  // Fixed bodies without a shape, planes and the world are no bodies of Bullet: joints hold on to its fixed one.
+  Mount mount(int i) const {
+    if (i >= 0 && bodies_[i] && !std::holds_alternative<Plane>(scene_.bodies[i].shape))
+      return {bodies_[i].get(), {}, rivals::conjugate(q_BP_[i])};
+    const Motion pose = rivals::motion_at_start(scene_, i);
+    return {&btTypedConstraint::getFixedBody(), pose.p_WB, pose.q_WB};
+  }
+
+  std::vector<Motion> motions() const {
+    std::vector<Motion> all;
+    for (int i = 0; i < static_cast<int>(bodies_.size()); ++i)
+      all.push_back(scene_.bodies[i].fixed ? rivals::motion_at_start(scene_, i) : motion(i));
+    return all;
+  }
+
   // A body without a shape collides with nothing: filters keep it out, the small sphere is never asked.
   void insert(int i) {
     btRigidBody& body = *bodies_[i];
@@ -240,6 +232,7 @@ class BulletWorld : public rivals::World {
 
   const Scene& scene_;
   const Settings& settings_;
+  bool observe_ = false;  // reactions
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
   btDbvtBroadphase broadphase_;
@@ -249,15 +242,41 @@ class BulletWorld : public rivals::World {
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
   std::vector<Real4> q_BP_;  // principal frame in body frame
   std::vector<bool> turned_;
+  std::unique_ptr<Joints> joints_;
 };
 
 }  // namespace
+
+void set_solver(btContactSolverInfo& info, const Settings& settings) {
+  using namespace rivals;
+  const auto value = [&](const char* name) { return narrow(number(settings, name)); };
+  info.m_numIterations = static_cast<int>(count(settings, "iterations"));
+  info.m_erp = info.m_erp2 = value("erp");
+  info.m_globalCfm = value("cfm");
+  info.m_frictionERP = value("friction_erp");
+  info.m_frictionCFM = value("friction_cfm");
+  info.m_splitImpulse = flag(settings, "split_impulse");
+  info.m_splitImpulsePenetrationThreshold = value("split_impulse_penetration_threshold_m");
+  info.m_splitImpulseTurnErp = value("split_impulse_turn_erp");
+  info.m_linearSlop = value("linear_slop_m");
+  info.m_sor = value("sor");
+  info.m_maxErrorReduction = value("max_error_reduction");
+  info.m_warmstartingFactor = value("warm_starting_factor");
+  info.m_restitutionVelocityThreshold = value("restitution_velocity_threshold_m_per_s");
+  info.m_leastSquaresResidualThreshold = value("least_squares_residual_threshold");
+  const auto bit = [&](const char* name, int mask) { return flag(settings, name) ? mask : 0; };
+  info.m_solverMode =
+      bit("simd", SOLVER_SIMD) | bit("warm_starting", SOLVER_USE_WARMSTARTING) |
+      bit("randomized_order", SOLVER_RANDMIZE_ORDER) |
+      (count(settings, "friction_directions") == 2 ? SOLVER_USE_2_FRICTION_DIRECTIONS : 0) |
+      (flag(settings, "friction_along_slip") ? 0 : SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION);
+}
 
 // What btContactSolverInfo and btRigidBodyConstructionInfo hold when nothing is set, but for sleeping, which fairness
 // turns off (damping is 0 in Bullet anyway).
 std::vector<Setting> settings() {
   const std::string own = sizeof(btScalar) == 8 ? "double" : "float";
-  return {
+  std::vector<Setting> all{
       printed("scalar", own, "Type of the engine's numbers."),
       printed("step", std::string("stepSimulation(h, 0)")),
       printed("solver", std::string("sequential-impulse")),
@@ -267,10 +286,16 @@ std::vector<Setting> settings() {
       printed("rectangle", std::string("a box without thickness")),
       printed("rolling_friction", std::string("Bullet's: torque impulse up to coefficient x load impulse, by two axes; "
                                               "the load counts up to 1 N s a step")),
+      printed("joints", std::string("btFixedConstraint, Hinge, Slider (also cylindrical), Point2Point (ball), "
+                                    "Generic6DofSpring2 (universal); jointed bodies do not collide with each other")),
+      printed("driven_joints", std::string("the joint's motor with an unbounded force")),
+      printed("stops", std::string("the joint's, with bias factor 1 and the stop's restitution as relaxation: found at "
+                                   "the start of the step after they were passed")),
+      printed("reactions", std::string("the joint's feedback: those of the step that ends at the sample")),
       rivals::substeps_setting(),
       {"iterations", std::int64_t{10}, {between(1, 100000), "Sweeps of the sequential impulses in a step."}},
-      {"erp", 0.2, {between(0, 1), "Share of an overlap that a step takes away."}},
-      {"cfm", 0.0, {between(0, 1000), "Softness of contacts (constraint force mixing)."}},
+      {"erp", 0.2, {between(0, 1), "Share of an overlap, or of a joint's gap, that a step takes away."}},
+      {"cfm", 0.0, {between(0, 1000), "Softness of contacts and joints (constraint force mixing)."}},
       {"friction_erp", 0.2, {between(0, 1), "Share of a friction anchor's error that a step takes away."}},
       {"friction_cfm", 0.0, {between(0, 1000), "Softness of friction."}},
       {"sor", 1.0, {{0, 2, true, false}, "Over-relaxation of the sweeps."}},
@@ -304,9 +329,13 @@ std::vector<Setting> settings() {
       {"friction_along_slip", true, {{}, "The first of them is along the slip."}},
       {"randomized_order", false, {{}, "The order of the contacts changes from sweep to sweep."}},
       {"simd", true, {{}, "The solver uses vector instructions."}}};
+  for (const Setting& setting : multibody_settings()) all.push_back(setting);
+  return all;
 }
 
-std::string refusal(const Scene& scene) {
+std::string refusal(const Scene& scene, const Settings& settings) {
+  if (in_reduced_coordinates(settings)) return refused_by_multibodies(scene, settings);
+  if (const auto reason = refused_mechanism(scene); !reason.empty()) return reason;
   if (!rivals::shapes_matter(scene)) return "";
   for (const auto& body : scene.bodies) {
     if (const auto reason = refused_shape(body); !reason.empty()) return reason;
@@ -314,8 +343,9 @@ std::string refusal(const Scene& scene) {
   return "";
 }
 
-std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool) {
-  return std::make_unique<BulletWorld>(scene, settings);
+std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool observe) {
+  if (in_reduced_coordinates(settings)) return make_multibody_world(scene, settings, observe);
+  return std::make_unique<BulletWorld>(scene, settings, observe);
 }
 
 }  // namespace atwood::bullet

@@ -7,7 +7,9 @@
 #include <optional>
 #include <tuple>
 
+#include "closed_form/joint_bars.hpp"
 #include "closed_form/solution.hpp"
+#include "closed_form/spread.hpp"
 
 namespace atwood {
 
@@ -21,7 +23,8 @@ const std::vector<Solution>& catalogue() {
                                          coulomb_two_body(), closed_form::lorentz(), free_rigid_body(), axis_torque(),
                                          bounce(), sphere_impact(), slide_or_roll(), steady_roll(),
                                          ball_flights(), friction_cone(), struck_rod(),
-                                         penalty(), rest()};
+                                         penalty(), rest(), pendulum(), heavy_top(), linear_joint(), joint_stop(), turning_rod(),
+                                         slider_crank(), four_bar(), atwood_machine()};
   // clang-format on
   return all;
 }
@@ -34,25 +37,10 @@ const std::vector<Solution>& catalogue() {
 // by chance are more frequent: the factor is 64. (Rounded to nearest alone, with a factor of 32, 41 of 10 000 bounces left
 // their bars, and so did an orbit of two charges.)
 constexpr double kSmoothSafety = 16, kImpactSafety = 64;
-const Wide round_off = unit_round_off<Wide>();
-const Wide ratio = unit_round_off<Wide>() / unit_round_off<Narrow>();
-const Wide kMeasureLimit = 0x1p-20;
+// The start of a loop is projected onto its constraints to about 1e-31 only; the factor makes the start's rounding to long
+// double, which both evaluations share otherwise, stand for that.
+constexpr double kLoopSafety = 4096;
 constexpr double kEndMargin = 1e-9;  // of the time: distance of the last sample from the end of the certified part
-
-struct Spread {  // one kind of value of one body, over the run so far
-  Wide difference = 0, scale = 0;
-  template <class A, class B> void include(const A& wide, const B& narrow) {
-    for (std::size_t i = 0; i < wide.size(); ++i) {
-      difference = larger(difference, magnitude(wide[i] - Wide(narrow[i])));
-      if (!is_finite(wide[i]) || !is_finite(narrow[i])) difference = std::numeric_limits<double>::infinity();
-      scale = larger(scale, magnitude(wide[i]));
-    }
-  }
-  Wide bar(double safety) const { return safety * (ratio * difference + round_off * scale); }
-  // The difference is proportional to the round-off only while it is small compared with the extent of the motion
-  // (`way`, plus round-off of numbers of the scene's size). A larger difference is no measure of quad's round-off error.
-  bool is_measure(Wide way) const { return difference <= kMeasureLimit * way || !is_finite(difference); }
-};
 
 struct BodySpread {
   Spread p, q, v, w;
@@ -136,8 +124,11 @@ bool at_impact(const Impacts& impacts, int body, Wide t_s) {
 std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide>& t_s, const Motion<Wide>& wide,
                         const Realisations& narrow, const Impacts& impacts) {
   if (t_s.empty()) return "";
-  const double safety = wide.events.empty() ? kSmoothSafety : kImpactSafety;
+  const bool loops =
+      std::any_of(scene.joints.begin(), scene.joints.end(), [](const Joint& j) { return j.closes_loop; });
+  const double safety = loops ? kLoopSafety : wide.events.empty() ? kSmoothSafety : kImpactSafety;
   std::vector<BodySpread> spreads(wide.poses.front().size());
+  JointBars joint_bars(scene, safety);
   const Wide noise = 1024 * unit_round_off<Narrow>() / kMeasureLimit;
   Wide places = 0, speeds = 0, rates = 0;  // the largest so far of all bodies
   for (const Pose<Wide>& start : wide.poses.front()) places = larger(places, norm(start.p_WB));
@@ -159,18 +150,19 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
         of.v.include(w.v_WB, n.v_WB);
         of.w.include(w.w_WB_B, n.w_WB_B);
       }
-      if (k == 0) continue;
+      if (k == 0 && scene.joints.empty()) continue;  // the poses of a mechanism are computed at the start, too
       places = larger(places, of.p.scale);
       speeds = larger(speeds, of.v.scale);
       rates = larger(rates, of.w.scale);
-      if (!of.p.is_measure(of.v.scale * t_s[k] + noise * places) || !of.q.is_measure(1) ||
-          !of.v.is_measure(of.v.scale + noise * speeds) || !of.w.is_measure(of.w.scale + noise * rates))
+      if (k > 0 && (!of.p.is_measure(of.v.scale * t_s[k] + noise * places) || !of.q.is_measure(1) ||
+                    !of.v.is_measure(of.v.scale + noise * speeds) || !of.w.is_measure(of.w.scale + noise * rates)))
         return scene.bodies[i].name;
       half_width.p_m.fill(of.p.bar(safety) + wide.input_round_off.p_m);
       half_width.q_wxyz.fill(of.q.bar(safety) + wide.input_round_off.q);
       half_width.v_m_per_s.fill(of.v.bar(safety) + wide.input_round_off.v_m_per_s);
       half_width.w_rad_per_s.fill(of.w.bar(safety) + wide.input_round_off.w_rad_per_s);
     }
+    if (const std::string joint = joint_bars.add(k, wide, narrow, value, bar); !joint.empty()) return joint;
   }
   return "";
 }
@@ -209,7 +201,8 @@ std::string add_events(Truth& truth, const Scenario& scenario, const Motion<Wide
 }
 
 // A sample within the half-width of an impact's time may have the velocity before or after it.
-void add_velocity_jumps(Truth& truth, const Motion<Wide>& wide, const std::vector<Instant>& impacts) {
+void add_velocity_jumps(Truth& truth, const Scene& scene, const Motion<Wide>& wide,
+                        const std::vector<Instant>& impacts) {
   for (std::size_t k = 0; k < impacts.size(); ++k) {
     const auto from = std::lower_bound(truth.values.begin(), truth.values.end(), impacts[k].t_s - impacts[k].bar_s,
                                        [](const Sample& sample, Wide t) { return sample.t_s < t; });
@@ -218,6 +211,12 @@ void add_velocity_jumps(Truth& truth, const Motion<Wide>& wide, const std::vecto
     for (auto s = static_cast<std::size_t>(from - truth.values.begin()); s < truth.values.size(); ++s) {
       if (truth.values[s].t_s > at.t_s + impacts[k].bar_s) break;
       if (s == 0) continue;
+      truth.note =
+          "a sample is at the time of an impact: the bars of its velocity and angular velocity include the jump";
+      if (!wide.joints.empty()) {
+        add_stop_jump(scene, at, truth.values[s], truth.bars[s]);
+        continue;
+      }
       for (const int body : {at.body_a, at.body_b}) {
         for (Wide& v : truth.bars[s].bodies[body].v_m_per_s)
           v += magnitude(at.vn_after_m_per_s - at.vn_before_m_per_s) * (1 + at.impulse_t_N_s / at.impulse_n_N_s);
@@ -225,8 +224,6 @@ void add_velocity_jumps(Truth& truth, const Motion<Wide>& wide, const std::vecto
                    &now = truth.values[s].bodies[body].w_rad_per_s;
         for (int i = 0; i < 3; ++i) truth.bars[s].bodies[body].w_rad_per_s[i] += magnitude(now[i] - before[i]);
       }
-      truth.note =
-          "a sample is at the time of an impact: the bars of its velocity and angular velocity include the jump";
     }
   }
 }
@@ -326,7 +323,7 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
     return unsupported(scenario, "the motion of `" + body + "` amplifies round-off too much for a bar");
   if (is_significant(wide.input_round_off, truth.values.front()))
     truth.note = "deviations within the round-off of the scene's doubles (a gap, a tilt, a slip) are treated as zero";
-  add_velocity_jumps(truth, wide, impacts.all);
+  add_velocity_jumps(truth, scenario.scene, wide, impacts.all);
   for (const Sample& bar : truth.bars)
     for (const BodySample& body : bar.bodies)
       for (const auto* values : {&body.p_m, &body.v_m_per_s, &body.w_rad_per_s})

@@ -20,8 +20,11 @@ class Reader {
   void add(Feature feature, std::string what) { present.push_back({feature, std::move(what)}); }
 
   void read(const Scene& scene) {
-    const auto& [problem, gravity_m_per_s2, simultaneous_impacts, materials, pairs, bodies, forces, domain, fluids,
-                 fluid_boundaries, probes] = scene;
+    const auto& [problem, gravity_m_per_s2, simultaneous_impacts, materials, pairs, bodies, forces, joints, ropes,
+                 joint_forces, domain, fluids, fluid_boundaries, probes] = scene;
+    for (const Joint& joint : joints) read(joint);
+    for (const Rope& rope : ropes) read(rope);
+    for (const JointForce& force : joint_forces) read(force, joints);
     for (const Fluid& fluid : fluids) add(feature::invalid, "the fluid `" + fluid.name + "`");
     if (!problem.empty()) add(feature::bare_problem, "the bare problem `" + problem + "`");
     if (gravity_m_per_s2 != Real3{}) add(feature::uniform_gravity, "uniform gravity");
@@ -59,6 +62,45 @@ class Reader {
     if (std::holds_alternative<Plane>(shape)) add(feature::invalid, "the free plane " + quoted);
     if (!(mass_kg > 0)) add(feature::invalid, "the mass of " + quoted);
     if (!rotates(body) && angular_velocity != Real3{}) add(feature::invalid, "the spin of the point mass " + quoted);
+  }
+
+  void read(const Joint& joint) {
+    // Places, axes, the start and the numbers of a stop are read by every solution that covers joints. `assemble` and
+    // `hold` determined the start and have no effect after it.
+    const auto& [name, kind, parent, child, anchors, axis, axes, frame, coordinates, rates, limits, driven_rate,
+                 closes_loop, assemble, hold] = joint;
+    static constexpr Feature features[] = {feature::fixed_joint,       feature::hinge,           feature::slider,
+                                           feature::cylindrical_joint, feature::universal_joint, feature::ball_joint};
+    const std::string what = "the joint `" + name + "`";
+    add(features[static_cast<std::size_t>(kind)], what);
+    if (closes_loop) add(feature::loop, what + ", which closes a loop,");
+    if (limits) add(feature::joint_limits, "a limit of " + what);
+    if (driven_rate) add(feature::driven_joint, "the prescribed motion of " + what);
+  }
+
+  void read(const Rope& rope) {
+    const auto& [name, bodies, points, over] = rope;
+    add(feature::rope, "the rope `" + name + "`");
+    for (const Pulley& pulley : over) {
+      const auto& [axle, axis, radius_m, inertia, angle] = pulley;
+      add(feature::pulley, "a pulley of the rope `" + name + "`");
+      if (inertia != 0) add(feature::pulley_inertia, "the inertia of a pulley of the rope `" + name + "`");
+    }
+  }
+
+  void read(const JointForce& force, const std::vector<Joint>& joints) {
+    if (const auto* spring = std::get_if<JointSpring>(&force)) {
+      const auto& [joint, coordinate, stiffness, rest, damping] = *spring;
+      const std::string at = " at the joint `" + joints.at(static_cast<std::size_t>(joint)).name + "`";
+      if (stiffness != 0) add(feature::joint_stiffness, "the spring" + at);
+      if (damping != 0) add(feature::joint_damping, "the damping" + at);
+      return;
+    }
+    const auto& [joint, coordinate, torque, frequency, phase, on_s] = std::get<JointTorque>(force);
+    const std::string at = "the torque at the joint `" + joints.at(static_cast<std::size_t>(joint)).name + "`";
+    add(feature::joint_torque, at);
+    if (frequency != 0) add(feature::oscillating_torque, "the oscillation of " + at);
+    if (!on_s.empty()) add(feature::switched_torque, "the switching of " + at);
   }
 
   void read(const PairLaw& law, const std::string& one, const std::string& other) {

@@ -41,6 +41,23 @@ enum Feature : std::uint64_t {
   angular_drag = 1ull << 25,
   convention = 1ull << 27,  // for simultaneous impacts, where two pairs could have them
   invalid = 1ull << 26,     // no scenario file has it: a free plane, a restitution above 1, a mass of 0
+  fixed_joint = 1ull << 28,
+  hinge = 1ull << 29,
+  slider = 1ull << 30,
+  cylindrical_joint = 1ull << 31,
+  universal_joint = 1ull << 32,
+  ball_joint = 1ull << 33,
+  loop = 1ull << 34,  // a joint that closes one
+  joint_limits = 1ull << 35,
+  driven_joint = 1ull << 36,  // prescribed motion
+  joint_stiffness = 1ull << 37,
+  joint_damping = 1ull << 38,
+  joint_torque = 1ull << 39,
+  oscillating_torque = 1ull << 40,  // of a joint
+  switched_torque = 1ull << 41,     // of a joint
+  rope = 1ull << 42,
+  pulley = 1ull << 43,
+  pulley_inertia = 1ull << 44,
 };
 
 // Features of free translation and rotation.

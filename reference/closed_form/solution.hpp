@@ -30,11 +30,27 @@ template <class S> struct ContactEvent {  // an Event over S
 // solution assumes to be exact. They are added to every bar after t = 0.
 template <class S> struct InputRoundOff { S p_m{}, q{}, v_m_per_s{}, w_rad_per_s{}; };
 
+// A joint at one instant: coordinates, their rates (of a ball: quaternion and relative body rate) and the rates' derivatives;
+// the reaction on the child at its anchor and about it, world axes; springs, dampers and motors along the rates.
+template <class S> struct JointState {
+  std::array<S, 4> q{};
+  Vec<S> u{}, du{};
+  Vec<S> force_N{}, torque_N_m{}, applied{};
+  unsigned not_unique = 0;  // as in JointSample
+  bool locked = false;      // at rest at a stop, whose force is no part of the reaction
+};
+template <class S> struct RopeState {
+  S tension_N{};
+  std::vector<S> pulley_angle_rad;
+};
+
 template <class S> struct Motion {
   std::string refusal;    // why the solution does not cover the scene; empty: it does
   std::string undecided;  // why the motion after end_s is not decided; empty: it is
   S end_s{};
-  std::vector<std::vector<Pose<S>>> poses;  // [time][body]; of times before end_s when `undecided`
+  std::vector<std::vector<Pose<S>>> poses;         // [time][body]; of times before end_s when `undecided`
+  std::vector<std::vector<JointState<S>>> joints;  // [time][joint]; empty: the scene has none
+  std::vector<std::vector<RopeState<S>>> ropes;    // [time][rope]; empty: the scene has none
   std::vector<ContactEvent<S>> events;
   InputRoundOff<S> input_round_off;
 };
@@ -125,5 +141,13 @@ Solution friction_cone();
 Solution struck_rod();
 Solution penalty();
 Solution rest();
+Solution pendulum();
+Solution heavy_top();
+Solution linear_joint();
+Solution joint_stop();
+Solution turning_rod();
+Solution slider_crank();
+Solution four_bar();
+Solution atwood_machine();
 
 }  // namespace atwood::closed_form

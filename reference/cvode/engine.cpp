@@ -1,4 +1,5 @@
 #include "cvode/cvode.hpp"
+#include "cvode/mechanism.hpp"
 #include "cvode/run.hpp"
 #include "protocol/printed_setting.hpp"
 #include "protocol/refusal.hpp"
@@ -60,6 +61,12 @@ std::string read_options(const MethodId& id, cvode::Options& options) {
 Outcome run_method(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   cvode::Options options;
   if (const std::string why = read_options(id, options); !why.empty()) return refused(why);
+  if (!scene.joints.empty() || !scene.ropes.empty()) {
+    if (repeats <= 0) return cvode::run_mechanism(scene, plan.t_end_s, plan.samples, options, observer);
+    return timed_passes(repeats, [&](std::chrono::nanoseconds& busy) {
+      return cvode::run_mechanism(scene, plan.t_end_s, plan.samples, options, {}, &busy);
+    });
+  }
   if (repeats <= 0) return cvode::run(scene, plan.t_end_s, plan.samples, options, observer);
   return timed_passes(repeats, [&](std::chrono::nanoseconds& busy) {
     return cvode::run(scene, plan.t_end_s, plan.samples, options, {}, nullptr, &busy);
@@ -75,6 +82,7 @@ Engine cvode_engine() {
   engine.scalar = "double";
   engine.methods = {info(true), info(false)};
   engine.run = run_method;
+  engine.joints = true;  // trees of joints
   engine.frames = true;  // its steps do not depend on the frames
   return engine;
 }

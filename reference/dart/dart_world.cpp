@@ -21,6 +21,7 @@
 #include <limits>
 #include <unordered_map>
 
+#include "dart/mechanism.hpp"
 #include "dart/shapes.hpp"
 #include "dart/surfaces.hpp"
 #include "rivals/vector.hpp"
@@ -82,7 +83,7 @@ class ScenePairFilter : public collision::CollisionFilter {
   bool ignoresCollision(const collision::CollisionObject* first,
                         const collision::CollisionObject* second) const override {
     const Owner a = owners_.at(first->getShapeFrame()), b = owners_.at(second->getShapeFrame());
-    if (a.body == b.body) return true;
+    if (a.body == b.body || rivals::joined(scene_, a.body, b.body)) return true;
     if (a.partner >= 0 && a.partner != scene_.bodies[b.body].material) return true;
     if (b.partner >= 0 && b.partner != scene_.bodies[a.body].material) return true;
     return !skeletons_[a.body]->isMobile() && !skeletons_[b.body]->isMobile();
@@ -175,21 +176,24 @@ class DartWorld : public rivals::World {
     solver->getCollisionOption().collisionFilter = std::make_shared<ScenePairFilter>(scene_, skeletons_, owners_);
     const auto room = static_cast<std::size_t>(rivals::count(settings, "contacts_per_body")) * scene.bodies.size();
     solver->getCollisionOption().maxNumContacts = std::max<std::size_t>(1000, room);
-    for (std::size_t i = 0; i < scene.bodies.size(); ++i) add(static_cast<int>(i));
+    placing_ = rivals::placing_joints(scene);
+    nodes_.resize(scene.bodies.size());
+    skeletons_.resize(scene.bodies.size());
+    for (const int i : rivals::parents_first(scene)) add(i);
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      if (nodes_[i]->getParentBodyNode() == nullptr) world_->addSkeleton(skeletons_[i]);
+    }
+    add_closing_joints(scene, nodes_, *world_);
   }
 
   void step(double h_s, const std::vector<Wrench>& wrenches) override {
     if (lost_) return;
-    for (std::size_t i = 0; i < wrenches.size(); ++i) {
-      if (scene_.bodies[i].fixed) continue;
-      const Eigen::Vector3d force = vector3(wrenches[i].force_N), torque = vector3(wrenches[i].torque_N_m);
-      lost_ = lost_ || !force.allFinite() || !torque.allFinite();
-      if (lost_) return;
-      nodes_[i]->setExtForce(force, Eigen::Vector3d::Zero(), false, true);
-      if (rotates(scene_.bodies[i])) nodes_[i]->addExtTorque(torque, false);
-    }
+    put(wrenches);
+    if (lost_) return;
     if (h_s != h_s_) world_->setTimeStep(h_s);
     h_s_ = h_s;
+    if (!scene_.joints.empty()) command(scene_, nodes_, t_s_, t_s_ + 0.5 * h_s);
+    t_s_ += h_s;
     const MessageCounter counter;
     world_->step();
     // The next step squares speeds, and DART's assertions would end the process on NaN.
@@ -215,6 +219,26 @@ class DartWorld : public rivals::World {
     return m;
   }
 
+  std::optional<rivals::JointState> joint(int j) const override {
+    if (lost_ || scene_.joints[static_cast<std::size_t>(j)].closes_loop) return std::nullopt;
+    return joint_of(scene_, j, *nodes_[static_cast<std::size_t>(scene_.joints[static_cast<std::size_t>(j)].child)]);
+  }
+  bool joint_forces_inside() const override { return true; }
+  // Forward dynamics changes accelerations alone, and the next step computes them again.
+  std::vector<rivals::Reaction> reactions(double t_s, const std::vector<Wrench>& wrenches) override {
+    if (lost_ || reactions_hidden(scene_, nodes_)) return {};
+    put(wrenches);
+    command(scene_, nodes_, t_s, t_s + 0.5 * h_s_);
+    std::vector<Motion> motions;
+    for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
+      const int body = static_cast<int>(i);
+      motions.push_back(skeletons_[i]->isMobile() ? motion(body) : rivals::motion_at_start(scene_, body));
+      if (skeletons_[i]->isMobile() && nodes_[i]->getParentBodyNode() == nullptr)
+        skeletons_[i]->computeForwardDynamics();
+    }
+    return reactions_of(scene_, nodes_, motions, wrenches);
+  }
+
   void release(int i) override {
     skeletons_[i]->setMobile(true);
     set_velocity(i);
@@ -237,7 +261,28 @@ class DartWorld : public rivals::World {
  private:
   int owner_of(const collision::CollisionObject* object) const { return owners_.at(object->getShapeFrame()).body; }
 
+  void put(const std::vector<Wrench>& wrenches) {
+    for (std::size_t i = 0; i < wrenches.size() && !lost_; ++i) {
+      if (scene_.bodies[i].fixed) continue;
+      const Eigen::Vector3d force = vector3(wrenches[i].force_N), torque = vector3(wrenches[i].torque_N_m);
+      lost_ = lost_ || !force.allFinite() || !torque.allFinite();
+      if (lost_) return;
+      nodes_[i]->setExtForce(force, Eigen::Vector3d::Zero(), false, true);
+      if (rotates(scene_.bodies[i])) nodes_[i]->addExtTorque(torque, false);
+    }
+  }
+
+  void add_to_tree(int i) {
+    const Joint& joint = scene_.joints[static_cast<std::size_t>(placing_[i])];
+    const bool grounded = joint.parent < 0 || scene_.bodies[joint.parent].fixed;
+    skeletons_[i] = grounded ? dynamics::Skeleton::create(std::to_string(i)) : skeletons_[joint.parent];
+    nodes_[i] = add_placed_body(scene_, placing_[i], *skeletons_[i], grounded ? nullptr : nodes_[joint.parent]);
+    set_inertia(i);
+    add_shapes(i);
+  }
+
   void add(int i) {
+    if (placing_[i] >= 0) return add_to_tree(i);
     const Body& body = scene_.bodies[i];
     const auto skeleton = dynamics::Skeleton::create(std::to_string(i));
     const bool in_world_axes = std::holds_alternative<Plane>(body.shape);
@@ -246,23 +291,22 @@ class DartWorld : public rivals::World {
     if (body.fixed) {
       const auto [joint, node] = skeleton->createJointAndBodyNodePair<dynamics::WeldJoint>();
       joint->setTransformFromParentBodyNode(at);
-      nodes_.push_back(node);
+      nodes_[i] = node;
     } else if (rotates(body)) {
       const auto [joint, node] = skeleton->createJointAndBodyNodePair<dynamics::FreeJoint>();
       joint->setTransform(at);
-      nodes_.push_back(node);
+      nodes_[i] = node;
     } else {
       const auto [joint, node] = skeleton->createJointAndBodyNodePair<dynamics::TranslationalJoint>();
       joint->setTransformFromChildBodyNode(pose({}, body.orientation_wxyz).inverse());
       joint->setPositions(vector3(body.position_m));
-      nodes_.push_back(node);
+      nodes_[i] = node;
     }
-    skeletons_.push_back(skeleton);
+    skeletons_[i] = skeleton;
     if (!body.fixed) set_inertia(i);
     add_shapes(i);
     skeleton->setMobile(!body.fixed && !(body.release_s > 0));
     if (skeleton->isMobile()) set_velocity(i);
-    world_->addSkeleton(skeleton);
   }
 
   void set_inertia(int i) {
@@ -307,7 +351,8 @@ class DartWorld : public rivals::World {
   std::vector<dynamics::BodyNode*> nodes_;
   Owners owners_;
   dart::simulation::WorldPtr world_;  // destroyed first: it refers to the others
-  double h_s_ = 0;
+  std::vector<int> placing_;          // joint by body
+  double h_s_ = 0, t_s_ = 0;
   bool lost_ = false;
 };
 

@@ -1,4 +1,4 @@
-// One scene in one World, each body a Skeleton of one BodyNode. Conventions of DART 6.12:
+// One scene in one World, each body a Skeleton of one BodyNode, each tree of joints one Skeleton (mechanism.hpp). Conventions of DART 6.12:
 //   - a body that rotates has a FreeJoint, whose velocities are the twist in body axes. DART rotates them with the frame at
 //     the end of a step, so that velocity and position are those of the same time, and a spinning body moves straight;
 //   - v += h M^-1 f (gyroscopic torque explicit, at the start of the step); contacts are found at the old positions, their

@@ -21,6 +21,7 @@ Engine dart_engine() {
        "DART with the friction pyramid turned along the slip and the least softness of contacts that it "
        "admits (cfm 1e-9).",
        dartsim::tuned_changes()}};
+  rival.joints = true;
   rival.settings = dartsim::settings();
   rival.contradiction = dartsim::contradiction;
   rival.refusal = dartsim::refusal;

@@ -1,5 +1,6 @@
 // The settings of DART's adapter: defaults, the tuned preset, their checks; and what DART cannot represent.
 #include "dart/dart_world.hpp"
+#include "dart/mechanism.hpp"
 #include "dart/shapes.hpp"
 #include "dart/surfaces.hpp"
 #include "protocol/printed_setting.hpp"
@@ -22,6 +23,9 @@ std::vector<Setting> settings() {
       printed("bouncing_velocity_m_per_s", 0.1, "Approaches slower than this do not bounce."),
       printed("max_bouncing_velocity_m_per_s", 100.0, "Largest velocity after a bounce."),
       printed("sleeping", std::string("none: DART 6.12 has none")),
+      printed("joints", std::string("a skeleton for each tree; closing joints are constraints of velocity, whose error "
+                                    "reduction has no effect")),
+      printed("joint_forces", std::string("springs and dampers are DART's, implicit over a step; motors once a step")),
       printed("rectangle", std::string("a box of the least thickness")),
       printed("linear_damping", 0.0),
       printed("angular_damping", 0.0),
@@ -62,6 +66,7 @@ std::string contradiction(const Settings& settings) {
 }
 
 std::string refusal(const Scene& scene, const Settings& settings) {
+  if (const auto reason = refused_mechanism(scene); !reason.empty()) return reason;
   if (!rivals::shapes_matter(scene)) return "";
   int meshes = 0;
   for (const auto& body : scene.bodies) {

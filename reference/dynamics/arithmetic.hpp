@@ -18,6 +18,12 @@ inline Wide sqrt(Wide x) { return sqrtq(x); }
 inline double cos(double x) { return std::cos(x); }
 inline long double cos(long double x) { return std::cos(x); }
 inline Wide cos(Wide x) { return cosq(x); }
+inline double sin(double x) { return std::sin(x); }
+inline long double sin(long double x) { return std::sin(x); }
+inline Wide sin(Wide x) { return sinq(x); }
+inline double atan2(double y, double x) { return std::atan2(y, x); }
+inline long double atan2(long double y, long double x) { return std::atan2(y, x); }
+inline Wide atan2(Wide y, Wide x) { return atan2q(y, x); }
 inline double magnitude(double x) { return std::fabs(x); }
 inline long double magnitude(long double x) { return std::fabs(x); }
 inline Wide magnitude(Wide x) { return x < 0 ? -x : x; }

@@ -4,6 +4,8 @@
 
 #include "dynamics/arithmetic.hpp"
 #include "dynamics/contacts.hpp"
+#include "dynamics/joint_energy.hpp"
+#include "dynamics/swinging_atwood.hpp"
 #include "scene/contact_laws.hpp"
 
 namespace atwood::dynamics {
@@ -123,6 +125,8 @@ Energy energy(const Scene& scene, const Sample& sample) {
   }
   for (const Force& force : scene.forces)
     made.potential_J += std::visit([&](const auto& f) { return potential(f, scene, sample); }, force);
+  made.kinetic_J += pulleys_kinetic_J(scene, sample);
+  made.potential_J += joint_potential_J(scene, sample);
   return made;
 }
 
@@ -273,6 +277,9 @@ bool conserves(const Scene& scene, std::string_view quantity) {
   if (!scene.problem.empty()) return false;
   ForceProperties c;
   for (const Force& force : scene.forces) add_force(c, scene, force);
+  const JointProperties joints = joint_properties(scene);
+  c.dissipates |= joints.works;
+  if (joints.hold_to_world) add_external_force(c);
   const bool uniform_gravity = scene.gravity_m_per_s2 != kZero;
   const bool touches = contacts_possible(scene), lossy = std::ranges::any_of(laws_in_play(scene), dissipates_energy);
   bool fixed_shape = false, later_release = false;
@@ -281,6 +288,7 @@ bool conserves(const Scene& scene, std::string_view quantity) {
     later_release |= !body.fixed && body.release_s > 0;
   }
 
+  if (quantity == "swinging-atwood") return is_swinging_atwood_machine(scene);
   if (quantity == "energy") return !c.dissipates && !lossy;
   if (quantity == "jacobi-constant") {
     const bool turning = std::any_of(scene.forces.begin(), scene.forces.end(),

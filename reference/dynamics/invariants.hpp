@@ -12,8 +12,9 @@ namespace atwood::dynamics {
 using Wide3 = std::array<Wide, 3>;
 
 struct Energy {
-  Wide kinetic_J = 0;    // 1/2 m v^2 + 1/2 w I w; in a rotating frame: of the velocity relative to that frame
+  Wide kinetic_J = 0;    // 1/2 m v^2 + 1/2 w I w, of pulleys too; in a rotating frame: of the velocity relative to it
   Wide potential_J = 0;  // uniform and mutual gravity, attractors, springs, electric field, Coulomb, named potentials,
+                         // springs and constant torques of joints,
                          // and -1/2 m |W x r|^2 in a rotating frame: then kinetic + potential is the Jacobi integral
 };
 Energy energy(const Scene& scene, const Sample& sample);
@@ -33,7 +34,7 @@ Wide magnetic_moment(const Scene& scene, const Sample& sample, int body);
 
 // Does the exact motion of the scene conserve this quantity? energy, momentum, angular-momentum (about the origin),
 // angular-momentum-center, center-of-mass (its motion is uniform), jacobi-constant, laplace-runge-lenz,
-// magnetic-moment. Unknown names: false. Impacts count: a bounce with restitution < 1 loses energy.
+// magnetic-moment, swinging-atwood (swinging_atwood.hpp). Unknown names: false. Impacts count: a bounce with restitution < 1 loses energy.
 bool conserves(const Scene& scene, std::string_view quantity);
 
 }  // namespace atwood::dynamics

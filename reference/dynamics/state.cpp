@@ -137,6 +137,8 @@ std::vector<double> switch_times(const Scene& scene, double t_end_s) {
     if (const auto* thruster = std::get_if<Thruster>(&force)) add_all(thruster->on_s);
     if (const auto* push = std::get_if<PointForce>(&force)) add_all(push->on_s);
   }
+  for (const JointForce& force : scene.joint_forces)
+    if (const auto* torque = std::get_if<JointTorque>(&force)) add_all(torque->on_s);
   for (const Body& body : scene.bodies)
     if (!body.fixed) add(body.release_s);
   std::sort(times.begin(), times.end());

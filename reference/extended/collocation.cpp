@@ -70,6 +70,9 @@ const NarrowTableau& narrow_tableau() {
 
 double magnitude(double x) { return std::fabs(x); }
 
+// The larger of both; NaN when x is, and from then on.
+double larger(double largest, double x) { return x <= largest || std::isnan(largest) ? largest : x; }
+
 }  // namespace
 
 const GaussTableau& gauss_tableau() {
@@ -77,8 +80,8 @@ const GaussTableau& gauss_tableau() {
   return made;
 }
 
-Collocation::Collocation(const Problem& problem, Wide tolerance)
-    : problem_(problem), tolerance_(tolerance), scale_(problem.size, problem.group) {
+Collocation::Collocation(const Problem& problem, Wide tolerance, double stage_residual)
+    : problem_(problem), tolerance_(tolerance), stage_residual_(stage_residual), scale_(problem.size, problem.group) {
   const int n = problem_.size, all = kStages * n;
   Y_.resize(all);
   F_.resize(all);
@@ -101,7 +104,7 @@ bool Collocation::solve_narrow(double t, double h) {
         double sum = 0;
         for (int j = 0; j < kStages; ++j) sum += tableau.A[i][j] * f_[j * n + k];
         const double next = y0_[k] + h * sum;
-        change = std::max(change, magnitude(next - y_[i * n + k]) / scale_double_[k]);
+        change = larger(change, magnitude(next - y_[i * n + k]) / scale_double_[k]);
         y_[i * n + k] = next;
       }
     for (int i = 0; i < kStages; ++i) problem_.narrow_rate(t + tableau.c[i] * h, &y_[i * n], &f_[i * n]);
@@ -136,8 +139,8 @@ void Collocation::correct(double t, double h, const std::vector<double>& residua
       for (int k = 0; k < n; ++k) {
         const double along = difference_step > 0 ? (rate[k] - rates_at_guess_[i * n + k]) / difference_step : 0;
         const double next = residual[i * n + k] + along;
-        change = std::max(change, magnitude(h * (next - f_[i * n + k])) / scale_double_[k]);
-        size = std::max(size, magnitude(h * next) / scale_double_[k]);
+        change = larger(change, magnitude(h * (next - f_[i * n + k])) / scale_double_[k]);
+        size = larger(size, magnitude(h * next) / scale_double_[k]);
         f_[i * n + k] = next;
       }
     }
@@ -175,12 +178,12 @@ bool Collocation::solve_stages(Wide t, const Wide* y, Wide h) {
       ++evaluations;
       for (int k = 0; k < n; ++k) {
         residual[i * n + k] = static_cast<double>(rate_[k] - F_[i * n + k]);
-        size = std::max(size, magnitude(narrow_h * residual[i * n + k]) / scale_double_[k]);
+        size = larger(size, magnitude(narrow_h * residual[i * n + k]) / scale_double_[k]);
       }
     }
     if (!std::isfinite(size)) return false;
     // Converged, or stagnated at the round-off of the 10 x 10 sums.
-    if (size < 1e-31 || (size < 1e-28 && size > 0.1 * last)) return true;
+    if (size < stage_residual_ || (size < 1e-28 && size > 0.1 * last)) return true;
     last = size;
     correct(narrow_t, narrow_h, residual);
     for (int i = 0; i < kStages; ++i)
@@ -208,7 +211,7 @@ double Collocation::error(double h) const {
       high += tableau.degree9[j] * rate;
       low += tableau.degree8[j] * rate;
     }
-    largest = std::max(largest, h * std::max(magnitude(high), 0.1 * magnitude(low)) / scale_double_[k]);
+    largest = larger(largest, h * larger(magnitude(high), 0.1 * magnitude(low)) / scale_double_[k]);
   }
   return largest * largest;
 }
@@ -230,7 +233,7 @@ Wide Collocation::step(Wide t, Wide* y, Wide limit) {
     // Coefficients below the round-off of double carry no information: 1e-32 is their square.
     const double found = solved ? std::max(error(static_cast<double>(h)), 1e-36) : HUGE_VAL;
     const double factor = solved ? 0.9 * std::pow(found / allowed, -1.0 / 20) : 0.4;
-    if (!solved || found > 4 * allowed) {
+    if (!(found <= 4 * allowed)) {
       proposal_ = h * Wide(std::clamp(factor, 0.1, 0.8));
       if (!(t + proposal_ > t)) return 0;
       continue;

@@ -25,7 +25,9 @@ const GaussTableau& gauss_tableau();
 // equations do not converge is rejected and repeated with a smaller step.
 class Collocation : public Stepper<Wide> {
  public:
-  Collocation(const Problem& problem, Wide tolerance);
+  // stage_residual: relative to the state's scale, at which the stage equations count as solved. Each power of 1e-8 costs
+  // one evaluation of all stages in quad.
+  Collocation(const Problem& problem, Wide tolerance, double stage_residual = 1e-31);
   Wide step(Wide t, Wide* y, Wide limit) override;
 
  private:
@@ -36,6 +38,7 @@ class Collocation : public Stepper<Wide> {
 
   Problem problem_;
   Wide tolerance_;
+  double stage_residual_;
   Wide proposal_ = 0;
   Scale<Wide> scale_;
   std::vector<Wide> Y_, F_, rate_;                                     // stages x size

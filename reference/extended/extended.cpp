@@ -10,6 +10,7 @@
 #include "dynamics/shared_errors.hpp"
 #include "extended/collocation.hpp"
 #include "extended/extrapolation.hpp"
+#include "extended/mechanism_truth.hpp"
 #include "extended/path.hpp"
 
 namespace atwood {
@@ -210,6 +211,7 @@ Truth refused(const std::string& reason, Status status) {
 
 Truth extended_truth(const Scenario& scenario, std::int64_t samples) {
   const Scene& scene = scenario.scene;
+  if (!scene.joints.empty() || !scene.ropes.empty()) return mechanism_truth(scenario, samples);
   if (const std::string why = dynamics::unsupported(scene); !why.empty()) return refused(why, Status::unsupported);
   if (samples < 1 || !(scenario.t_end_s > 0))
     return refused("expected t_end_s > 0 and at least 1 sample; found t_end_s = " + format_double(scenario.t_end_s) +

@@ -1,7 +1,9 @@
 #include "ida/ida.hpp"
 
+#include "ida/mechanism.hpp"
 #include "ida/solver.hpp"
 #include "protocol/printed_setting.hpp"
+#include "protocol/timed_passes.hpp"
 #include "sundials/sundials.hpp"
 
 namespace atwood {
@@ -11,7 +13,9 @@ namespace {
 MethodInfo info() {
   MethodInfo made;
   made.id = "ida/bdf";
-  made.doc = "IDA's backward differentiation formulas of order 1 to 5, variable step and order, on y' - f(t, y) = 0.";
+  made.doc =
+      "IDA's backward differentiation formulas of order 1 to 5, variable step and order, on y' - f(t, y) = 0. "
+      "Mechanisms: the index-2 form of Gear, Gupta and Leimkuhler in the coordinates of a spanning tree.";
   made.source = "Hindmarsh et al., SUNDIALS, ACM Trans. Math. Softw. 31 (2005) 363";
   made.adaptive = true;
   declare_settings(made, {printed("rtol", 1e-10, "Relative tolerance where the id has none."),
@@ -21,6 +25,7 @@ MethodInfo info() {
                           printed("nonlinear_solver", std::string("Newton")),
                           printed("linear_solver", std::string("dense, difference-quotient Jacobian")),
                           printed("first_derivative", std::string("f(0, y0), exact")),
+                          printed("multipliers_atol", 1e8, "Of the multipliers of loops and ropes."),
                           printed("sampling", std::string("stop time at each sample; no interpolation"))});
   return made;
 }
@@ -41,6 +46,12 @@ std::string read_options(const MethodId& id, ida::Options& options) {
 Outcome run_method(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   ida::Options options;
   if (const std::string why = read_options(id, options); !why.empty()) return stepping::refusal(why);
+  if (!scene.joints.empty() || !scene.ropes.empty()) {
+    if (repeats <= 0) return ida::run_mechanism(scene, plan.t_end_s, plan.samples, options, observer);
+    return timed_passes(repeats, [&](std::chrono::nanoseconds& busy) {
+      return ida::run_mechanism(scene, plan.t_end_s, plan.samples, options, {}, &busy);
+    });
+  }
   return stepping::run<double>("ida", scene, plan, observer, repeats, true,
                                [&](const stepping::Equations<double>& equations, const std::vector<double>& y, double) {
                                  return ida::make_solver(options, equations, y);
@@ -56,6 +67,7 @@ Engine ida_engine() {
   engine.scalar = "double";
   engine.methods = {info()};
   engine.run = run_method;
+  engine.joints = true;
   return engine;
 }
 

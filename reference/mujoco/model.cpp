@@ -7,6 +7,7 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "mujoco/mechanism.hpp"
 #include "mujoco/pair_laws.hpp"
 #include "rivals/vector.hpp"
 #include "rivals/world.hpp"
@@ -40,20 +41,30 @@ class Writer {
  public:
   Writer(const Scene& scene, const Settings& settings, const std::vector<bool>& held)
       : scene_(scene), settings_(settings), held_(held), order_(precedences(scene)),
-        collide_(rivals::shapes_matter(scene)) {}
+        placing_(rivals::placing_joints(scene)), collide_(rivals::shapes_matter(scene)) {
+    children_.resize(scene.bodies.size());
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      const int parent = parent_of(i);
+      if (parent >= 0) children_[static_cast<std::size_t>(parent)].push_back(i);
+    }
+  }
 
-  std::string write() {
+  ModelFiles write() {
     out("<mujoco>\n<compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n");
     sizes();
     options();
     defaults();
     assets();
     out("<worldbody>\n");
-    for (std::size_t i = 0; i < scene_.bodies.size(); ++i) body(i);
+    xml_ += rope_sites(scene_, -1);
+    for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
+      if (parent_of(i) < 0) body(i);
+    }
     out("</worldbody>\n");
-    if (!order_) pairs();
+    contact_pairs();
+    xml_ += constraint_elements(scene_, settings_);
     out("</mujoco>\n");
-    return xml_;
+    return {std::move(xml_), std::move(included_)};
   }
 
  private:
@@ -63,6 +74,13 @@ class Writer {
   double number(const char* name) const { return rivals::number(settings_, name); }
   std::string word(const char* name) const { return std::get<std::string>(settings_.at(name)); }
 
+  // The body of whose element this body's is a part; -1: the world's.
+  int parent_of(std::size_t i) const {
+    if (placing_[i] < 0) return -1;
+    const int parent = scene_.joints[static_cast<std::size_t>(placing_[i])].parent;
+    return parent < 0 || scene_.bodies[static_cast<std::size_t>(parent)].fixed ? -1 : parent;
+  }
+
   // MuJoCo's default size of the stack is 5 (rows + velocities)^2 numbers, which overflows an int beyond 20 000. Its solvers
   // were observed to use 3 velocities^2 numbers and a few rows.
   void sizes() {
@@ -70,7 +88,7 @@ class Writer {
     const bool elliptic = word("cone") == "elliptic";
     int rows = 1;
     for (const auto& law : rivals::laws_in_play(scene_)) rows = std::max(rows, rows_of(law, elliptic));
-    const std::int64_t contacts = room_for_contacts(scene_, settings_), n = contacts * rows;
+    const std::int64_t contacts = room_for_contacts(scene_, settings_), n = contacts * rows + constraint_rows(scene_);
     const auto nv = 6 * static_cast<std::int64_t>(scene_.bodies.size());
     const std::int64_t guess = 5 * (n + nv) * (n + nv), seen = 5 * nv * nv + 200 * (n + nv) + 1000000;
     out("<size nconmax=\"{}\" njmax=\"{}\" nstack=\"{}\"/>\n", contacts, n, std::min(guess, seen));
@@ -124,19 +142,52 @@ class Writer {
       position = (plane->offset_m / norm) * n;
       attitude = from_z_to(n);
     }
-    out("<body pos=\"{}\" quat=\"{}\">", text(position), text(attitude));
-    if (!b.fixed && !held_[i]) {
-      if (rotates(b)) {
-        const auto axes = rivals::principal_axes(b.inertia_kg_m2);
-        out("<freejoint/><inertial pos=\"0 0 0\" mass=\"{}\" quat=\"{}\" diaginertia=\"{}\"/>", b.mass_kg,
-            text(axes.q_BP), text(axes.moments_kg_m2));
-      } else {  // irrelevant: slide joints do not rotate
-        for (const char* axis : {"1 0 0", "0 1 0", "0 0 1"}) out("<joint type=\"slide\" axis=\"{}\"/>", axis);
-        out("<inertial pos=\"0 0 0\" mass=\"{}\" diaginertia=\"1 1 1\"/>", b.mass_kg);
-      }
+    if (placing_[i] >= 0) {
+      const Placement at = placement_at_zero(scene_, scene_.joints[static_cast<std::size_t>(placing_[i])]);
+      position = at.p;
+      attitude = at.q;
     }
+    out("<body name=\"b{}\" pos=\"{}\" quat=\"{}\">", i, text(position), text(attitude));
+    if (!b.fixed && !held_[i]) joints_and_inertia(i);
     if (collide_) geoms(i);
+    xml_ += rope_sites(scene_, static_cast<int>(i));
+    for (const std::size_t child : children_[i]) child_of_body(child);
     out("</body>\n");
+  }
+
+  void child_of_body(std::size_t child) {
+    constexpr int kMostLevels = 60;
+    if (++level_ % kMostLevels != 0) {
+      body(child);
+    } else {
+      const std::string name = fmt::format("below{}.xml", child);
+      out("<include file=\"{}\"/>\n", name);
+      std::string above = std::move(xml_);
+      xml_ = "<mujocoinclude>\n";
+      body(child);
+      included_.emplace_back(name, xml_ + "</mujocoinclude>\n");
+      xml_ = std::move(above);
+    }
+    --level_;
+  }
+
+  // A point mass that translates has slide joints along the world's axes, and any inertia. Below a turning body its own is
+  // zero, which MuJoCo admits for bodies without joints.
+  void joints_and_inertia(std::size_t i) {
+    const Body& b = scene_.bodies[i];
+    const bool placed = placing_[i] >= 0;
+    if (placed) xml_ += joint_elements(scene_, settings_, placing_[i]);
+    if (rotates(b)) {
+      const auto axes = rivals::principal_axes(b.inertia_kg_m2);
+      out("{}<inertial pos=\"0 0 0\" mass=\"{}\" quat=\"{}\" diaginertia=\"{}\"/>", placed ? "" : "<freejoint/>",
+          b.mass_kg, text(axes.q_BP), text(axes.moments_kg_m2));
+      return;
+    }
+    for (const Real3& axis : {Real3{1, 0, 0}, Real3{0, 1, 0}, Real3{0, 0, 1}}) {
+      if (!placed) out("<joint type=\"slide\" axis=\"{}\"/>", text(rivals::to_body(b.orientation_wxyz, axis)));
+    }
+    const bool welded = placed && scene_.joints[static_cast<std::size_t>(placing_[i])].kind == JointKind::fixed;
+    out("<inertial pos=\"0 0 0\" mass=\"{}\" diaginertia=\"{}\"/>", b.mass_kg, welded ? "0 0 0" : "1 1 1");
   }
 
   void geoms(std::size_t i) {
@@ -168,46 +219,66 @@ class Writer {
     }
   }
 
-  void pairs() {
+  void contact_pairs() {
+    const std::string excluded = collide_ ? excluded_pairs(scene_) : "";
+    if (order_ && excluded.empty()) return;
     out("<contact>\n");
+    xml_ += excluded;
+    if (!order_) listed_pairs();
+    out("</contact>\n");
+  }
+
+  void listed_pairs() {
     for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
       for (std::size_t j = i + 1; j < scene_.bodies.size(); ++j) {
         const Body &a = scene_.bodies[i], &b = scene_.bodies[j];
         if (!rivals::has_shape(a) || !rivals::has_shape(b) || (a.fixed && b.fixed)) continue;
+        if (rivals::joined(scene_, static_cast<int>(i), static_cast<int>(j))) continue;
         const PairLaw& law = pair_law(scene_, static_cast<int>(i), static_cast<int>(j));
         out("<pair geom1=\"g{}\" geom2=\"g{}\" condim=\"{}\" friction=\"{} {} 0 {} {}\"/>\n", i, j,
             dimension(law.friction, law.rolling_friction_m), law.friction, law.friction, law.rolling_friction_m,
             law.rolling_friction_m);
       }
     }
-    out("</contact>\n");
   }
 
   const Scene& scene_;
   const Settings& settings_;
   const std::vector<bool>& held_;
   std::optional<std::vector<Precedence>> order_;
+  std::vector<int> placing_;  // joint by body
+  std::vector<std::vector<std::size_t>> children_;
   bool collide_ = false;
+  int level_ = 0;  // of nested bodies
   std::string xml_;
+  std::vector<std::pair<std::string, std::string>> included_;
 };
 
 }  // namespace
 
-std::string xml_of(const Scene& scene, const Settings& settings, const std::vector<bool>& held) {
+ModelFiles xml_of(const Scene& scene, const Settings& settings, const std::vector<bool>& held) {
   return Writer(scene, settings, held).write();
 }
 
-Model compile(const std::string& xml) {
-  const auto files = std::make_unique<mjVFS>();
-  mj_defaultVFS(files.get());
-  if (mj_makeEmptyFileVFS(files.get(), "scene.xml", static_cast<int>(xml.size())) != 0) {
-    throw std::invalid_argument("MuJoCo rejected a model file of " + std::to_string(xml.size()) + " bytes");
-  }
-  std::memcpy(files->filedata[0], xml.data(), xml.size());
+Model compile(const ModelFiles& files) {
+  struct Folder {
+    std::unique_ptr<mjVFS> held = std::make_unique<mjVFS>();
+    Folder() { mj_defaultVFS(held.get()); }
+    ~Folder() { mj_deleteVFS(held.get()); }
+    void add(const std::string& name, const std::string& xml) {
+      if (mj_makeEmptyFileVFS(held.get(), name.c_str(), static_cast<int>(xml.size())) != 0)
+        throw std::invalid_argument("MuJoCo rejected a model file of " + std::to_string(xml.size()) + " bytes");
+      std::memcpy(held->filedata[held->nfile - 1], xml.data(), xml.size());
+    }
+  } folder;
+  folder.add("scene.xml", files.main);
+  for (const auto& [name, xml] : files.included) folder.add(name, xml);
   char error[1000] = "";
-  Model model(mj_loadXML("scene.xml", files.get(), error, sizeof error));
-  mj_deleteVFS(files.get());
-  if (!model) throw std::invalid_argument(std::string("MuJoCo's compiler says: ") + error);
+  Model model(mj_loadXML("scene.xml", folder.held.get(), error, sizeof error));
+  if (!model) {
+    std::replace(std::begin(error), std::end(error), '\n', ' ');
+    throw std::invalid_argument(std::string("MuJoCo's compiler says: ") + error);
+  }
   return model;
 }
 

@@ -1,8 +1,8 @@
 // A scene as the XML that MuJoCo compiles. Conventions of MuJoCo:
 //   - the smallest mass and inertia of a mobile body is 1e-15: MuJoCo's compiler refuses lighter bodies;
 //   - a body that rotates has a free joint (position and velocity in world axes, angular velocity in body axes), a point
-//     mass has three slide joints;
-//   - every body of the scene is a <body> of the world, in the scene's order: body i is MuJoCo's i + 1;
+//     mass has three slide joints along the world's axes;
+//   - body i of the scene is the <body> "b<i>": of the world, or of the parent of the joint that places it (mechanism.hpp);
 //   - extents are half extents, the axis of a capsule and cylinder is z, and its half length excludes the caps, as in the
 //     scene;
 //   - a mesh collides as its convex hull;
@@ -13,6 +13,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/method.hpp"
@@ -28,11 +29,18 @@ struct FreeData {
 using Model = std::unique_ptr<mjModel, FreeModel>;
 using Data = std::unique_ptr<mjData, FreeData>;
 
+// A model file and those that it includes, by name. MuJoCo's reader of XML admits some hundred levels of elements in one
+// file; what it includes counts from its own first level, so that longer chains of bodies go on in another file.
+struct ModelFiles {
+  std::string main;
+  std::vector<std::pair<std::string, std::string>> included;
+};
+
 // `held[i]`: body i is at rest, also if the scene releases it later.
-std::string xml_of(const Scene& scene, const Settings& settings, const std::vector<bool>& held);
+ModelFiles xml_of(const Scene& scene, const Settings& settings, const std::vector<bool>& held);
 
 // Throws std::invalid_argument with MuJoCo's message.
-Model compile(const std::string& xml);
+Model compile(const ModelFiles& files);
 
 // Number of contacts that fit into the buffers; 0: not even two per body fit into a buffer of at most 2 GiB.
 std::int64_t room_for_contacts(const Scene& scene, const Settings& settings);

@@ -30,6 +30,7 @@ Engine mujoco_engine() {
       {"implicit",
        "MuJoCo with its integrator that is implicit in velocity, all else as in default.",
        {{"integrator", std::string("implicit")}}}};
+  rival.joints = true;
   rival.settings = mujoco::settings();
   rival.refusal = mujoco::refusal;
   rival.make = mujoco::make_world;

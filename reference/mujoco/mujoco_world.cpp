@@ -1,10 +1,12 @@
 #include "mujoco/mujoco_world.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <vector>
 
+#include "mujoco/mechanism.hpp"
 #include "mujoco/model.hpp"
 #include "mujoco/pair_laws.hpp"
 #include "protocol/printed_setting.hpp"
@@ -30,28 +32,58 @@ void fail(const char* text) { throw std::invalid_argument(std::string("MuJoCo ga
 
 Real3 real3(const mjtNum* v) { return {v[0], v[1], v[2]}; }
 
+// MuJoCo calls a function of the program at each evaluation of forces: here the scene's motors, by the world that steps.
+struct Motors {
+  const Scene* scene = nullptr;
+  const std::vector<int>* joint_ids = nullptr;
+  double t_switch_s = 0;
+};
+Motors motors;
+void run_motors(const mjModel* model, mjData* data) {
+  if (!motors.scene) return;
+  mju_zero(data->qfrc_applied, model->nv);
+  for (const JointForce& force : motors.scene->joint_forces) {
+    const auto* motor = std::get_if<JointTorque>(&force);
+    if (!motor) continue;
+    const bool on = motor->on_s.empty() || std::any_of(motor->on_s.begin(), motor->on_s.end(), [](const Interval& i) {
+                      return i.from_s <= motors.t_switch_s && motors.t_switch_s < i.to_s;
+                    });
+    const int id = (*motors.joint_ids)[static_cast<std::size_t>(motor->joint)];
+    if (on)
+      data->qfrc_applied[model->jnt_dofadr[id] + motor->coordinate] +=
+          motor->torque * std::cos(motor->angular_frequency_rad_per_s * data->time + motor->phase_rad);
+  }
+}
+
 class MujocoWorld : public rivals::World {
  public:
   MujocoWorld(const Scene& scene, const Settings& settings) : scene_(scene), settings_(settings) {
     mju_user_warning = hear;
     mju_user_error = fail;
+    mjcb_control = run_motors;
     for (const auto& body : scene.bodies) held_.push_back(!body.fixed && body.release_s > 0);
+    placing_ = rivals::placing_joints(scene);
     build();
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-      if (moves(static_cast<int>(i))) set_motion(static_cast<int>(i), motion_of_scene(static_cast<int>(i)));
+      if (floats(static_cast<int>(i))) set_motion(static_cast<int>(i), motion_of_scene(static_cast<int>(i)));
     }
+    for (std::size_t j = 0; j < scene.joints.size(); ++j) {
+      if (const int id = joint_ids_[j]; id >= 0)
+        set_joint(scene.joints[j].kind, id, {scene.joints[j].coordinates, scene.joints[j].rates}, model_.get(),
+                  data_.get());
+    }
+    set_constraints(scene, model_.get(), data_.get());
   }
+  ~MujocoWorld() override { motors = {}; }
 
   void step(double h_s, const std::vector<Wrench>& wrenches) override {
-    for (std::size_t i = 0; i < wrenches.size(); ++i) {
-      mjtNum* applied = data_->xfrc_applied + 6 * (i + 1);
-      for (int k = 0; k < 3; ++k) {
-        applied[k] = wrenches[i].force_N[k];
-        applied[3 + k] = wrenches[i].torque_N_m[k];
-      }
-    }
+    put(wrenches, *data_);
+    if (h_s != h_s_) set_softness(settings_, h_s, model_.get());
     h_s_ = model_->opt.timestep = h_s;
+    t_switch_s_ = data_->time + 0.5 * h_s;
+    if (!scene_.joint_forces.empty()) motors = {&scene_, &joint_ids_, t_switch_s_};
     mj_step(model_.get(), data_.get());
+    viewed_ = false;
     for (const int bad : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC})
       lost_ = lost_ || data_->warning[bad].number > 0;
   }
@@ -61,6 +93,7 @@ class MujocoWorld : public rivals::World {
       const double nan = std::numeric_limits<double>::quiet_NaN();
       return {{nan, nan, nan}, {nan, nan, nan, nan}, {nan, nan, nan}, {nan, nan, nan}};
     }
+    if (placing_[static_cast<std::size_t>(i)] >= 0) return placed_motion(i);
     const mjtNum *q = data_->qpos + position_at(i), *v = data_->qvel + velocity_at(i);
     const Body& body = scene_.bodies[i];
     if (!rotates(body)) return {body.position_m + real3(q), body.orientation_wxyz, real3(v), {}};
@@ -71,14 +104,26 @@ class MujocoWorld : public rivals::World {
   void release(int i) override {
     std::vector<Motion> motions(scene_.bodies.size());
     for (std::size_t k = 0; k < motions.size(); ++k) {
-      if (moves(static_cast<int>(k))) motions[k] = motion(static_cast<int>(k));
+      if (floats(static_cast<int>(k))) motions[k] = motion(static_cast<int>(k));
     }
+    std::vector<rivals::JointState> joints(scene_.joints.size());
+    for (std::size_t j = 0; j < joints.size(); ++j)
+      joints[j] = joint(static_cast<int>(j)).value_or(rivals::JointState{});
+    const Model before = std::move(model_);
+    const double t_s = data_->time;
     motions[static_cast<std::size_t>(i)] = motion_of_scene(i);
     held_[static_cast<std::size_t>(i)] = false;
     build();
+    data_->time = t_s;
     for (std::size_t k = 0; k < motions.size(); ++k) {
-      if (moves(static_cast<int>(k))) set_motion(static_cast<int>(k), motions[k]);
+      if (floats(static_cast<int>(k))) set_motion(static_cast<int>(k), motions[k]);
     }
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      if (joint_ids_[j] >= 0) set_joint(scene_.joints[j].kind, joint_ids_[j], joints[j], model_.get(), data_.get());
+    }
+    set_constraints(scene_, model_.get(), data_.get());
+    mju_copy(model_->tendon_length0, before->tendon_length0, model_->ntendon);
+    if (h_s_ > 0) set_softness(settings_, h_s_, model_.get());
   }
 
   // A contact's frame has its axes in rows; the first is the normal, from geom1 to geom2, and the force is on geom2.
@@ -90,7 +135,7 @@ class MujocoWorld : public rivals::World {
       mjtNum force[6];
       mj_contactForce(model_.get(), data_.get(), c, force);
       if (!(force[0] > 0)) continue;
-      const int first = model_->geom_bodyid[contact.geom1] - 1, second = model_->geom_bodyid[contact.geom2] - 1;
+      const int first = owner_of(contact.geom1), second = owner_of(contact.geom2);
       const double to_b = first < second ? 1.0 : -1.0;
       const Real3 friction = force[1] * real3(contact.frame + 3) + force[2] * real3(contact.frame + 6);
       all.push_back({std::min(first, second), std::max(first, second), real3(contact.pos), to_b * real3(contact.frame),
@@ -99,15 +144,97 @@ class MujocoWorld : public rivals::World {
     return all;
   }
 
+  std::optional<rivals::JointState> joint(int j) const override {
+    const auto id = joint_ids_[static_cast<std::size_t>(j)];
+    if (id < 0) return std::nullopt;
+    return joint_of(scene_.joints[static_cast<std::size_t>(j)].kind, id, model_.get(), data_.get());
+  }
+  bool joint_forces_inside() const override { return true; }
+
+  std::vector<rivals::Reaction> reactions(double t_s, const std::vector<Wrench>& wrenches) override {
+    if (lost_) return {};
+    t_switch_s_ = t_s + 0.5 * h_s_;
+    put(wrenches, *view());
+    const mjData* seen = view_of_forces();
+    std::vector<Motion> motions;
+    for (std::size_t i = 0; i < scene_.bodies.size(); ++i) motions.push_back(pose_of(static_cast<int>(i)));
+    return reactions_of(scene_, ids_, motions, wrenches, model_.get(), seen);
+  }
+  std::vector<RopeSample> ropes() override {
+    if (scene_.ropes.empty() || lost_) return {};
+    return ropes_of(scene_, view_of_forces());
+  }
+  std::string broken() override {
+    const std::vector<RopeSample> now = ropes();
+    for (std::size_t r = 0; r < now.size(); ++r) {
+      if (now[r].tension_N < 0) return "the rope `" + scene_.ropes[r].name + "` would be slack";
+    }
+    return "";
+  }
+
  private:
   void build() {
     model_ = compile(xml_of(scene_, settings_, held_));
     data_.reset(mj_makeData(model_.get()));
     if (!data_) throw std::invalid_argument("MuJoCo could not allocate its buffers");
+    view_.reset();
+    viewed_ = false;
+    ids_.clear();
+    owners_.assign(static_cast<std::size_t>(model_->nbody), -1);
+    for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
+      ids_.push_back(mj_name2id(model_.get(), mjOBJ_BODY, ("b" + std::to_string(i)).c_str()));
+      owners_[static_cast<std::size_t>(ids_.back())] = static_cast<int>(i);
+    }
+    joint_ids_ = joint_ids(scene_, model_.get());
   }
   bool moves(int i) const { return !scene_.bodies[i].fixed && !held_[static_cast<std::size_t>(i)]; }
-  int position_at(int i) const { return model_->jnt_qposadr[model_->body_jntadr[i + 1]]; }
-  int velocity_at(int i) const { return model_->body_dofadr[i + 1]; }
+  bool floats(int i) const { return moves(i) && placing_[static_cast<std::size_t>(i)] < 0; }
+  int owner_of(int geom) const { return owners_[static_cast<std::size_t>(model_->geom_bodyid[geom])]; }
+  int position_at(int i) const { return model_->jnt_qposadr[model_->body_jntadr[ids_[static_cast<std::size_t>(i)]]]; }
+  int velocity_at(int i) const { return model_->body_dofadr[ids_[static_cast<std::size_t>(i)]]; }
+  void put(const std::vector<Wrench>& wrenches, mjData& data) const {
+    for (std::size_t i = 0; i < wrenches.size(); ++i) {
+      mjtNum* applied = data.xfrc_applied + 6 * ids_[i];
+      for (int k = 0; k < 3; ++k) {
+        applied[k] = wrenches[i].force_N[k];
+        applied[3 + k] = wrenches[i].torque_N_m[k];
+      }
+    }
+  }
+
+  // After mj_step all of mjData but the state is that of the step's beginning. What samples need is computed in a second
+  // mjData, so that observing a run does not change it.
+  mjData* view() const {
+    if (!view_) view_.reset(mj_makeData(model_.get()));
+    if (viewed_) return view_.get();
+    view_->time = data_->time;
+    mju_copy(view_->qpos, data_->qpos, model_->nq);
+    mju_copy(view_->qvel, data_->qvel, model_->nv);
+    mju_copy(view_->qacc_warmstart, data_->qacc_warmstart, model_->nv);
+    mju_copy(view_->xfrc_applied, data_->xfrc_applied, 6 * model_->nbody);
+    mj_kinematics(model_.get(), view_.get());
+    mj_comPos(model_.get(), view_.get());
+    mj_comVel(model_.get(), view_.get());
+    viewed_ = true;
+    return view_.get();
+  }
+  mjData* view_of_forces() const {
+    mjData* seen = view();
+    if (!scene_.joint_forces.empty()) motors = {&scene_, &joint_ids_, t_switch_s_};
+    mj_forward(model_.get(), seen);
+    mj_rnePostConstraint(model_.get(), seen);
+    return seen;
+  }
+  Motion placed_motion(int i) const {
+    const mjData* seen = view();
+    const int id = ids_[static_cast<std::size_t>(i)];
+    const mjtNum* q = seen->xquat + 4 * id;
+    mjtNum velocity[6];
+    mj_objectVelocity(model_.get(), seen, mjOBJ_XBODY, id, velocity, 0);
+    const Real4 attitude{q[0], q[1], q[2], q[3]};
+    return {real3(seen->xpos + 3 * id), attitude, real3(velocity + 3), rivals::to_body(attitude, real3(velocity))};
+  }
+  Motion pose_of(int i) const { return moves(i) ? motion(i) : rivals::motion_at_start(scene_, i); }
 
   Motion motion_of_scene(int i) const {
     const Body& b = scene_.bodies[i];
@@ -127,9 +254,14 @@ class MujocoWorld : public rivals::World {
   const Scene& scene_;
   const Settings& settings_;
   std::vector<bool> held_;
+  std::vector<int> placing_;          // joint by body
+  std::vector<int> ids_, joint_ids_;  // MuJoCo's numbers of bodies and joints
+  std::vector<int> owners_;           // body by MuJoCo's number
   Model model_;
   Data data_;
-  double h_s_ = 0;
+  mutable Data view_;
+  mutable bool viewed_ = false;
+  double h_s_ = 0, t_switch_s_ = 0;
   bool lost_ = false;
 };
 
@@ -179,6 +311,19 @@ std::vector<Setting> settings() {
       {"solimp_power", 2.0, {between(1, 1000), "Power of its rise (solimp)."}},
       {"margin_m", 0.0, {between(0, 1000), "Gap up to which a contact is detected.", "m"}},
       {"gap_m", 0.0, {between(0, 1000), "Part of the margin in which a contact has no force.", "m"}},
+      printed("joints",
+              std::string("the tree of bodies; closing joints are equality constraints, softened by joint_sol*")),
+      printed("joint_forces",
+              std::string("springs and dampers are MuJoCo's (Euler: implicit in the damping), motors run "
+                          "in mjcb_control")),
+      {"mechanism_tolerance", 1e-8, {between(0, 1), "The solver's tolerance in scenes with joints or ropes."}},
+      {"joint_solref_time_constant_s",
+       0.02,
+       {{0, 1000, true, false}, "Time constant of closing joints, ropes and stops (solref).", "s"}},
+      {"joint_solref_time_constant_steps", 0.0, {between(0, 1000), "The same as a number of steps; 0: as in seconds."}},
+      {"joint_solref_damping_ratio", 1.0, {{0, 1000, true, false}, "Their damping over critical damping (solref)."}},
+      {"joint_solimp_least", 0.9, {between(0, 1), "Their impedance without violation (solimp)."}},
+      {"joint_solimp_most", 0.95, {between(0, 1), "Their impedance at violations beyond solimp_width_m (solimp)."}},
       {"contacts_per_body", std::int64_t{8}, {between(1, 10000), "Contact points for which there is room."}}};
 }
 
@@ -189,10 +334,15 @@ Settings tuned_changes() {
           {"tolerance", 1e-10},
           {"solref_time_constant_s", 0.01},  // MuJoCo itself raises it to two steps (refsafe)
           {"solimp_least", 0.99},            // a stiffer contact: less overlap at rest
-          {"solimp_most", 0.999}};
+          {"solimp_most", 0.999},
+          {"mechanism_tolerance", 0.0},
+          {"joint_solref_time_constant_steps", 2.0},  // the least that MuJoCo holds stable
+          {"joint_solimp_least", 0.9999},
+          {"joint_solimp_most", 0.9999}};
 }
 
 std::string refusal(const Scene& scene, const Settings& settings) {
+  if (const auto reason = refused_mechanism(scene); !reason.empty()) return reason;
   if (!rivals::shapes_matter(scene)) return "";
   for (const auto& law : rivals::laws_in_play(scene)) {
     if (law.restitution != 0) return "MuJoCo has no restitution: expected restitution = 0";

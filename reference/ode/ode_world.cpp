@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "ode/joints.hpp"
 #include "ode/shapes.hpp"
 #include "protocol/printed_setting.hpp"
 #include "rivals/vector.hpp"
@@ -86,6 +87,7 @@ class OdeWorld : public rivals::World {
     dWorldSetLinearDamping(world_, rivals::number(settings, "linear_damping"));
     dWorldSetAngularDamping(world_, rivals::number(settings, "angular_damping"));
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) add(static_cast<int>(i), settings);
+    joints_ = std::make_unique<Joints>(world_, scene, bodies_, observe);
   }
   ~OdeWorld() override {
     dJointGroupDestroy(contacts_);
@@ -109,11 +111,14 @@ class OdeWorld : public rivals::World {
     if (observe_) {
       for (std::size_t k = 0; k < met_.size(); ++k) dJointSetFeedback(met_[k].joint, &feedback_[k]);
     }
+    const bool reactions = observe_ && !scene_.joints.empty();
+    if (reactions) joints_->before(motions());
     if (quick_) {
       dWorldQuickStep(world_, h_s);
     } else {
       dWorldStep(world_, h_s);
     }
+    if (reactions) joints_->after();
     dJointGroupEmpty(contacts_);
   }
 
@@ -132,6 +137,8 @@ class OdeWorld : public rivals::World {
     dBodySetDynamic(bodies_[i]);
     set_velocity(i);
   }
+
+  std::vector<rivals::Reaction> reactions(double, const std::vector<Wrench>&) override { return joints_->reactions(); }
 
   // dJointFeedback's f1 is the force on the joint's first body, into which the contact's normal points.
   std::vector<Touch> touches() const override {
@@ -155,6 +162,13 @@ class OdeWorld : public rivals::World {
     double depth_m = 0;
     dJointID joint = nullptr;
   };
+
+  std::vector<Motion> motions() const {
+    std::vector<Motion> all;
+    for (int i = 0; i < static_cast<int>(bodies_.size()); ++i)
+      all.push_back(bodies_[i] ? motion(i) : rivals::motion_at_start(scene_, i));
+    return all;
+  }
 
   void add(int i, const Settings& settings) {
     const Body& body = scene_.bodies[i];
@@ -204,6 +218,7 @@ class OdeWorld : public rivals::World {
     const int first = static_cast<int>(reinterpret_cast<std::intptr_t>(dGeomGetData(a)));
     const int second = static_cast<int>(reinterpret_cast<std::intptr_t>(dGeomGetData(b)));
     if (first == second) return;  // parts of one body
+    if (!scene_.joints.empty() && joints_->connect(first, second)) return;
     const auto still = [&](int i) { return !bodies_[i] || dBodyIsKinematic(bodies_[i]); };
     if (still(first) && still(second)) return;
     dContactGeom found[kMostContacts];
@@ -254,6 +269,7 @@ class OdeWorld : public rivals::World {
   dJointGroupID contacts_ = nullptr;
   Shapes shapes_;
   std::vector<dBodyID> bodies_;
+  std::unique_ptr<Joints> joints_;
   std::vector<Met> met_;
   std::vector<dJointFeedback> feedback_;
 };
@@ -271,14 +287,21 @@ std::vector<Setting> settings() {
       printed("space", std::string("dHashSpace")),
       printed("rectangle", std::string("a box of the least thickness")),
       printed("rolling_friction", std::string("torque up to coefficient x load (dContactRolling), by two axes")),
+      printed("joints",
+              std::string("dJointFixed, Hinge, Slider, Piston (cylindrical), Universal, Ball; jointed bodies do "
+                          "not collide with each other")),
+      printed("driven_joints", std::string("the joint's motor with an unbounded force")),
+      printed("stops",
+              std::string("the joint's, with its bounce: found at the start of the step after they were passed")),
+      printed("reactions", std::string("the joint's feedback: those of the step that ends at the sample")),
       rivals::substeps_setting(),
       {"step",
        std::string("dWorldStep"),
        {one_of({"dWorldStep", "dWorldQuickStep"}), "Direct solver of the contact problem, or sweeps."}},
       {"iterations", std::int64_t{20}, {between(1, 100000), "Sweeps of dWorldQuickStep in a step."}},
       {"sor", 1.3, {{0, 2, true, false}, "Over-relaxation of dWorldQuickStep's sweeps."}},
-      {"erp", 0.2, {between(0, 1), "Share of an overlap that a step takes away."}},
-      {"cfm", 1e-10, {between(0, 1000), "Softness of contacts (constraint force mixing)."}},
+      {"erp", 0.2, {between(0, 1), "Share of an overlap, or of a joint's gap, that a step takes away."}},
+      {"cfm", 1e-10, {between(0, 1000), "Softness of contacts and joints (constraint force mixing)."}},
       {"contact_max_correcting_velocity_m_per_s",
        dInfinity,
        {at_least(0), "Largest velocity that removes overlap.", "m/s"}},
@@ -295,7 +318,8 @@ std::vector<Setting> settings() {
       {"angular_damping", 0.0, {between(0, 1), "Share of the angular velocity lost in a step."}}};
 }
 
-std::string refusal(const Scene& scene) {
+std::string refusal(const Scene& scene, const Settings& settings) {
+  if (const auto reason = refused_mechanism(scene, rivals::number(settings, "cfm")); !reason.empty()) return reason;
   if (!dCheckConfiguration("ODE_double_precision")) return "the installed ODE is not the double precision build";
   const auto shaped = std::count_if(scene.bodies.begin(), scene.bodies.end(), rivals::has_shape);
   int cylinders = 0, capsules = 0;

@@ -4,6 +4,7 @@
 //   - shapes: see shapes.hpp;
 //   - a contact's normal points into its first body; restitution and friction belong to each contact (dSurface);
 //   - mu is a force unless dContactApprox1 makes it a coefficient, as in the scene: it is always set;
+//   - joints: see joints.hpp;
 //   - contacts are found at the start of a step, then v += h F/m with contact forces, then x += h v.
 #pragma once
 
@@ -19,7 +20,7 @@ namespace atwood::ode {
 std::vector<Setting> settings();
 
 // Why ODE cannot represent the scene, beyond the refusals of every adapter; empty when it can.
-std::string refusal(const Scene& scene);
+std::string refusal(const Scene& scene, const Settings& settings);
 
 // ODE's messages since the last call: "ODE printed 3 messages, first: LCP internal error"; empty: none.
 std::string diagnostics_since_last_call();

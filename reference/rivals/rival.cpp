@@ -65,6 +65,7 @@ Outcome run(const Rival& rival, const MethodId& id, const Scene& scene, const Pl
   if (preset->adaptive) plain.rtol.reset(), plain.atol.reset();
   if (const auto reason = refusal(rival.name, plain, rival.scalar, scene, rival.compliant); !reason.empty())
     return refused(reason);
+  if (!rival.joints && has_mechanism(scene)) return refused(rival.name + "'s adapter takes no joints or ropes");
   const Result<Settings> settings = settings_of(rival, *preset, id, scene);
   if (!settings) return refused(settings.fault());
   try {
@@ -91,6 +92,7 @@ Engine engine_of(const Rival& rival) {
   engine.run = [rival](const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
                        int repeats) { return run(rival, id, scene, plan, observer, repeats); };
   engine.frames = true;
+  engine.joints = rival.joints;
   return engine;
 }
 

@@ -27,6 +27,7 @@ struct Rival {
   std::vector<Setting> settings;  // all of them, with defaults, ranges and meanings; one is "substeps"
   std::vector<Preset> presets;
   bool compliant = false;  // has compliant contacts; `refusal` says which are not covered
+  bool joints = false;     // takes joints; `refusal` says which are not covered
   // What is wrong with settings that are each in range; empty: nothing. May be absent.
   std::function<std::string(const Settings&)> contradiction = {};
   // Why the engine cannot represent the scene, beyond the refusals of every adapter; empty when it can.

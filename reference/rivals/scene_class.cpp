@@ -45,6 +45,7 @@ bool still(const Body& body) {
 }  // namespace
 
 SceneClass scene_class(const Scene& scene) {
+  if (has_mechanism(scene)) return SceneClass::mechanism;
   if (!shapes_matter(scene)) return SceneClass::free_flight;
   std::vector<int> movable, fixed;
   for (int i = 0; i < static_cast<int>(scene.bodies.size()); ++i) {

@@ -13,7 +13,7 @@ namespace atwood::rivals {
 enum class SceneClass { free_flight, bounce, friction, stack, heap, mechanism };
 
 // Tried in this order:
-//   mechanism    joints or ropes connect bodies (scenes have none yet)
+//   mechanism    joints or ropes connect bodies
 //   free-flight  there are no two bodies with shapes, one of them movable
 //   stack        2 to 128 movable bodies, all at rest at the start and no pair's law with restitution, of which two touch
 //   heap         gravity acts, and 16 movable bodies or more, under half of which touch a fixed body at the start; or more than 128

@@ -31,6 +31,8 @@ std::string refusal(const std::string& engine, const MethodId& id, const std::st
 
   const bool matter = shapes_matter(scene);
   for (const auto& body : scene.bodies) {
+    if (body.fixed && (body.velocity_m_per_s != Real3{} || body.angular_velocity_body_rad_per_s != Real3{}))
+      return engine + "'s adapter has no prescribed motion of fixed bodies; `" + body.name + "` moves";
     if (body.fixed) continue;
     if (!(body.mass_kg > 0)) return engine + " requires a mass of mobile bodies; `" + body.name + "` has none";
     if (matter && std::holds_alternative<Plane>(body.shape))

@@ -22,6 +22,12 @@ class Stepper {
     }
     motions_.resize(scene.bodies.size());
     if (!scene.forces.empty() && world.rate_calls() < 0) wrenches_.resize(scene.bodies.size());
+    if (!scene.joint_forces.empty() && !world.joint_forces_inside()) {
+      joint_forces_here_ = true;
+      wrenches_.resize(scene.bodies.size());
+    }
+    for (const Joint& joint : scene.joints) joints_.push_back({joint.coordinates, joint.rates});
+    follow_joints();
   }
 
   // Step n of the plan; `before` runs ahead of every inner step, `after` behind it, with the inner step's start time.
@@ -35,13 +41,35 @@ class Stepper {
       const double middle_s = t_s + 0.5 * inner_h_s_;
       release_due(middle_s);
       before();
-      if (!wrenches_.empty()) {
-        for (std::size_t i = 0; i < motions_.size(); ++i) motions_[i] = motion(static_cast<int>(i));
-        applied_wrenches(scene_, t_s, middle_s, motions_, wrenches_);
-      }
+      evaluate_wrenches(t_s, middle_s);
       world_.step(inner_h_s_, wrenches_);
+      if (joint_forces_here_ || observed_) follow_joints();
       after(t_s);
     }
+  }
+
+  // Joints are followed through every step: their coordinates are unwrapped.
+  void observe() { observed_ = !scene_.joints.empty(); }
+
+  // Coordinates, rates, reactions and applied forces of the joints at a sample, t_s after the start.
+  std::vector<JointSample> joint_samples(double t_s) {
+    std::vector<JointSample> samples(joints_.size());
+    if (joints_.empty()) return samples;
+    const double switches_s = t_s + 0.5 * inner_h_s_;
+    evaluate_wrenches(t_s, switches_s);
+    const std::vector<Reaction> reactions = world_.reactions(t_s, wrenches_);
+    const std::vector<Real3> efforts = joint_efforts(scene_, t_s, switches_s, joints_);
+    for (std::size_t j = 0; j < joints_.size(); ++j) {
+      const Reaction reaction = reactions.empty() ? Reaction{} : reactions[j];
+      for (int k = 0; k < 4; ++k) samples[j].q[k] = joints_[j].q[k];
+      for (int k = 0; k < 3; ++k) {
+        samples[j].u[k] = joints_[j].u[k];
+        samples[j].force_N[k] = reaction.force_N[k];
+        samples[j].torque_N_m[k] = reaction.torque_N_m[k];
+        samples[j].applied[k] = efforts[j][k];
+      }
+    }
+    return samples;
   }
 
   double inner_h_s() const { return inner_h_s_; }
@@ -67,6 +95,27 @@ class Stepper {
     }
   }
 
+  void evaluate_wrenches(double t_s, double switches_s) {
+    if (wrenches_.empty()) return;
+    for (std::size_t i = 0; i < motions_.size(); ++i) motions_[i] = motion(static_cast<int>(i));
+    applied_wrenches(scene_, t_s, switches_s, motions_, wrenches_);
+    if (joint_forces_here_)
+      add_joint_wrenches(scene_, motions_, joint_efforts(scene_, t_s, switches_s, joints_), wrenches_);
+  }
+  void follow_joints() {
+    for (std::size_t j = 0; j < joints_.size(); ++j) {
+      const Joint& joint = scene_.joints[j];
+      std::optional<JointState> now = world_.joint(static_cast<int>(j));
+      const bool stored = now.has_value();
+      if (!stored) {
+        const auto of = [&](int body) { return body < 0 ? Motion{} : motion(body); };
+        now = state_from_motions(joint, of(joint.parent), of(joint.child));
+      }
+      if (!stored || joint.kind == JointKind::ball) continue_coordinates(joint.kind, joints_[j], *now);
+      joints_[j] = *now;
+    }
+  }
+
   const Scene& scene_;
   const Plan& plan_;
   World& world_;
@@ -75,6 +124,8 @@ class Stepper {
   std::vector<int> held_;
   std::vector<Motion> motions_;
   std::vector<Wrench> wrenches_;
+  std::vector<JointState> joints_;
+  bool joint_forces_here_ = false, observed_ = false;
 };
 
 bool finite(const Motion& m) {
@@ -198,10 +249,16 @@ Outcome accuracy_pass(const WorldMaker& make, const Scene& scene, const Plan& pl
   const auto world = make(scene, true);
   Stepper stepper(scene, plan, substeps, *world);
   ImpactLog impacts(scene, observer);
-  const bool log = impacts.wanted();
+  const bool log = impacts.wanted() && shapes_matter(scene);
   const std::int64_t samples = plan.samples > 0 ? plan.samples : 1;
   const std::int64_t stride = plan.steps / samples;
-  if (observer.sample) observer.sample(sample_of(scene, stepper, 0));
+  stepper.observe();
+  if (observer.sample) {
+    Sample sample = sample_of(scene, stepper, 0);
+    sample.joints = stepper.joint_samples(0);
+    sample.ropes = world->ropes();
+    observer.sample(sample);
+  }
   for (std::int64_t n = 0; n < plan.steps; ++n) {
     stepper.step(
         n,
@@ -219,9 +276,16 @@ Outcome accuracy_pass(const WorldMaker& make, const Scene& scene, const Plan& pl
       return outcome;
     }
     const Wide t_s = Wide(plan.t_end_s) * Wide((n + 1) / stride) / Wide(samples);
+    if (const std::string reason = world->broken(); !reason.empty()) {
+      outcome.status = Status::diverged;
+      outcome.reason = reason + " at t = " + format_double(static_cast<double>(t_s)) + " s";
+      return outcome;
+    }
     if (!observer.sample) continue;
     Sample sample = sample_of(scene, stepper, t_s);
     sample.contacts = contacts_of(*world, stepper);
+    sample.joints = stepper.joint_samples(static_cast<double>(t_s));
+    sample.ropes = world->ropes();
     observer.sample(sample);
   }
   outcome.rate_evaluations = std::max<std::int64_t>(0, world->rate_calls());
@@ -280,15 +344,23 @@ Outcome profile_pass(const WorldMaker& make, const Scene& scene, const Plan& pla
 
 Outcome run_world(const WorldMaker& make, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
                   std::int64_t substeps) {
-  Outcome outcome = observer.profile ? profile_pass(make, scene, plan, substeps, *observer.profile)
-                    : repeats > 0    ? timed_pass(make, scene, plan, repeats, substeps)
-                                     : accuracy_pass(make, scene, plan, observer, substeps);
-  if (!scene.forces.empty()) {
+  bool joint_forces_outside = false;
+  const WorldMaker watched = [&](const Scene& s, bool observe) {
+    auto world = make(s, observe);
+    joint_forces_outside = !s.joint_forces.empty() && !world->joint_forces_inside();
+    return world;
+  };
+  Outcome outcome = observer.profile ? profile_pass(watched, scene, plan, substeps, *observer.profile)
+                    : repeats > 0    ? timed_pass(watched, scene, plan, repeats, substeps)
+                                     : accuracy_pass(watched, scene, plan, observer, substeps);
+  std::string names = names_of_forces(scene);
+  if (joint_forces_outside) names += (names.empty() ? "" : ", ") + names_of_joint_forces(scene);
+  if (!names.empty()) {
     const bool at_each_rate_call = outcome.rate_evaluations > 0;
     if (!at_each_rate_call) outcome.rate_evaluations = outcome.steps_taken * substeps;
     if (outcome.status == Status::ok) {
       outcome.reason = std::string("forces evaluated by the adapter ") +
-                       (at_each_rate_call ? "at every rate call: " : "once a step: ") + names_of_forces(scene);
+                       (at_each_rate_call ? "at every rate call: " : "once a step: ") + names;
     }
   }
   return outcome;

@@ -3,11 +3,13 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "protocol/method.hpp"
 #include "rivals/applied_forces.hpp"
+#include "rivals/joints.hpp"
 #include "scene/contact_laws.hpp"
 
 namespace atwood::rivals {
@@ -37,6 +39,16 @@ class World {
     Real3 impulse_t_N_s{};     // of friction, on b, world axes
   };
   virtual std::vector<Touch> touches() const = 0;
+
+  // A joint's coordinates and rates as the engine stores them; nothing: they follow from the motions of its bodies.
+  virtual std::optional<JointState> joint(int) const { return std::nullopt; }
+  // Whether the engine evaluates the forces of joints; otherwise they are a part of the wrenches that step() gets.
+  virtual bool joint_forces_inside() const { return false; }
+  // Of each joint at the present state, t_s, under these wrenches (as in step()). Empty: the engine does not report them.
+  virtual std::vector<Reaction> reactions(double /*t_s*/, const std::vector<Wrench>& /*wrenches*/) { return {}; }
+  virtual std::vector<RopeSample> ropes() { return {}; }
+  // Why the motion is no longer that of the scene (a rope is slack); empty: it is. Asked at samples.
+  virtual std::string broken() { return ""; }
 };
 
 // Builds a world; called once per run and repeat. `observe`: touches() will be called.

@@ -23,10 +23,18 @@ Engine simbody_engine() {
        "Runge-Kutta-Merson; with a tolerance, which is Simbody's accuracy, it chooses its steps.",
        {},
        {},
+       true},
+      {"cpodes",
+       "Simbody's CPodes: the Adams methods of CVODE with projection, in chosen steps; with a tolerance, which is its "
+       "accuracy, otherwise 1e-10. Refuses quaternions and loops.",
+       {{"integrator", std::string("CPodes")}, {"accuracy", 1e-10}, {"steps", std::string("chosen")}},
+       {},
        true}};
   rival.settings = simbody::settings();
   rival.compliant = true;
-  rival.refusal = [](const Scene& scene, const Settings&) { return simbody::refusal(scene); };
+  rival.joints = true;
+  rival.contradiction = simbody::contradiction;
+  rival.refusal = simbody::refusal;
   rival.make = simbody::make_world;
   rival.diagnostics = simbody::diagnostics_since_last_call;
   return rivals::engine_of(rival);

@@ -2,6 +2,7 @@
 
 #include <Simbody.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -9,6 +10,7 @@
 
 #include "protocol/printed_setting.hpp"
 #include "rivals/vector.hpp"
+#include "simbody/mechanism.hpp"
 
 static_assert(sizeof(SimTK::Real) == 8, "the adapter is for Simbody in double precision");
 
@@ -25,10 +27,15 @@ std::string first_complaint;
 Result<const PairLaw*> one_law(const Scene& scene) {
   const auto refused = [](const std::string& reason) { return Fault{Blame::engine, reason}; };
   const PairLaw* one = nullptr;
+  bool joined = false;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
       const Body &first = scene.bodies[a], &second = scene.bodies[b];
       if (!rivals::has_shape(first) || !rivals::has_shape(second) || (first.fixed && second.fixed)) continue;
+      if (rivals::joined(scene, static_cast<int>(a), static_cast<int>(b))) {
+        joined = true;
+        continue;
+      }
       for (const Body* body : {&second, &first}) {
         if (!std::holds_alternative<Sphere>(body->shape) && !std::holds_alternative<Plane>(body->shape))
           return refused("Simbody's Hertz contact is one of spheres and half-spaces, not of `" + body->name + "`, a " +
@@ -51,6 +58,7 @@ Result<const PairLaw*> one_law(const Scene& scene) {
       one = &law;
     }
   }
+  if (one && joined) return refused("Simbody's adapter does not keep bodies with a common joint from touching");
   return one;
 }
 
@@ -69,22 +77,39 @@ Motion motion_of(const SimTK::MobilizedBody& body, const SimTK::State& state) {
   return m;
 }
 
-// The scene's forces at the state of the integrator; switched forces are on or off as at `switches_at_s`.
+std::vector<Motion> motions_at(const Scene& scene, const Mobilized& bodies, const SimTK::State& state) {
+  std::vector<Motion> motions;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const Body& b = scene.bodies[i];
+    motions.push_back(b.fixed ? Motion{b.position_m, b.orientation_wxyz, {}, {}} : motion_of(bodies[i], state));
+  }
+  return motions;
+}
+
+std::vector<Wrench> wrenches_at(const Scene& scene, const Mobilized& bodies, double switches_at_s,
+                                const SimTK::State& state) {
+  std::vector<Wrench> wrenches(scene.bodies.size());
+  rivals::applied_wrenches(scene, state.getTime(), switches_at_s, motions_at(scene, bodies, state), wrenches);
+  return wrenches;
+}
+
+bool has_motors(const Scene& scene) {
+  return std::any_of(scene.joint_forces.begin(), scene.joint_forces.end(),
+                     [](const JointForce& force) { return std::holds_alternative<JointTorque>(force); });
+}
+
+// The scene's forces and motors at the state of the integrator; switched forces are on or off as at `switches_at_s`.
 class SceneForces : public SimTK::Force::Custom::Implementation {
  public:
   SceneForces(const Scene& scene, const std::vector<SimTK::MobilizedBody>& bodies, const double& switches_at_s)
       : scene_(scene), bodies_(bodies), switches_at_s_(switches_at_s) {}
 
   void calcForce(const SimTK::State& state, SimTK::Vector_<SimTK::SpatialVec>& body_forces,
-                 SimTK::Vector_<SimTK::Vec3>&, SimTK::Vector&) const override {
-    std::vector<Motion> motions(scene_.bodies.size());
-    std::vector<Wrench> wrenches(scene_.bodies.size());
-    for (std::size_t i = 0; i < motions.size(); ++i) {
-      const Body& b = scene_.bodies[i];
-      motions[i] = b.fixed ? Motion{b.position_m, b.orientation_wxyz, {}, {}} : motion_of(bodies_[i], state);
-    }
-    rivals::applied_wrenches(scene_, state.getTime(), switches_at_s_, motions, wrenches);
-    for (std::size_t i = 0; i < motions.size(); ++i) {
+                 SimTK::Vector_<SimTK::Vec3>&, SimTK::Vector& mobility_forces) const override {
+    run_motors(state, mobility_forces);
+    if (scene_.forces.empty()) return;
+    const std::vector<Wrench> wrenches = wrenches_at(scene_, bodies_, switches_at_s_, state);
+    for (std::size_t i = 0; i < wrenches.size(); ++i) {
       if (scene_.bodies[i].fixed) continue;
       const SimTK::Vec3 torque = rotates(scene_.bodies[i]) ? vec3(wrenches[i].torque_N_m) : SimTK::Vec3(0);
       bodies_[i].applyBodyForce(state, SimTK::SpatialVec(torque, vec3(wrenches[i].force_N)), body_forces);
@@ -94,6 +119,17 @@ class SceneForces : public SimTK::Force::Custom::Implementation {
   bool dependsOnlyOnPositions() const override { return false; }
 
  private:
+  void run_motors(const SimTK::State& state, SimTK::Vector& mobility_forces) const {
+    if (scene_.joints.empty()) return;
+    const std::vector<Real3> efforts = rivals::motor_efforts(scene_, state.getTime(), switches_at_s_);
+    for (std::size_t j = 0; j < efforts.size(); ++j) {
+      const auto& child = bodies_[static_cast<std::size_t>(scene_.joints[j].child)];
+      for (int k = 0; k < 3; ++k) {
+        if (efforts[j][k] != 0) child.applyOneMobilityForce(state, k, efforts[j][k], mobility_forces);
+      }
+    }
+  }
+
   const Scene& scene_;
   const std::vector<SimTK::MobilizedBody>& bodies_;
   const double& switches_at_s_;
@@ -103,6 +139,7 @@ std::unique_ptr<SimTK::Integrator> integrator_of(const std::string& name, const 
   if (name == "RungeKuttaMerson") return std::make_unique<SimTK::RungeKuttaMersonIntegrator>(system);
   if (name == "RungeKuttaFeldberg") return std::make_unique<SimTK::RungeKuttaFeldbergIntegrator>(system);
   if (name == "RungeKutta3") return std::make_unique<SimTK::RungeKutta3Integrator>(system);
+  if (name == "CPodes") return std::make_unique<SimTK::CPodesIntegrator>(system, SimTK::CPodes::Adams);
   if (name == "Verlet") return std::make_unique<SimTK::VerletIntegrator>(system);
   return std::make_unique<SimTK::SemiExplicitEuler2Integrator>(system);
 }
@@ -118,11 +155,19 @@ class SimbodyWorld : public rivals::World {
       tracker_ = std::make_unique<SimTK::ContactTrackerSubsystem>(system_);
       contacts_ = std::make_unique<SimTK::CompliantContactSubsystem>(system_, *tracker_);
     }
-    for (const Body& body : scene.bodies) add(body);
-    if (!scene.forces.empty()) SimTK::Force::Custom(forces_, new SceneForces(scene_, bodies_, switches_at_s_));
+    placing_ = rivals::placing_joints(scene);
+    bodies_.resize(scene.bodies.size());
+    for (const int i : rivals::parents_first(scene)) add(i);
+    closings_ = add_closings(scene, bodies_);
+    add_springs(scene, forces_, bodies_);
+    if (!scene.forces.empty() || has_motors(scene))
+      SimTK::Force::Custom(forces_, new SceneForces(scene_, bodies_, switches_at_s_));
     SimTK::State state = system_.realizeTopology();
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-      if (!scene.bodies[i].fixed) set_motion(static_cast<int>(i), state);
+      if (!scene.bodies[i].fixed && placing_[i] < 0) set_motion(static_cast<int>(i), state);
+    }
+    for (const Joint& joint : scene.joints) {
+      if (!joint.closes_loop) set_joint(joint, bodies_[static_cast<std::size_t>(joint.child)], state);
     }
     start(state);
   }
@@ -153,7 +198,7 @@ class SimbodyWorld : public rivals::World {
     const SimTK::State& state = integrator_->getState();
     system_.realize(state, SimTK::Stage::Velocity);
     Motion m = motion_of(bodies_[i], state);
-    if (!rotates(scene_.bodies[i])) m.q_WB = scene_.bodies[i].orientation_wxyz;
+    if (!rotates(scene_.bodies[i]) && placing_[i] < 0) m.q_WB = scene_.bodies[i].orientation_wxyz;
     return m;
   }
 
@@ -167,26 +212,59 @@ class SimbodyWorld : public rivals::World {
   }
 
   std::vector<Touch> touches() const override { return {}; }
+  std::optional<rivals::JointState> joint(int j) const override {
+    const Joint& joint = scene_.joints[static_cast<std::size_t>(j)];
+    if (lost_ || joint.closes_loop) return std::nullopt;
+    return joint_of(joint, bodies_[static_cast<std::size_t>(joint.child)], integrator_->getState());
+  }
+  bool joint_forces_inside() const override { return true; }
+  std::vector<rivals::Reaction> reactions(double t_s, const std::vector<Wrench>&) override {
+    if (lost_ || law_) return {};  // contacts hide their forces
+    switches_at_s_ = t_s + 0.5 * h_s_;
+    const SimTK::State& state = integrator_->getState();
+    system_.realize(state, SimTK::Stage::Acceleration);
+    return reactions_of(
+        scene_, bodies_, closings_, motions_at(scene_, bodies_, state),
+        scene_.forces.empty() ? std::vector<Wrench>() : wrenches_at(scene_, bodies_, switches_at_s_, state), state);
+  }
+  std::vector<RopeSample> ropes() override {
+    if (lost_ || scene_.ropes.empty()) return {};
+    system_.realize(integrator_->getState(), SimTK::Stage::Acceleration);
+    return ropes_of(closings_, integrator_->getState());
+  }
+  std::string broken() override {
+    const std::vector<RopeSample> now = ropes();
+    for (std::size_t r = 0; r < now.size(); ++r) {
+      if (now[r].tension_N < 0) return "the rope `" + scene_.ropes[r].name + "` would be slack";
+    }
+    return "";
+  }
   std::int64_t rate_calls() const override { return evaluations_before_ + (integrator_ ? realizations() : 0); }
 
  private:
-  void add(const Body& body) {
+  void add(int i) {
+    const Body& body = scene_.bodies[i];
     if (body.fixed) {
       if (law_ && rivals::has_shape(body))
         add_surface(body, SimTK::Transform(vec3(body.position_m)), matter_.updGround().updBody());
-      bodies_.push_back(matter_.updGround());
+      bodies_[i] = matter_.updGround();
       return;
     }
-    const Real33& i = body.inertia_kg_m2;
-    const bool turns = rotates(body);
-    const SimTK::Inertia inertia = turns ? SimTK::Inertia(i[0], i[4], i[8], i[1], i[2], i[5]) : SimTK::Inertia(1, 1, 1);
+    const Real33& m = body.inertia_kg_m2;
+    const bool turns = rotates(body), placed = placing_[i] >= 0;
+    const SimTK::Inertia inertia = turns    ? SimTK::Inertia(m[0], m[4], m[8], m[1], m[2], m[5])
+                                   : placed ? SimTK::Inertia(0)
+                                            : SimTK::Inertia(1, 1, 1);
     SimTK::Body::Rigid rigid(SimTK::MassProperties(body.mass_kg, SimTK::Vec3(0), inertia));
     if (law_ && rivals::has_shape(body)) add_surface(body, SimTK::Transform(), rigid);
-    if (turns) {
-      bodies_.push_back(SimTK::MobilizedBody::Free(matter_.updGround(), SimTK::Transform(), rigid, SimTK::Transform()));
+    if (placed) {
+      const int parent = scene_.joints[placing_[i]].parent;
+      bodies_[i] = add_placed_body(scene_, placing_[i], rigid, parent < 0 ? matter_.updGround() : bodies_[parent]);
+    } else if (turns) {
+      bodies_[i] = SimTK::MobilizedBody::Free(matter_.updGround(), SimTK::Transform(), rigid, SimTK::Transform());
     } else {
-      bodies_.push_back(
-          SimTK::MobilizedBody::Translation(matter_.updGround(), SimTK::Transform(), rigid, SimTK::Transform()));
+      bodies_[i] =
+          SimTK::MobilizedBody::Translation(matter_.updGround(), SimTK::Transform(), rigid, SimTK::Transform());
     }
   }
 
@@ -239,6 +317,10 @@ class SimbodyWorld : public rivals::World {
       const auto* push = std::get_if<PointForce>(&force);
       switched = switched || (thruster && !thruster->on_s.empty()) || (push && !push->on_s.empty());
     }
+    for (const auto& force : scene_.joint_forces) {
+      const auto* motor = std::get_if<JointTorque>(&force);
+      switched = switched || (motor && !motor->on_s.empty());
+    }
     integrator_->setAllowInterpolation(chooses_ &&
                                        !switched);  // no step goes past the end of one that may end a thrust
     integrator_->initialize(from);
@@ -256,7 +338,9 @@ class SimbodyWorld : public rivals::World {
   const PairLaw* law_ = nullptr;
   std::unique_ptr<SimTK::ContactTrackerSubsystem> tracker_;
   std::unique_ptr<SimTK::CompliantContactSubsystem> contacts_;
-  std::vector<SimTK::MobilizedBody> bodies_;
+  Mobilized bodies_;
+  std::vector<int> placing_;  // joint by body
+  Closings closings_;
   double switches_at_s_ = 0;
   std::unique_ptr<SimTK::Integrator> integrator_;
   bool chooses_ = false, started_ = false, lost_ = false;
@@ -280,6 +364,8 @@ std::vector<Setting> settings() {
                                       "the damping; others are refused")),
       printed("forces", std::string("all but uniform gravity: by the adapter as a Force::Custom, at every rate call")),
       printed("attitude", std::string("a quaternion")),
+      printed("joints", std::string("a mobilizer for each placing joint; closing joints are constraints")),
+      printed("joint_forces", std::string("springs, dampers and motors: at every rate call")),
       printed("sleeping", std::string("none: Simbody has none")),
       printed("linear_damping", 0.0),
       printed("angular_damping", 0.0),
@@ -288,14 +374,43 @@ std::vector<Setting> settings() {
       rivals::substeps_setting(),
       {"integrator",
        std::string("RungeKuttaMerson"),
-       {one_of({"RungeKuttaMerson", "RungeKuttaFeldberg", "RungeKutta3", "Verlet", "SemiExplicitEuler2"}),
-        "Which of Simbody's integrators steps."}},
+       {one_of({"RungeKuttaMerson", "RungeKuttaFeldberg", "RungeKutta3", "Verlet", "SemiExplicitEuler2", "CPodes"}),
+        "Which of Simbody's integrators steps; CPodes (Adams) only in chosen steps."}},
       {"accuracy", 1e-3, {strictly_between(0, 1), "Simbody's accuracy: relative error of a step."}},
       {"constraint_tolerance", 1e-10, {strictly_between(0, 1), "Error of constraints at which a step projects."}},
       {"project_every_step", false, {{}, "Every step ends with a projection onto the constraints."}}};
 }
 
-std::string refusal(const Scene& scene) {
+std::string contradiction(const Settings& settings) {
+  if (rivals::word(settings, "integrator") == "CPodes" && rivals::word(settings, "steps") != "chosen")
+    return "setting `integrator`: CPodes has no steps of fixed size; expected the method simbody/cpodes";
+  return "";
+}
+
+// CPodes throws where a quaternion's norm is a constraint, and its projection onto loops was seen to give wrong motions with
+// status ok (the seven-body mechanism of Andrews).
+std::string refused_by_cpodes(const Scene& scene) {
+  const std::vector<int> placing = rivals::placing_joints(scene);
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    if (placing[i] < 0 && !body.fixed && rotates(body))
+      return "Simbody's CPodes fails on quaternions; found the floating body `" + body.name + "`";
+  }
+  for (const Joint& joint : scene.joints) {
+    if (joint.closes_loop)
+      return "Simbody's CPodes is wrong on loops; found the joint `" + joint.name + "`, which closes one";
+    if (joint.kind == JointKind::ball)
+      return "Simbody's CPodes fails on quaternions; found the ball joint `" + joint.name + "`";
+  }
+  return scene.ropes.empty() ? ""
+                             : "Simbody's CPodes is wrong on constraints; found the rope `" + scene.ropes[0].name + "`";
+}
+
+std::string refusal(const Scene& scene, const Settings& settings) {
+  if (rivals::word(settings, "integrator") == "CPodes") {
+    if (const auto reason = refused_by_cpodes(scene); !reason.empty()) return reason;
+  }
+  if (const auto reason = refused_mechanism(scene); !reason.empty()) return reason;
   const auto law = one_law(scene);
   return law ? "" : law.fault().reason;
 }

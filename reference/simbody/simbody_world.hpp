@@ -22,7 +22,8 @@ namespace atwood::simbody {
 
 std::string version();
 std::vector<Setting> settings();
-std::string refusal(const Scene& scene);
+std::string contradiction(const Settings& settings);  // of values that are each in range; empty: none
+std::string refusal(const Scene& scene, const Settings& settings);
 
 // Messages of exceptions that Simbody threw since the last call; empty: none.
 std::string diagnostics_since_last_call();

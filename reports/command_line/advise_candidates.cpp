@@ -10,6 +10,7 @@
 #include "reports/command_line/advise.hpp"
 #include "reports/command_line/same_rate.hpp"
 #include "scene/files.hpp"
+#include "validation/metrics/joints.hpp"
 #include "validation/metrics/work_precision.hpp"
 #include "validation/study/write_file.hpp"
 
@@ -103,6 +104,13 @@ std::vector<std::string> first_ids(const MotionClass& motion, const Scene& scene
          "atwood/verner8+event", "atwood/rk4+impulse"});
     return ids;
   }
+  if (motion.mechanism) {
+    add({"atwood/dop853", "atwood/rk4", "atwood/radau15", "atwood/verner9", "atwood/verner8", "atwood/dopri5",
+         "atwood/verner6", "atwood/tsit5", "atwood/gbs", "atwood/gauss8", "atwood/adams-moulton8"});
+    add(rivals);
+    add({"ida/*"});
+    return ids;
+  }
   add({"atwood/rk4", "atwood/dopri5", "atwood/tsit5", "atwood/verner6", "atwood/verner8", "atwood/verner9",
        "atwood/dop853", "atwood/radau15", "atwood/ias15", "atwood/gbs", "atwood/taylor", "atwood/gauss8",
        "atwood/adams-moulton8"});
@@ -122,6 +130,7 @@ std::string base_of(const std::string& id) { return id.substr(0, std::min(id.fin
 std::vector<std::string> needed_claims(const MotionClass& motion) {
   std::vector<std::string> claims;
   if (motion.bare) return claims;
+  if (motion.mechanism) return {"mechanism"};
   if (motion.rotates) claims.push_back("rotation");
   if (motion.velocity_dependent) claims.push_back("velocity-dependent");
   if (claims.empty()) claims.push_back("point-mass");
@@ -142,6 +151,7 @@ MotionClass classify(const Scene& scene) {
   MotionClass motion;
   motion.fluids = !scene.fluids.empty();
   motion.bare = !scene.problem.empty();
+  motion.mechanism = has_mechanism(scene);
   motion.conservative = !motion.bare;
   int shapes = 0;
   for (const Body& body : scene.bodies) {
@@ -164,12 +174,26 @@ MotionClass classify(const Scene& scene) {
                         std::holds_alternative<PointForce>(force);
     if (depends || pushed) motion.conservative = false;
   }
+  for (const JointForce& force : scene.joint_forces) {
+    const auto* spring = std::get_if<JointSpring>(&force);
+    const bool damps = spring != nullptr && spring->damping != 0;
+    motion.velocity_dependent = motion.velocity_dependent || damps;
+    if (damps || spring == nullptr) motion.conservative = false;
+  }
+  for (const Joint& joint : scene.joints)
+    if (joint.driven_rate || (joint.limits && joint.limits->restitution != 1)) motion.conservative = false;
   return motion;
 }
 
 std::string class_words(const MotionClass& motion) {
   if (motion.bare) return "a bare system of equations";
   if (motion.fluids) return "fluids";
+  if (motion.mechanism) {
+    std::string words = "a mechanism of joints";
+    if (motion.contacts) words += ", contacts";
+    if (motion.velocity_dependent) words += ", velocity-dependent forces";
+    return words + (motion.conservative ? ", conservative" : "");
+  }
   std::string words = motion.contacts ? "contacts" : motion.rotates ? "rotation" : "point masses";
   if (motion.contacts && motion.rotates) words += ", rotation";
   if (motion.velocity_dependent) words += ", velocity-dependent forces";
@@ -225,6 +249,10 @@ Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& work
   const auto leave = [&](const std::string& reason, const std::string& id) {
     out[reason] += (out[reason].empty() ? "" : ", ") + id;
   };
+  // Engines that take no joints would refuse the scene by each of their methods.
+  const auto serves = [&](const Worker& worker) {
+    return worker.status == Status::ok && (!motion.mechanism || worker.engine.joints);
+  };
   const auto consider = [&](const MethodInfo& info, const std::string& suffix) {
     const std::string missing = missing_claim(info, motion);
     if (missing.empty()) chosen.ids.push_back(info.id + suffix), taken.insert(info.id + suffix);
@@ -232,6 +260,7 @@ Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& work
     known.insert(info.id);
   };
   for (std::size_t i = workers.size() - own_engines; i < workers.size(); ++i) {
+    if (!serves(workers[i])) continue;
     for (const MethodInfo& info : workers[i].engine.methods) {
       chosen.ids.push_back(info.id);
       known.insert(info.id);
@@ -240,7 +269,7 @@ Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& work
   for (const std::string& pattern : first_ids(motion, scene)) {
     const std::string base = base_of(pattern);
     for (const Worker& worker : workers) {
-      if (worker.status != Status::ok) continue;
+      if (!serves(worker)) continue;
       for (const MethodInfo& info : worker.engine.methods) {
         const std::string suffix = pattern.substr(base.size());
         const bool again = (known.contains(info.id) && base == pattern) || taken.contains(info.id + suffix);
@@ -252,6 +281,10 @@ Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& work
   for (const Worker& worker : workers) {
     if (worker.status != Status::ok) {
       leave(to_string(worker.status) + ": " + worker.reason, std::filesystem::path(worker.path).filename().string());
+      continue;
+    }
+    if (!serves(worker)) {
+      leave("takes no joints", worker.engine.name);
       continue;
     }
     const bool ours = worker.engine.name == "atwood";

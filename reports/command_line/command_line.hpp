@@ -53,6 +53,7 @@ struct Options {
   bool github = false;                     // run, gate: annotations of GitHub Actions, and a step's summary
   bool swept = false;                      // contacts
   bool particles = false, probes = false;  // trace: of fluids, instead of the bodies
+  bool joints = false, ropes = false;      // trace: of mechanisms, instead of the bodies
   bool evidence = false;                   // describe METHOD --program
   bool same_rate = false,
        native_rate = false;         // compare, advise: whose right-hand side is evaluated; neither: compare chooses
@@ -144,6 +145,7 @@ std::vector<Law> find_laws(const std::vector<Scenario>& scenarios, const std::ve
 
 int command_list(const Place&, const Options&);
 int command_describe(const Place&, const Options&);
+int command_import(const Place&, const Options&);
 int command_doctor(const Place&, const Options&);
 int command_schema(const Place&, const Options&);
 int command_run(const Place&, const Options&);

@@ -52,6 +52,16 @@ void require_attitudes(const Selection& selection, const std::string& metric) {
                                metric.find("attitude") != std::string::npos ? "attitude" : "body rate"));
 }
 
+// A figure that was asked for and that no cell has, although some ran.
+void require_figure(const std::vector<Row>& rows, const std::string& metric) {
+  std::set<std::string> present;
+  for (const Row& row : rows)
+    if (row.status == Status::ok) present.insert(row.metric);
+  if (metric.empty() || present.empty() || present.contains(metric)) return;
+  throw InputError(fmt::format("compare --metric {}: no method has this figure here; there are {}", metric,
+                               fmt::join(present, ", ")));
+}
+
 void write_documents(const Options& options, const ReportData& data) {
   const bool html = std::any_of(options.outputs.begin(), options.outputs.end(),
                                 [](const auto& o) { return o.rfind("html:", 0) == 0; });
@@ -99,6 +109,7 @@ int command_compare(const Place& place, const Options& options) {
   StudyResult result = run_study(selection.cells, selection.workers, how);
   end_progress();
   if (result.interrupted) return 128 + result.signal;
+  require_figure(result.rows, question.metric);
   note_tolerances(options.methods, named, notes);
   result.rows = without_idle_halves(result.rows, options.methods, notes);
   ReportData data = assemble_report(place, chosen, selection, result, {});

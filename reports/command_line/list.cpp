@@ -60,11 +60,11 @@ json list_json(const Place& place, const Options& options, const std::string& wh
   return out;
 }
 
-// Claimed orders: points under forces of position, points under forces that depend on velocity, rotating bodies.
+// Claimed orders: points under forces of position, points under forces that depend on velocity, rotating bodies, mechanisms.
 std::string orders_text(const MethodInfo& info) {
   if (info.claimed_order.empty()) return "-";
   std::string text;
-  for (const char* motion : {"point-mass", "velocity-dependent", "rotation"}) {
+  for (const char* motion : {"point-mass", "velocity-dependent", "rotation", "mechanism"}) {
     const auto found = info.claimed_order.find(motion);
     text += (text.empty() ? "" : " ") + (found == info.claimed_order.end() ? "-" : fmt::format("{:g}", found->second));
   }
@@ -83,11 +83,12 @@ void print_methods_table(const Place& place, const Options& options) {
   for (const Worker& worker : workers)
     for (const MethodInfo& info : worker.engine.methods) column = std::max(column, info.id.size());
   column = std::min<std::size_t>(column, 34);
+  constexpr std::size_t orders_width = 11, columns_width = 1 + orders_width + 1 + 4;
   const auto line = [&](const std::string& id, const std::string& orders, bool adaptive, const std::string& doc) {
-    const bool apart = id.size() > column && id.size() + 14 + 8 > width;  // a long id has a line of its own
-    const std::size_t taken = (apart ? column : std::max(column, id.size())) + 14;
+    const bool apart = id.size() > column && id.size() + columns_width + 8 > width;  // a long id has a line of its own
+    const std::size_t taken = (apart ? column : std::max(column, id.size())) + columns_width;
     if (apart) fmt::print("{}\n", id);
-    fmt::print("{:<{}} {:<8} {:<4}{}\n", apart ? "" : id, column, orders, adaptive ? "tol" : "",
+    fmt::print("{:<{}} {:<{}} {:<4}{}\n", apart ? "" : id, column, orders, orders_width, adaptive ? "tol" : "",
                taken + 8 < width ? cut(doc, width - taken) : cut(doc, 8));
   };
   line("method", "orders", false, "what it is");
@@ -105,10 +106,11 @@ void print_methods_table(const Place& place, const Options& options) {
   line("truth", "", false, "the scene's certified truth, for `atwood trace`");
   fmt::print(
       "\n{}",
-      wrapped("orders: claimed for points under forces of position, for points under forces that depend on velocity, "
-              "and for rotating bodies; -: no claim. tol: takes a tolerance, as in atwood/dopri5:1e-8. `--long` "
-              "prints documentation, sources and settings, `atwood describe METHOD` those of one method.",
-              0, width));
+      wrapped(
+          "orders: claimed for points under forces of position, for points under forces that depend on velocity, "
+          "for rotating bodies and for mechanisms of joints; -: no claim. tol: takes a tolerance, as in atwood/dopri5:1e-8. `--long` "
+          "prints documentation, sources and settings, `atwood describe METHOD` those of one method.",
+          0, width));
 }
 
 void print_studies(const Place& place, const Options& options) {

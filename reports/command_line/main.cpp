@@ -140,12 +140,21 @@ void declare_commands(Parser& p) {
   trace->add_flag("--events", o.events, "Print impacts and changes of regime instead of the motion");
   auto* particles = trace->add_flag("--particles", o.particles, "The particles of fluids instead of the bodies");
   trace->add_flag("--probes", o.probes, "The scene's probes of fluids instead of the bodies")->excludes(particles);
+  auto* joints = trace->add_flag("--joints", o.joints,
+                                 "The joints instead of the bodies: coordinates, rates, reactions, applied torques");
+  trace->add_flag("--ropes", o.ropes, "The ropes instead of the bodies: tensions and angles of pulleys")
+      ->excludes(joints);
   p.resolution(trace);
   trace
       ->add_option("-o,--output", o.outputs,
                    "vtk:DIR, the particles as files for ParaView: DIR/ID.pvd and one .vtp a sample")
       ->expected(1)
       ->take_all();
+
+  auto* import =
+      p.add("import", "A scene from a robot's description: URDF, or MJCF where MuJoCo is built", command_import);
+  import->add_option("FILE", o.input, "FILE.urdf, or FILE.xml (MJCF)")->required();
+  import->add_option("-o,--output", o.outputs, "The scene's file (standard output unless given)")->expected(1);
 
   auto* contacts =
       p.add("contacts", "Contacts of the initial pose as CSV, or (--swept) the first touch of moving bodies",

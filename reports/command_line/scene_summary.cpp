@@ -11,6 +11,7 @@
 #include "reference/dynamics/invariants.hpp"
 #include "reports/command_line/advise.hpp"
 #include "reports/command_line/manual.hpp"
+#include "reports/command_line/mechanism_summary.hpp"
 #include "reports/render/text.hpp"
 #include "scene/files.hpp"
 
@@ -79,6 +80,7 @@ std::string bodies_words(const Scene& scene) {
   std::vector<std::pair<std::string, int>> groups;
   for (const Body& body : scene.bodies) {
     std::string kind = kShapes[body.shape.index()];
+    if (body.shape.index() == 0 && rotates(body)) kind = "body without a shape";
     kind += body.fixed ? " (fixed)" : fmt::format(" of {:.4g} kg", body.mass_kg);
     const auto known =
         std::find_if(groups.begin(), groups.end(), [&](const auto& group) { return group.first == kind; });
@@ -354,6 +356,8 @@ std::string scene_summary(const Place& place, const Scenario& scenario, const st
   for (const Fluid& each : scene.fluids) line("fluid", fluid_words(scenario, each));
   if (!scene.fluids.empty()) line("space", domain_words(scene));
   if (scene.fluids.empty() || !scene.bodies.empty()) line("bodies", bodies_words(scene));
+  for (const std::string& words : joints_words(scene)) line("joint", words);
+  for (const std::string& words : ropes_words(scene)) line("rope", words);
   if (scene.problem.empty()) line("forces", forces_words(scene));
   if (motion.contacts)
     for (const std::string& words : laws_words(scene)) line("contact", words);

@@ -9,6 +9,7 @@
 #include "reports/command_line/method_words.hpp"
 #include "reports/command_line/table.hpp"
 #include "reports/command_line/trace_fluid.hpp"
+#include "reports/command_line/trace_joints.hpp"
 #include "reports/command_line/units.hpp"
 #include "reports/command_line/verdicts.hpp"
 #include "scene/files.hpp"
@@ -44,6 +45,11 @@ std::string body_name(const Scene& scene, std::size_t i) {
   return i < scene.bodies.size() ? quoted(scene.bodies[i].name) : quoted(scene.problem);
 }
 
+// -1, the world, at the stop of a joint.
+std::string event_body(const Scene& scene, int body) {
+  return body < 0 ? "world" : body_name(scene, static_cast<std::size_t>(body));
+}
+
 void print_motion(const Scene& scene, const std::vector<Sample>& values, const Truth* truth, int digits, bool json) {
   Table table(fmt::format("{}{}", kMotionColumns, truth ? kBarColumns : ""), json);
   for (std::size_t k = 0; k < values.size(); ++k) {
@@ -64,8 +70,7 @@ void print_events(const Scene& scene, const std::vector<Event>& events, const Tr
   for (std::size_t k = 0; k < events.size(); ++k) {
     const Event& e = events[k];
     std::string line = fmt::format("{},{},{},{}", format_number(e.t_s, digits), to_string(e.kind),
-                                   body_name(scene, static_cast<std::size_t>(e.body_a)),
-                                   body_name(scene, static_cast<std::size_t>(e.body_b)));
+                                   event_body(scene, e.body_a), event_body(scene, e.body_b));
     append(line, e.x_m, digits);
     append(line, e.normal, digits);
     append(line, std::array<Wide, 4>{e.impulse_n_N_s, e.impulse_t_N_s, e.vn_before_m_per_s, e.vn_after_m_per_s},
@@ -121,6 +126,18 @@ void require_frames(const Scenario& scenario, const Worker& worker, std::int64_t
     throw InputError(fmt::format("--samples {}: expected 1 with recorded frames: the start and the end", samples));
   if (steps % frames != 0)
     throw InputError(fmt::format("--steps {}: expected a multiple of the {} recorded frames", steps, frames));
+}
+
+// What the options ask for: events, joints, ropes, or the motion of the bodies.
+void print_values(const Options& options, const Scene& scene, const std::vector<Sample>& values,
+                  const std::vector<Event>& events, const Truth* truth, int digits) {
+  if (options.events) return print_events(scene, events, truth, digits, options.json);
+  if (options.joints) print_joints(scene, values, truth, digits, options.json);
+  else if (options.ropes) print_ropes(scene, values, truth, digits, options.json);
+  else return print_motion(scene, values, truth, digits, options.json);
+  const bool reported =
+      !values.empty() && !(options.joints ? values.back().joints.empty() : values.back().ropes.empty());
+  if (!reported) fmt::print(stderr, "atwood: the method reports no {}\n", options.joints ? "joints" : "ropes");
 }
 
 // The scenario at the spacing and the sound speed of the options; its steps grow as those of a run do.
@@ -219,6 +236,9 @@ int command_trace(const Place& place, const Options& options) {
   scenario.samples = samples;
   take_resolution(options, scenario);
   set_frequency(scenario, options.hz);
+  require_mechanism(scenario.scene, scenario.id, options.joints, options.ropes);
+  if (options.events && (options.joints || options.ropes))
+    throw InputError("--events prints contacts and stops; expected it without --joints and --ropes");
   if (method == "truth" && !scenario.scene.fluids.empty() && scenario.truth.kind != TruthKind::none)
     return trace_field(place, options, scenario);
 
@@ -226,8 +246,7 @@ int command_trace(const Place& place, const Options& options) {
     const Truth truth =
         truth_once(place.truth_worker, scenario, samples, options.limit_given ? options.cell_limit_s : 120.0);
     if (truth.values.size() > 1 && truth.outcome.status == Status::unsupported) {  // good up to where it ends
-      if (options.events) print_events(scenario.scene, truth.events, &truth, 36, options.json);
-      else print_motion(scenario.scene, truth.values, &truth, 36, options.json);
+      print_values(options, scenario.scene, truth.values, truth.events, &truth, 36);
       fmt::print(stderr, "atwood: certified up to t = {} s, where the truth ends\n",
                  format_double(static_cast<double>(truth.values.back().t_s)));
     }
@@ -237,8 +256,7 @@ int command_trace(const Place& place, const Options& options) {
         fmt::print(stderr, "atwood: {}\n", other_truths(place, scenario, 5));
       return code;
     }
-    if (options.events) print_events(scenario.scene, truth.events, &truth, 36, options.json);
-    else print_motion(scenario.scene, truth.values, &truth, 36, options.json);
+    print_values(options, scenario.scene, truth.values, truth.events, &truth, 36);
     if (truth.condition > 0)
       fmt::print(stderr, "atwood: condition {:.1e}: how much the motion grows a relative perturbation of its start\n",
                  truth.condition);
@@ -260,14 +278,18 @@ int command_trace(const Place& place, const Options& options) {
     outcome.status = Status::unsupported, outcome.reason = worker.engine.name + " simulates no fluids";
     return status_exit(outcome);
   }
+  if ((!scenario.scene.joints.empty() || !scenario.scene.ropes.empty()) && !worker.engine.joints) {
+    Outcome outcome;
+    outcome.status = Status::unsupported, outcome.reason = worker.engine.name + " simulates no joints";
+    return status_exit(outcome);
+  }
   const MethodId id = parse_method_id(method);
   Recording run = run_once(worker, method, scenario.scene, {scenario.t_end_s, steps, samples, scenario.frame_ends_s},
                            options.cell_limit_s);
   const int digits = digits_of(id.scalar.empty() ? worker.engine.scalar : id.scalar);
   if (run.outcome.status != Status::unsupported || !run.values.empty()) {  // up to where the run ended
-    if (options.events) print_events(scenario.scene, run.events, nullptr, digits, options.json);
-    else if (!print_fluid(options, scenario, run.values, digits)) {
-      print_motion(scenario.scene, run.values, nullptr, digits, options.json);
+    if (options.events || !print_fluid(options, scenario, run.values, digits)) {
+      print_values(options, scenario.scene, run.values, run.events, nullptr, digits);
       if (scenario.scene.bodies.empty())
         fmt::print(stderr, "atwood: the scene has fluids and no bodies: --particles prints the particles\n");
     }

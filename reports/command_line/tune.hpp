@@ -24,7 +24,7 @@ struct TuneRanges {
       starts;  // recommended sets, among them the former presets: tried after the default, before random ones
 };
 // InputError: there are none for this engine; the engines that have some are named.
-TuneRanges tune_ranges(const std::string& engine);
+TuneRanges tune_ranges(const std::string& engine, rivals::SceneClass scene_class);
 // The trials, each another set: the default (no changes), the starts, then half of what is left single changes, the other
 // half sets in which every setting keeps the default's value with probability one half. SplitMix64 with `seed`: the same trials each time.
 std::vector<Settings> tune_trials(const TuneRanges& ranges, int count, std::uint64_t seed);

@@ -25,7 +25,6 @@ std::string text_of_file(const std::string& path) {
 }  // namespace
 
 int command_tune(const Place& place, const Options& options) {
-  const TuneRanges ranges = tune_ranges(options.input);
   const auto scene_class = rivals::scene_class_of(options.scene_class);
   if (!scene_class) {
     std::string names;
@@ -33,6 +32,7 @@ int command_tune(const Place& place, const Options& options) {
     throw InputError(
         fmt::format("--class {}: no such class of scenes; expected one of {}", options.scene_class, names));
   }
+  const TuneRanges ranges = tune_ranges(options.input, *scene_class);
   const std::vector<Worker> workers = require_workers(place, options);
   for (const Worker& worker : workers) {
     const std::string name = std::filesystem::path(worker.path).filename().string();

@@ -65,6 +65,30 @@ TuneRanges ode() {
   return made;
 }
 
+// Joints alone: of contacts nothing. Gaps and momentum errors come from constraints that are not solved to the end.
+TuneRanges bullet_mechanisms(const std::string& name) {
+  TuneRanges made{name, name + "/default", {}, {}};
+  made.ranges = {
+      {"iterations", {Whole{10}, Whole{20}, Whole{50}, Whole{100}, Whole{200}}, "of the sequential impulses"},
+      {"erp", {0.2, 0.05, 0.1, 0.4, 0.8, 1.0}, "share of a joint's gap that a step takes away"},
+      {"warm_starting_factor", {0.85, 0.0, 1.0}, "of the last step's impulses"},
+      {"sor", {1.0, 1.3}, "over-relaxation of the sweeps"},
+      {"gyroscopic",
+       {Word("implicit-body"), Word("implicit-world"), Word("explicit")},
+       "the gyroscopic term; off would be another physics"}};
+  made.starts = {{{"iterations", Whole{50}}}, {{"iterations", Whole{100}}, {"erp", 0.8}}};
+  return made;
+}
+
+TuneRanges ode_mechanisms() {
+  TuneRanges made{"ode", "ode/default", {}, {}};
+  made.ranges = {{"erp", {0.2, 0.05, 0.1, 0.4, 0.8, 1.0}, "share of a joint's gap that a step takes away"},
+                 {"cfm", {1e-10, 1e-13, 1e-7}, "softness of constraints; 0 aborts where they depend on each other"},
+                 {"finite_rotation", {false, true}, "attitude by a rotation of finite angle"}};
+  made.starts = {{{"erp", 0.8}}, {{"erp", 0.8}, {"finite_rotation", true}}};
+  return made;
+}
+
 TuneRanges atwood() {
   TuneRanges made{"atwood", "atwood/symplectic-euler+impulse", {}, {}};
   made.ranges = {{"solver",
@@ -79,7 +103,11 @@ TuneRanges atwood() {
 
 }  // namespace
 
-TuneRanges tune_ranges(const std::string& engine) {
+TuneRanges tune_ranges(const std::string& engine, rivals::SceneClass scene_class) {
+  if (scene_class == rivals::SceneClass::mechanism) {
+    if (engine == "bullet64" || engine == "bullet32") return bullet_mechanisms(engine);
+    if (engine == "ode") return ode_mechanisms();
+  }
   if (engine == "bullet64" || engine == "bullet32") return bullet(engine);
   if (engine == "ode") return ode();
   if (engine == "atwood") return atwood();
@@ -123,14 +151,15 @@ const std::vector<std::string>& primary_metrics(rivals::SceneClass scene_class) 
       bounce{"apex-error", "error-position-max", "energy-gain"},
       friction{"error-position-max", "error-attitude-max", "error-velocity-rms", "energy-max", "penetration-max"},
       stack{"error-position-max", "penetration-max", "penetration-rms", "energy-gain"},
-      heap{"penetration-max", "penetration-rms", "energy-gain", "energy-rise"};
+      heap{"penetration-max", "penetration-rms", "energy-gain", "energy-rise"},
+      mechanism{"error-position-max", "error-attitude-max", "joint-gap", "energy-max"};
   switch (scene_class) {
     case SceneClass::free_flight: return flight;
     case SceneClass::bounce: return bounce;
     case SceneClass::friction: return friction;
     case SceneClass::stack: return stack;
     case SceneClass::heap: return heap;
-    case SceneClass::mechanism: break;
+    case SceneClass::mechanism: return mechanism;
   }
   return flight;
 }

@@ -43,7 +43,8 @@ const std::map<std::string, std::string>& metrics_of_units() {
 std::string metric_of(const std::string& asked) {
   static const std::map<std::string, std::string> known{
       {"position", "error-position-max"},   {"velocity", "error-velocity-max"}, {"attitude", "error-attitude-max"},
-      {"body-rate", "error-body-rate-max"}, {"state", "error-state-end"},       {"energy", "energy-max"}};
+      {"body-rate", "error-body-rate-max"}, {"state", "error-state-end"},       {"energy", "energy-max"},
+      {"joint", "error-joint-coordinate"}};
   if (asked.empty()) return "";
   if (const auto found = known.find(asked); found != known.end()) return found->second;
   std::vector<std::string> names;
@@ -52,7 +53,7 @@ std::string metric_of(const std::string& asked) {
     names.push_back(metric.name);
   }
   throw InputError(
-      fmt::format("--metric {}: expected position, velocity, attitude, body-rate, state, energy, or a metric of "
+      fmt::format("--metric {}: expected position, velocity, attitude, body-rate, joint, state, energy, or a metric of "
                   "`atwood list metrics`{}",
                   asked, nearest_hint(asked, names, 1)));
 }

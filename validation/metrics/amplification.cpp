@@ -6,6 +6,7 @@
 
 #include "dynamics/contacts.hpp"
 #include "dynamics/rates.hpp"
+#include "validation/metrics/joints.hpp"
 #include "validation/metrics/measurements.hpp"
 
 namespace atwood {
@@ -82,6 +83,7 @@ double perturbation_growth(const Scenario& scenario, const Truth& truth) {
   if (!metrics::has_truth(truth)) return 0;
   const Scene& scene = scenario.scene;
   const double simple = free_flight_growth(sizes(scenario, truth), scenario.t_end_s);
+  if (has_mechanism(scene)) return std::max(simple, truth.condition);
   if (!dynamics::unsupported(scene).empty() || dynamics::contacts_possible(scene)) return simple;
 
   const dynamics::Dynamics<double> f(scene, scenario.t_end_s);
@@ -124,7 +126,8 @@ double perturbation_growth(const Scenario& scenario, const Truth& truth) {
 double metrics::state_horizon_s(const Scenario& scenario, const Truth& truth) {
   const Scene& scene = scenario.scene;
   const bool chaotic = std::find(scenario.tags.begin(), scenario.tags.end(), "chaotic") != scenario.tags.end();
-  if (!chaotic || !has_truth(truth) || !dynamics::unsupported(scene).empty() || dynamics::contacts_possible(scene))
+  if (!chaotic || !has_truth(truth) || has_mechanism(scene) || !dynamics::unsupported(scene).empty() ||
+      dynamics::contacts_possible(scene))
     return scenario.t_end_s;
   const dynamics::Dynamics<double> f(scene, scenario.t_end_s);
   std::int64_t steps = 1000;

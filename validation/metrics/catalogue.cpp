@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "validation/metrics/fluid_parts.hpp"
+#include "validation/metrics/joints.hpp"
 #include "validation/metrics/measurements.hpp"
 
 namespace atwood {
@@ -271,8 +272,8 @@ std::vector<MetricInfo> common_metrics() {
 const std::vector<MetricInfo>& all_metrics() {
   static const std::vector<MetricInfo> metrics = [] {
     std::vector<MetricInfo> all = common_metrics();
-    const std::vector<MetricInfo> fluids = fluid_metrics();
-    all.insert(all.end(), fluids.begin(), fluids.end());
+    for (const std::vector<MetricInfo>& family : {joint_metrics(), fluid_metrics()})
+      all.insert(all.end(), family.begin(), family.end());
     return all;
   }();
   return metrics;

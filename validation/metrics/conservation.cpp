@@ -4,6 +4,8 @@
 
 #include "dynamics/arithmetic.hpp"
 #include "dynamics/invariants.hpp"
+#include "dynamics/swinging_atwood.hpp"
+#include "validation/metrics/joints.hpp"
 #include "validation/metrics/measurements.hpp"
 #include "validation/metrics/slope_fit.hpp"
 
@@ -183,6 +185,18 @@ void append_energy(const Scenario& scenario, const Truth& truth, const Recording
   if (declares(scenario, "jacobi-constant")) rows.push_back(row("jacobi-constant-error", drift.largest));
 }
 
+void append_swinging_atwood(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
+  if (!dynamics::is_swinging_atwood_machine(scenario.scene)) return;
+  const Wide start = dynamics::swinging_atwood(scenario.scene, run.values.front()).invariant;
+  double largest = 0, size = 0;
+  for (const Sample& s : run.values) {
+    const dynamics::SwingingAtwood now = dynamics::swinging_atwood(scenario.scene, s);
+    largest = std::max(largest, static_cast<double>(dynamics::magnitude(Wide(now.invariant - start))));
+    size = std::max(size, static_cast<double>(now.size));
+  }
+  if (size > 0) rows.push_back(row("swinging-atwood-error", largest / size));
+}
+
 }  // namespace
 
 std::vector<double> energy_change(const Scenario& scenario, const Recording& run, const EnergyScale& scale) {
@@ -191,7 +205,10 @@ std::vector<double> energy_change(const Scenario& scenario, const Recording& run
   std::vector<double> change;
   Wide start = 0;
   const Wide unit = scale.joules > 0 ? scale.joules : 1;
-  for (const Sample& s : run.values) {
+  // The potential of a joint's spring needs its angle with all turns.
+  const bool counted = scenario.scene.joint_forces.empty();
+  const std::vector<Sample> turned = counted ? std::vector<Sample>{} : with_joints(scenario.scene, run).values;
+  for (const Sample& s : counted ? run.values : turned) {
     const dynamics::Energy e = dynamics::energy(scenario.scene, s);
     if (change.empty()) start = e.kinetic_J + e.potential_J;
     change.push_back(static_cast<double>((e.kinetic_J + e.potential_J - start) / unit));
@@ -225,6 +242,7 @@ void append_conservation(const Scenario& scenario, const Truth& truth, const Rec
   if (declares(scenario, "center-of-mass")) append_center_of_mass(scenario, run, rows);
   if (declares(scenario, "laplace-runge-lenz")) append_orbit_vector(scenario, run, rows);
   if (declares(scenario, "magnetic-moment")) append_magnetic_moment(scenario, run, rows);
+  if (declares(scenario, "swinging-atwood")) append_swinging_atwood(scenario, run, rows);
 }
 
 }  // namespace atwood::metrics

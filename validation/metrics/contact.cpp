@@ -7,6 +7,7 @@
 #include "dynamics/contacts.hpp"
 #include "dynamics/invariants.hpp"
 #include "validation/metrics/bisection.hpp"
+#include "validation/metrics/joints.hpp"
 #include "validation/metrics/measurements.hpp"
 
 namespace atwood::metrics {
@@ -17,6 +18,9 @@ constexpr int kApexes = 5;
 
 using Pair = std::pair<int, int>;
 
+// Impacts at the stop of a joint count down to this rate before the impact [rad/s or m/s].
+constexpr double kStopRate = 1e-3;
+
 bool fixed_pair(const Scene& scene, const Event& e) {
   return scene.bodies[e.body_a].fixed || scene.bodies[e.body_b].fixed;
 }
@@ -24,6 +28,7 @@ bool fixed_pair(const Scene& scene, const Event& e) {
 // Whether the clearance before the impact, vn^2 / 2 g_n with the component of gravity along the normal, was at least
 // kClearance_m. Two free bodies have the same acceleration, so their impacts always count.
 bool fell_far_enough(const Scene& scene, const Event& e) {
+  if (stop_of(scene, e) != nullptr) return e.vn_before_m_per_s * e.vn_before_m_per_s >= kStopRate * kStopRate;
   if (!fixed_pair(scene, e)) return true;
   Wide along = 0;
   for (int i = 0; i < 3; ++i) along += e.normal[i] * scene.gravity_m_per_s2[i];
@@ -121,7 +126,9 @@ void append_restitution(const Scenario& scenario, const Recording& run, std::vec
     gain = any ? std::max(gain, work) : work;
     any = true;
     if (!fell_far_enough(scenario.scene, e)) continue;
-    const double asked = pair_law(scenario.scene, e.body_a, e.body_b).restitution;
+    const Joint* stop = stop_of(scenario.scene, e);
+    const double asked =
+        stop != nullptr ? stop->limits->restitution : pair_law(scenario.scene, e.body_a, e.body_b).restitution;
     worst = std::max(worst, std::fabs(static_cast<double>(-e.vn_after_m_per_s / e.vn_before_m_per_s - asked)));
   }
   if (worst >= 0) rows.push_back(row("restitution-error", worst));
@@ -131,7 +138,7 @@ void append_restitution(const Scenario& scenario, const Recording& run, std::vec
 // From the states, so that work of friction and of corrections by the engine is included. Where gravity is the only
 // force, energy changes between samples by contacts only.
 void append_energy_gain(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
-  if (!scenario.scene.forces.empty() || run.values.size() < 2) return;
+  if (!scenario.scene.forces.empty() || !scenario.scene.joint_forces.empty() || run.values.size() < 2) return;
   Wide least = 0, gain = 0;
   for (const Sample& s : run.values) {
     const dynamics::Energy e = dynamics::energy(scenario.scene, s);
@@ -167,7 +174,9 @@ void append_apexes(const Scenario& scenario, const Truth& truth, const Recording
   int apexes = 0;
   for (const auto& [bodies, list] : expected) {
     const dynamics::ContactPair pair{bodies.first, bodies.second, 0, 0};
-    if (!fixed_pair(scene, list.front().event) || !dynamics::has_gap(scene, pair)) continue;
+    if (stop_of(scene, list.front().event) != nullptr || !fixed_pair(scene, list.front().event) ||
+        !dynamics::has_gap(scene, pair))
+      continue;
     for (std::size_t k = 0; k + 1 < list.size() && k < kApexes; ++k) {
       std::vector<std::size_t> inside;
       for (std::size_t s = 0; s < truth.values.size(); ++s)
@@ -232,7 +241,9 @@ void append_landing(const Scenario& scenario, const Truth& truth, const Recordin
 }
 
 void append_contact(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
-  if (!dynamics::contacts_possible(scenario.scene)) return;
+  const bool touches = dynamics::contacts_possible(scenario.scene);
+  const bool stops = std::ranges::any_of(scenario.scene.joints, [](const Joint& j) { return j.limits.has_value(); });
+  if (!touches && !stops) return;
   if (has_truth(truth)) {
     append_impacts(scenario, truth, run, rows);
     append_transitions(truth, run, rows);
@@ -240,6 +251,7 @@ void append_contact(const Scenario& scenario, const Truth& truth, const Recordin
   }
   append_restitution(scenario, run, rows);
   append_energy_gain(scenario, truth, run, rows);
+  if (!touches) return;
   append_contact_forces(scenario, run, rows);
   append_penetration(scenario.scene, run, rows);
 }

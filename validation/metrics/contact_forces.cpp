@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "validation/metrics/joints.hpp"
 #include "validation/metrics/measurements.hpp"
 
 namespace atwood::metrics {
@@ -66,7 +67,7 @@ void append_contact_forces(const Scenario& scenario, const Recording& run, std::
   const Scene& scene = scenario.scene;
   Excess impulses, forces;
   for (const Event& e : run.events) {
-    if (e.kind != EventKind::impact) continue;
+    if (e.kind != EventKind::impact || stop_of(scene, e) != nullptr) continue;
     const double mu = pair_law(scene, e.body_a, e.body_b).friction;
     impulses.take(static_cast<double>(e.impulse_n_N_s), static_cast<double>(e.impulse_t_N_s), mu);
   }

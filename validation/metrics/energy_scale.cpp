@@ -9,6 +9,7 @@
 #include "dynamics/contacts.hpp"
 #include "dynamics/invariants.hpp"
 #include "dynamics/rates.hpp"
+#include "validation/metrics/joints.hpp"
 #include "validation/metrics/measurements.hpp"
 
 namespace atwood::metrics {
@@ -95,7 +96,9 @@ EnergyScale energy_scale(const Scenario& scenario, const Truth& truth) {
     const Scene& scene = scenario.scene;
     const auto bodies = static_cast<double>(scene.bodies.size());
     const bool moderate = static_cast<double>(kFewestSteps) * bodies * bodies <= kMostWork;
-    if (!moderate || !dynamics::unsupported(scene).empty() || dynamics::contacts_possible(scene)) return {};
+    if (!moderate || has_mechanism(scene) || !dynamics::unsupported(scene).empty() ||
+        dynamics::contacts_possible(scene))
+      return {};
     return remembered_scale(scenario);
   }
   const double scale = scale_of(scenario.scene, truth.values);

@@ -72,7 +72,7 @@ std::vector<MetricInfo> fluid_metrics() {
        "How much later the measured front is than the run's: the delay that makes front-delayed-error least. Releasing the "
        "column takes time."},
       {"front-delayed-error", "1",
-       "Largest |front / measured front - 1| after that one delay, from 1.4 of the distance at t = 0 on."},
+       "Largest |front / measured front - 1| after that one delay, over the readings from 1.4 of the distance at t = 0 on."},
       {"probe-error", "1", "A probe less its true value, over that value; the probe's name stands in `body`."},
   };
   all.insert(all.end(), others.begin(), others.end());

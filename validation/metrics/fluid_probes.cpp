@@ -261,18 +261,18 @@ double slope_of_line(const std::vector<double>& t, const std::vector<double>& x)
   return (n * stx - st * sx) / (n * stt - st * st);
 }
 
-// The largest |run(t) / measured(t + delay) - 1| of the measured places from `least_m` on; infinite where fewer than ten are
-// known in both.
+// The largest |run(t - delay) / measured(t) - 1| over the readings from `least_m` on within the run's time; before its
+// start the run's front is where it begins. Infinite where fewer than four readings are left.
 double worst_after(const Curve& run, const Curve& measured, double delay_s, double least_m) {
   double worst = 0;
   int compared = 0;
-  for (std::size_t k = 0; k < run.t_s.size(); ++k) {
-    const double x = measured.x_at(run.t_s[k] + delay_s);
-    if (std::isnan(x) || x < least_m) continue;
-    worst = std::max(worst, std::fabs(run.x_m[k] / x - 1));
+  for (std::size_t k = 0; k < measured.t_s.size(); ++k) {
+    if (measured.x_m[k] < least_m || measured.t_s[k] > run.t_s.back()) continue;
+    const double x = run.x_at(std::max(run.t_s.front(), measured.t_s[k] - delay_s));
+    worst = std::max(worst, std::fabs(x / measured.x_m[k] - 1));
     ++compared;
   }
-  return compared < 10 ? std::numeric_limits<double>::infinity() : worst;
+  return compared < 4 ? std::numeric_limits<double>::infinity() : worst;
 }
 
 // A front against a measured one, from 1.4 of its distance at t = 0 on, where the release is over: the speed at equal

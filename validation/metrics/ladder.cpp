@@ -26,6 +26,7 @@ double scale(const std::string& metric, const std::map<std::string, double>& cel
   if (metric == "error-velocity-end") return size_of(cell, "size-velocity");
   if (metric == "error-body-rate-end") return size_of(cell, "size-body-rate");
   if (metric == "error-attitude-end") return 1;
+  if (metric == "error-joint-coordinate-end") return std::max(1.0, size_of(cell, "size-joint-coordinate"));
   return t_end_s;
 }
 
@@ -83,11 +84,13 @@ std::vector<Row> fit_ladder(std::span<const Row> cells) {
   for (const Row& r : cells)
     if (r.status == Status::ok && r.body.empty() && !r.t_s) figures[r.steps][r.metric] = r.value;
 
-  const std::vector<std::pair<std::string, std::string>> orders = {{"error-position-end", "order-position"},
-                                                                   {"error-velocity-end", "order-velocity"},
-                                                                   {"error-attitude-end", "order-attitude"},
-                                                                   {"error-body-rate-end", "order-body-rate"},
-                                                                   {"impact-time-error", "order-impact-time"}};
+  const std::vector<std::pair<std::string, std::string>> orders = {
+      {"error-position-end", "order-position"},
+      {"error-velocity-end", "order-velocity"},
+      {"error-attitude-end", "order-attitude"},
+      {"error-body-rate-end", "order-body-rate"},
+      {"error-joint-coordinate-end", "order-joint-coordinate"},
+      {"impact-time-error", "order-impact-time"}};
   for (const auto& [error, order] : orders) {
     std::map<std::int64_t, Rung> ladder;  // sorted by steps, each once
     const Row* like = nullptr;

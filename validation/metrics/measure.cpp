@@ -5,6 +5,7 @@
 #include <map>
 #include <mutex>
 
+#include "validation/metrics/joints.hpp"
 #include "validation/metrics/measurements.hpp"
 #include "validation/metrics/order_statistics.hpp"
 
@@ -67,6 +68,7 @@ std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Rec
   }
   append_norm_drift(scenario, run, rows);
   append_conservation(scenario, truth, run, rows);
+  append_joints(scenario, truth, run, rows);
   append_contact(scenario, truth, run, rows);
   const double floor = relative_floor(scenario.scene, run);
   GrowthFloors floors{0, floor, energy_floor(scenario, run, energy_scale(scenario, truth))};

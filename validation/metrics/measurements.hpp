@@ -54,6 +54,8 @@ void append_state_errors(const Scenario& scenario, const Truth& truth, const Rec
 void append_norm_drift(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
 void append_sizes(const Scenario& scenario, const Truth& truth, std::vector<Row>& rows);
 void append_conservation(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
+// joint-gap, joint-tilt, error-joint-*, error-reaction-*; none for a scene without joints and ropes.
+void append_joints(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 void append_contact(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 void append_contact_forces(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
 void append_penetration(const Scene& scene, const Recording& run, std::vector<Row>& rows);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "validation/metrics/joints.hpp"
 #include "validation/metrics/measurements.hpp"
 
 namespace atwood {
@@ -93,9 +94,10 @@ std::vector<double> worst_series(Quantity q, const Scenario& scenario, const Tru
 }
 
 // Per body, samples whose time lies within the bar of an impact's time: whether the velocity is that before or after
-// the jump is undecided.
+// the jump is undecided. In a scene with joints or ropes an impact may change the velocity of every body.
 std::vector<std::vector<std::size_t>> samples_on_impacts(const Scene& scene, const Truth& truth) {
   std::vector<std::vector<std::size_t>> on(scene.bodies.size());
+  const bool all = has_mechanism(scene);
   for (std::size_t i = 0; i < truth.events.size(); ++i) {
     const Event& event = truth.events[i];
     if (event.kind != EventKind::impact) continue;
@@ -103,8 +105,9 @@ std::vector<std::vector<std::size_t>> samples_on_impacts(const Scene& scene, con
     auto at = std::lower_bound(truth.values.begin(), truth.values.end(), event.t_s - bar,
                                [](const Sample& s, Wide t) { return s.t_s < t; });
     for (; at != truth.values.end() && at->t_s <= event.t_s + bar; ++at)
-      for (int body : {event.body_a, event.body_b})
-        on[static_cast<std::size_t>(body)].push_back(static_cast<std::size_t>(at - truth.values.begin()));
+      for (std::size_t body = 0; body < on.size(); ++body)
+        if (all || static_cast<int>(body) == event.body_a || static_cast<int>(body) == event.body_b)
+          on[body].push_back(static_cast<std::size_t>(at - truth.values.begin()));
   }
   for (auto& samples : on) {
     std::sort(samples.begin(), samples.end());
@@ -188,6 +191,9 @@ std::vector<Row> status_rows(const Scenario& scenario, const Truth& truth, const
         return status_row(Status::not_finite, "body `" + scenario.scene.bodies[b].name + "` is not finite at t = " +
                                                   format_double(static_cast<double>(s.t_s)) + " s");
   }
+  for (const Event& event : run.events)
+    if ((event.body_a < 0 || event.body_b < 0) && stop_of(scenario.scene, event) == nullptr)
+      return status_row(Status::crashed, "an event names a body that the scene has not");
   if (run.values.size() < 2) return status_row(Status::crashed, "no samples after t = 0");
   if (!has_truth(truth)) return {};
   if (run.values.size() != truth.values.size())

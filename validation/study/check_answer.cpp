@@ -125,6 +125,8 @@ SampledBodies::SampledBodies(const Scene& scene) : count(scene.problem.empty() ?
     for (const Real3& x : p.position_m) size_m = std::max(size_m, length(x));
     for (const Real3& v : p.velocity_m_per_s) speed_m_per_s = std::max(speed_m_per_s, length(v));
   }
+  joints = scene.joints;
+  for (const Rope& rope : scene.ropes) rope_pulleys.push_back(rope.over.size());
   if (scene.bodies.size() != count) return;
   start.reserve(count);
   for (const Body& body : scene.bodies) {
@@ -160,6 +162,28 @@ void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int6
     throw wire::Garbage("sample " + std::to_string(k) + " is at t_s = " + format_double(t) + "; asked for " +
                         format_double(due) + slip_of_time(t, due, k, samples));
   }
+}
+
+void check_joints(const wire::Answer& answer, const SampledBodies& bodies) {
+  const Sample& sample = answer.sample;
+  const auto refuse_count = [](std::size_t found, std::size_t expected, const char* what) {
+    if (found != 0 && found != expected)
+      throw wire::Garbage("a sample has " + std::to_string(found) + " " + what + "; the scene has " +
+                          std::to_string(expected));
+  };
+  refuse_count(sample.joints.size(), bodies.joints.size(), "joints");
+  refuse_count(sample.ropes.size(), bodies.rope_pulleys.size(), "ropes");
+  for (std::size_t i = 0; i < answer.joint_coordinates.size() && i < bodies.joints.size(); ++i) {
+    const int expected = coordinate_count(bodies.joints[i].kind), found = answer.joint_coordinates[i];
+    if (found != expected && found != 4)
+      throw wire::Garbage("joint `" + bodies.joints[i].name + "` has a row of " + std::to_string(found) +
+                          " coordinates; expected " + std::to_string(expected));
+  }
+  for (std::size_t i = 0; i < sample.ropes.size(); ++i)
+    if (sample.ropes[i].pulley_angle_rad.size() != bodies.rope_pulleys[i])
+      throw wire::Garbage("rope " + std::to_string(i) + " has " +
+                          std::to_string(sample.ropes[i].pulley_angle_rad.size()) + " pulleys; the scene has " +
+                          std::to_string(bodies.rope_pulleys[i]));
 }
 
 void check_states(const Sample& sample, std::size_t k, double t_end_s, const SampledBodies& bodies, bool foreign) {

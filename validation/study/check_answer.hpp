@@ -27,6 +27,8 @@ struct SampledBodies {
   };
   std::size_t count = 0;
   std::size_t particles = 0;                     // of all fluids
+  std::vector<Joint> joints = {};                // of the scene: a sample reports all of them, or none
+  std::vector<std::size_t> rope_pulleys = {};    // of each rope
   std::vector<Real3> particle_start = {};        // where they are at t = 0
   std::vector<Start> start = {};                 // one per body, or none
   double size_m = 0;                             // the largest coordinate or bounding radius
@@ -47,6 +49,8 @@ inline constexpr double kNormDrift = 0.1;
 // Sample k = 0..samples of a run or a truth: its number of bodies and of particles, and its time.
 void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int64_t samples,
                   const SampledBodies& bodies);
+// Joints and ropes of a sample: none, or those of the scene, with their coordinates and pulleys.
+void check_joints(const wire::Answer& answer, const SampledBodies& bodies);
 // The states of a run's sample k. Values that are not finite are refused at k = 0 only. `foreign`: of an engine that
 // was not built with this program.
 void check_states(const Sample& sample, std::size_t k, double t_end_s, const SampledBodies& bodies, bool foreign);

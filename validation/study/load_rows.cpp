@@ -5,6 +5,7 @@
 
 #include "scene/files.hpp"
 #include "validation/metrics/fluid.hpp"
+#include "validation/metrics/joints.hpp"
 #include "validation/metrics/measurements.hpp"
 #include "validation/study/content_hash.hpp"
 
@@ -53,6 +54,17 @@ std::vector<Row> particle_time_rows(const Cell& cell, const Outcome& outcome, co
   return rows;
 }
 
+// The time of a step shared out among the bodies that joints or ropes hold.
+std::vector<Row> link_time_rows(const Scene& scene, const std::vector<Row>& timed) {
+  const int links = linked_bodies(scene);
+  std::vector<Row> rows;
+  for (const Row& step : timed)
+    if (step.metric == "step-time" && links > 0)
+      rows.push_back(metrics::row("step-time-per-link", step.value / links, step.truth_bar / links,
+                                  std::to_string(links) + " links"));
+  return rows;
+}
+
 void append_timing(Store& store, const Cell& cell, const std::string& timing_hash, std::int64_t accuracy_steps,
                    const std::vector<Row>& measured, StudyResult& result) {
   const auto timing = store.timing(timing_hash);
@@ -67,6 +79,7 @@ void append_timing(Store& store, const Cell& cell, const std::string& timing_has
   const bool adaptive = parse_method_id(cell.method).rtol.has_value() && accuracy_steps > 0;
   std::vector<Row> rows = timing_rows(outcome, adaptive ? accuracy_steps : cell.plan.steps);
   for (Row& row : particle_time_rows(cell, outcome, rows, measured)) rows.push_back(std::move(row));
+  for (Row& row : link_time_rows(cell.scenario.scene, rows)) rows.push_back(std::move(row));
   for (Row& row : rows) append(result.rows, std::move(row), cell, timing->provenance);
 }
 

@@ -342,6 +342,17 @@ void refuse_fluids(Cell& cell) {
   cell.worker = -1;
 }
 
+bool joints_taken(const Cell& cell, const std::vector<Worker>& workers) {
+  return cell.worker < 0 || (cell.scenario.scene.joints.empty() && cell.scenario.scene.ropes.empty()) ||
+         workers[static_cast<std::size_t>(cell.worker)].engine.joints;
+}
+
+void refuse_joints(Cell& cell) {
+  cell.absent_reason = cell.method.substr(0, cell.method.find('/')) + " simulates no joints";
+  cell.absent = Status::unsupported;
+  cell.worker = -1;
+}
+
 void check_steps(const std::vector<std::int64_t>& steps, const Scenario& scenario, const Study& study) {
   for (const std::int64_t n : steps) {
     if (scenario.samples > 0 && n % scenario.samples == 0) continue;
@@ -423,6 +434,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
               if (probe != Probe::none) cell.repeats = 0;
               if (!frames_taken(cell, workers)) refuse_frames(cell);
               else if (!fluids_taken(cell, workers)) refuse_fluids(cell);
+              else if (!joints_taken(cell, workers)) refuse_joints(cell);
               else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu, arithmetic);
               else explain_absence(cell, workers);
               if (fresh && static_cast<std::int64_t>(planned.size()) >= most_cells)

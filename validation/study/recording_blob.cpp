@@ -44,6 +44,14 @@ template <class Particle, class Visit> void each_of_particle(Particle& particle,
   visit(particle.density_kg_per_m3), visit(particle.pressure_Pa), visit(particle.temperature_K);
 }
 
+template <class Joint, class Visit> void each_of_joint(Joint& joint, Visit visit) {
+  for (auto& value : joint.q) visit(value);
+  for (auto& value : joint.u) visit(value);
+  for (auto& value : joint.force_N) visit(value);
+  for (auto& value : joint.torque_N_m) visit(value);
+  for (auto& value : joint.applied) visit(value);
+}
+
 template <class Body, class Visit> void each_value(Body& body, Visit visit) {
   for (auto& value : body.p_m) visit(value);
   for (auto& value : body.q_wxyz) visit(value);
@@ -59,8 +67,52 @@ bool all_doubles(const std::vector<Sample>& samples) {
     for (const BodySample& body : sample.bodies) each_value(body, [&](Wide value) { all = all && is_double(value); });
     for (const ParticleSample& particle : sample.particles)
       each_of_particle(particle, [&](Wide value) { all = all && is_double(value); });
+    for (const JointSample& joint : sample.joints)
+      each_of_joint(joint, [&](Wide value) { all = all && is_double(value); });
+    for (const RopeSample& rope : sample.ropes) {
+      all = all && is_double(rope.tension_N);
+      for (const Wide angle : rope.pulley_angle_rad) all = all && is_double(angle);
+    }
   }
   return all;
+}
+
+// What the first byte of a recording says: 8 or 16 bytes a number, and what samples have, so that recordings of scenes
+// without particles and joints are as they were.
+constexpr std::uint8_t kNarrow = 8, kWide = 16, kParticles = 1, kJoints = 2;
+
+void put_joints(Writer& writer, const Sample& sample, bool narrow) {
+  const auto put = [&](Wide value) {
+    if (narrow) writer.put(static_cast<double>(value));
+    else writer.put(value);
+  };
+  writer.put(static_cast<std::uint64_t>(sample.joints.size()));
+  for (const JointSample& joint : sample.joints) {
+    each_of_joint(joint, put);
+    writer.put(static_cast<std::uint32_t>(joint.not_unique));
+  }
+  writer.put(static_cast<std::uint64_t>(sample.ropes.size()));
+  for (const RopeSample& rope : sample.ropes) {
+    put(rope.tension_N);
+    writer.put(static_cast<std::uint64_t>(rope.pulley_angle_rad.size()));
+    for (const Wide angle : rope.pulley_angle_rad) put(angle);
+  }
+}
+
+void read_joints(Reader& reader, Sample& sample, bool narrow) {
+  const std::size_t width = narrow ? 8 : 16;
+  const auto read = [&](Wide& value) { value = narrow ? static_cast<Wide>(reader.get<double>()) : reader.get<Wide>(); };
+  sample.joints.resize(reader.count(16 * width + 4));
+  for (JointSample& joint : sample.joints) {
+    each_of_joint(joint, read);
+    joint.not_unique = reader.get<std::uint32_t>();
+  }
+  sample.ropes.resize(reader.count(width + 8));
+  for (RopeSample& rope : sample.ropes) {
+    read(rope.tension_N);
+    rope.pulley_angle_rad.resize(reader.count(width));
+    for (Wide& angle : rope.pulley_angle_rad) read(angle);
+  }
 }
 
 }  // namespace
@@ -68,10 +120,12 @@ bool all_doubles(const std::vector<Sample>& samples) {
 std::string pack_samples(const std::vector<Sample>& samples) {
   Writer writer;
   const bool narrow = all_doubles(samples);
-  // Of a number: 8 or 16 bytes; + 1 where samples have particles, so that recordings without them are as they were.
   const bool particles =
       std::any_of(samples.begin(), samples.end(), [](const Sample& s) { return !s.particles.empty(); });
-  writer.put(static_cast<std::uint8_t>((narrow ? 8 : 16) + (particles ? 1 : 0)));
+  const bool joints = std::any_of(samples.begin(), samples.end(),
+                                  [](const Sample& s) { return !s.joints.empty() || !s.ropes.empty(); });
+  writer.put(
+      static_cast<std::uint8_t>((narrow ? kNarrow : kWide) | (particles ? kParticles : 0) | (joints ? kJoints : 0)));
   writer.put(static_cast<std::uint64_t>(samples.size()));
   for (const Sample& sample : samples) {
     writer.put(sample.t_s);
@@ -84,6 +138,7 @@ std::string pack_samples(const std::vector<Sample>& samples) {
     }
     writer.put(static_cast<std::uint64_t>(sample.contacts.size()));
     for (const ContactSample& contact : sample.contacts) writer.put(contact);
+    if (joints) put_joints(writer, sample, narrow);
     if (!particles) continue;
     writer.put(static_cast<std::uint64_t>(sample.particles.size()));
     for (const ParticleSample& particle : sample.particles)
@@ -98,7 +153,7 @@ std::string pack_samples(const std::vector<Sample>& samples) {
 std::vector<Sample> unpack_samples(std::string_view bytes) {
   Reader reader{bytes};
   const auto kind = reader.get<std::uint8_t>();
-  const bool narrow = kind <= 9, particles = kind % 2 == 1;
+  const bool narrow = (kind & kWide) == 0, particles = (kind & kParticles) != 0, joints = (kind & kJoints) != 0;
   std::vector<Sample> samples(reader.count(24));
   for (Sample& sample : samples) {
     sample.t_s = reader.get<Wide>();
@@ -109,6 +164,7 @@ std::vector<Sample> unpack_samples(std::string_view bytes) {
     }
     sample.contacts.resize(reader.count(sizeof(ContactSample)));
     for (ContactSample& contact : sample.contacts) contact = reader.get<ContactSample>();
+    if (joints) read_joints(reader, sample, narrow);
     if (!particles) continue;
     sample.particles.resize(reader.count(9 * (narrow ? 8 : 16)));
     for (ParticleSample& particle : sample.particles)

@@ -27,7 +27,8 @@ std::string short_number(double value) {
 void append_events(const wire::Answer& answer, std::size_t bodies, std::vector<Event>& events) {
   for (const Event& event : answer.events) {
     const auto known = [&](int body) { return body >= 0 && static_cast<std::size_t>(body) < bodies; };
-    if (!known(event.body_a) || !known(event.body_b))
+    const bool of_world = event.body_a == -1;  // the stop of a joint to the world
+    if ((!known(event.body_a) && !of_world) || !known(event.body_b))
       throw wire::Garbage("an event names a body that the scene has not");
     if (events.size() >= kMostEvents) throw wire::Garbage("more than a million events");
     events.push_back(event);
@@ -42,7 +43,8 @@ wire::Limits limits_of(const SampledBodies& bodies) {
   return {.bodies = bodies.count + 64,
           .contacts = 1024 + 32 * bodies.count,
           .poses = 0,
-          .particles = bodies.particles + 64};
+          .particles = bodies.particles + 64,
+          .joints = bodies.joints.size() + bodies.rope_pulleys.size() + 64};
 }
 
 // Checks and appends the next sample of a run or a truth.
@@ -52,6 +54,7 @@ void add_sample(const wire::Answer& answer, double t_end_s, std::int64_t samples
   if (k > static_cast<std::size_t>(samples))
     throw wire::Garbage("more samples than the " + std::to_string(samples + 1) + " asked for");
   check_layout(answer.sample, k, t_end_s, samples, bodies);
+  check_joints(answer, bodies);
   values.push_back(answer.sample);
 }
 
@@ -72,6 +75,11 @@ void append_part(wire::Answer part, wire::Answer& whole, const wire::Limits& mos
   append(whole.sample.bodies, part.sample.bodies);
   append(whole.sample.particles, part.sample.particles);
   append(whole.sample.contacts, part.sample.contacts);
+  append(whole.sample.joints, part.sample.joints);
+  append(whole.sample.ropes, part.sample.ropes);
+  append(whole.joint_coordinates, part.joint_coordinates);
+  append(whole.bar.joints, part.bar.joints);
+  append(whole.bar.ropes, part.bar.ropes);
   append(whole.bar.bodies, part.bar.bodies);
   append(whole.bar.particles, part.bar.particles);
   append(whole.events, part.events);

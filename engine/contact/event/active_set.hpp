@@ -55,7 +55,8 @@ template <class S> struct Contact {
   // Forces of the last evaluation, and the largest normal force since the contact became active.
   S normal_N{}, largest_N{};
   Vec3<S> friction_N, couple_N_m;
-  S min_delassus{}, max_delassus{};  // [1/kg] range over a trial step of normal acceleration per 1 N with its friction
+  // Ranges over a trial step: normal acceleration per 1 N with its friction [1/kg], and normal force [N].
+  S min_delassus{}, max_delassus{}, min_normal_N{}, max_normal_N{};
 
   // Its share in the linear system of the last evaluation (constraints.hpp).
   bool decoupled = false;  // shares no moving body with another active contact: solved by itself (single_contact.hpp)

@@ -174,9 +174,10 @@ template <class S> void record_coupled_delassus(ActiveSet<S>& active, Constraint
     normal += x[0];
   }
   constraints.acceleration.swap(constraints.free_acceleration);
-  // Past a zero of the form the forces pull.
-  const bool passed = normal < S(0) && along < S(-256) * real::epsilon<S>() * size;
-  if (slips != nullptr && (normal > S(0) || passed)) record_delassus(*slips, along / (normal * normal));
+  // Forces that pull (the contact separates, or a stage lies past a zero of the form) count where the form is more than
+  // round-off.
+  const bool known = normal < S(0) && real::abs(along) > S(256) * real::epsilon<S>() * size;
+  if (slips != nullptr && (normal > S(0) || known)) record_delassus(*slips, along / (normal * normal), normal);
 }
 
 template <class S>

@@ -139,15 +139,17 @@ bool point_of_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, const
 
 }  // namespace
 
-template <class S> void record_delassus(Contact<S>& contact, S delassus) {
+template <class S> void record_delassus(Contact<S>& contact, S delassus, S normal_N) {
   contact.min_delassus = real::min(contact.min_delassus, delassus);
   contact.max_delassus = real::max(contact.max_delassus, delassus);
+  contact.min_normal_N = real::min(contact.min_normal_N, normal_N);
+  contact.max_normal_N = real::max(contact.max_normal_N, normal_N);
 }
 
 template <class S> void reset_delassus_range(ActiveSet<S>& active) {
   for (Contact<S>& contact : active.contacts) {
     contact.min_delassus = std::numeric_limits<S>::infinity();
-    contact.max_delassus = S(0);
+    contact.max_delassus = contact.min_normal_N = contact.max_normal_N = S(0);
   }
 }
 
@@ -169,7 +171,8 @@ template <class S>
 bool delassus_is_resolved(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active) {
   return std::none_of(active.contacts.begin(), active.contacts.end(), [&](const Contact<S>& contact) {
     return contact.min_delassus <= S(0) ||
-           (delassus_near_zero(bodies, proximity, contact) && contact.max_delassus > S(1.125) * contact.min_delassus);
+           (delassus_near_zero(bodies, proximity, contact) &&
+            (contact.max_delassus > S(1.125) * contact.min_delassus || -contact.min_normal_N > contact.max_normal_N));
   });
 }
 
@@ -229,7 +232,7 @@ template <class S> bool impact_without_collision(EventRun<S>& run, S t_s) {
 #define ATWOOD_PAINLEVE(S)                                                                       \
   template bool check_forces<S>(EventRun<S>&, S, S, S);                                          \
   template bool impact_without_collision<S>(EventRun<S>&, S);                                    \
-  template void record_delassus<S>(Contact<S>&, S);                                              \
+  template void record_delassus<S>(Contact<S>&, S, S);                                           \
   template void reset_delassus_range<S>(ActiveSet<S>&);                                          \
   template bool near_singularity<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&); \
   template bool delassus_is_resolved<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&);

@@ -14,10 +14,11 @@ template <class S> bool check_forces(EventRun<S>& run, S t_s, S tiny_acceleratio
 template <class S> bool impact_without_collision(EventRun<S>& run, S t_s);
 
 // The normal acceleration per 1 N of a contact with its friction (a Delassus element) vanishes where forces become
-// unbounded. Its range is recorded over the evaluations of a trial step.
-template <class S> void record_delassus(Contact<S>& contact, S delassus);
+// unbounded. Its range and that of the normal force are recorded over the evaluations of a trial step.
+template <class S> void record_delassus(Contact<S>& contact, S delassus, S normal_N);
 template <class S> void reset_delassus_range(ActiveSet<S>& active);
-// False: some element vanishes, or is small and changes too much for the method to follow: the step must be shorter.
+// False: some element vanishes, or is small and the method cannot follow: the element changes too much, or the contact
+// is pulled harder than it was pressed. The step must be shorter.
 template <class S>
 bool delassus_is_resolved(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active);
 template <class S>

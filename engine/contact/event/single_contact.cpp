@@ -142,7 +142,7 @@ bool add_single_contact_forces(const Bodies<S>& bodies, const Proximity<S>& prox
     delassus += sides[i].sign * dot(n, response[i].linear + cross(response[i].angular, sides[i].arm));
   }
   const S N = dot(n, b) / delassus;
-  if (contact.mode == FrictionMode::slip) record_delassus(contact, delassus);
+  if (contact.mode == FrictionMode::slip) record_delassus(contact, delassus, N);
   contact.normal_N = N;
   contact.friction_N = N * (contact.unit_force_W - n);
   contact.couple_N_m = N * contact.unit_couple_W;

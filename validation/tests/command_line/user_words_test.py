@@ -160,6 +160,11 @@ class Units(Case):
             self.assertIn("--error", self.ask(*words, "--error=" + wrong, code=2).stderr)
         self.assertIn("nothing rotates", self.ask("advise", "kepler-e0", "--error", "1deg", code=2).stderr)
 
+    def test_compare_by_a_metric_that_the_scene_lacks(self):
+        told = self.ask("compare", "atwood/rk4", "atwood/heun", "--metric", "penetration-max", "--no-timing", code=2)
+        self.assertIn("no method has this figure here; there are", told.stderr)
+        self.assertIn("error-position-max", told.stderr)
+
     def test_compare_by_another_metric(self):
         words = ("compare", "atwood/rk4", "atwood/heun", "--scenario", "kepler-e0", "--no-timing")
         tables = json.loads(self.ask(*words, "--metric", "velocity", "--json").stdout)["dominance"]
@@ -265,7 +270,7 @@ class Describing(Case):
                 self.assertLessEqual(len(line), 100, line)
         lines = self.ask("list", "methods").stdout.splitlines()
         self.assertEqual(sum(line.startswith("atwood/rk4 ") for line in lines), 1)
-        self.assertRegex(next(line for line in lines if line.startswith("atwood/dopri5 ")), r"atwood/dopri5 +5 5 5 +tol \S")
+        self.assertRegex(next(line for line in lines if line.startswith("atwood/dopri5 ")), r"atwood/dopri5 +5 5 5 5 +tol \S")
         long = self.ask("list", "methods", "--long").stdout
         self.assertIn("Source: ", long)
         self.assertGreater(len(long.splitlines()), 3 * len(lines))

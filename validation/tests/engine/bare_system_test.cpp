@@ -91,6 +91,10 @@ TEST_CASE("methods that need bodies, positions, an energy or a series refuse a b
                                        "average-vector-field",
                                        "implicit-midpoint-so3",
                                        "projected-rk4",
+                                       "rattle",
+                                       "rattle4",
+                                       "rattle6",
+                                       "baumgarte",
                                        "relaxation-rk4",
                                        "taylor"};
   CHECK(refused_schemes() == expected);

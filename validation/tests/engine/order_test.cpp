@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "mechanisms.hpp"
 #include "scenes.hpp"
 
 namespace atwood::testing {
@@ -74,23 +75,37 @@ std::vector<Problem> problems() {
       {"quadratic-drag", "velocity-dependent", quadratic_drag(), 2, 480, fine_run(quadratic_drag(), 2, 4096)});
   all.push_back({"free-box", "rotation", free_box(false), 10, 3840, fine_run(free_box(false), 10, 16384)});
   all.push_back({"thrust-and-drag", "rotation", thrust_and_drag(), 4, 320, fine_run(thrust_and_drag(), 4, 4096)});
+  const auto mechanism = [&](const std::string& name, const Scene& scene, double t_end_s, std::int64_t steps) {
+    const Sample truth = run("gbs", scene, {t_end_s, 400, 1}, "quad").samples.at(1);
+    all.push_back({name, "mechanism", scene, t_end_s, steps, truth});
+  };
+  // From rest the rates of semi-implicit methods would be of order 2.
+  mechanism("double-pendulum", hinge_chain({0.5, 0.2}, {0.4, -0.3}), 2, 640);
+  mechanism("joints-of-all-kinds", random_tree(7, 6, false), 0.5, 320);
   return all;
 }
 
-struct Errors {
+struct Errors {  // the largest of all bodies
   double position, velocity, attitude, body_rate;
 };
 Errors errors(const Problem& problem, const std::string& scheme, std::int64_t steps) {
   const Recorded r = run(scheme, problem.scene, {problem.t_end_s, steps, 1}, "long-double");
-  const BodySample &a = r.samples.at(1).bodies[0], &b = problem.truth.bodies[0];
-  return {distance(a.p_m, b.p_m), distance(a.v_m_per_s, b.v_m_per_s), attitude_distance(a.q_wxyz, b.q_wxyz),
-          distance(a.w_rad_per_s, b.w_rad_per_s)};
+  Errors worst{};
+  for (std::size_t i = 0; i < problem.truth.bodies.size(); ++i) {
+    const BodySample &a = r.samples.at(1).bodies[i], &b = problem.truth.bodies[i];
+    worst.position = std::max(worst.position, distance(a.p_m, b.p_m));
+    worst.velocity = std::max(worst.velocity, distance(a.v_m_per_s, b.v_m_per_s));
+    worst.attitude = std::max(worst.attitude, attitude_distance(a.q_wxyz, b.q_wxyz));
+    worst.body_rate = std::max(worst.body_rate, distance(a.w_rad_per_s, b.w_rad_per_s));
+  }
+  return worst;
 }
 
 // The errors of a problem's motion: those whose order is checked.
 std::vector<double> checked(const Problem& problem, const Errors& e) {
   if (problem.motion != "rotation") return {e.position, e.velocity};
-  if (problem.name == "thrust-and-drag") return {e.position, e.velocity, e.attitude, e.body_rate};
+  if (problem.name == "thrust-and-drag" || problem.motion == "mechanism")
+    return {e.position, e.velocity, e.attitude, e.body_rate};
   return {e.attitude, e.body_rate};
 }
 
@@ -144,10 +159,15 @@ TEST_CASE("executed order is the claimed order, per class of motion") {
         ++exact;
         continue;
       }
-      // Near the separatrix methods of large error constants show their order late.
+      // Near the separatrix, and where a pendulum whips round, methods of large error constants show their order late.
       const bool multistep = scheme.rfind("adams", 0) == 0 || scheme.rfind("bdf", 0) == 0;
-      const bool late = multistep && claimed <= 4 && problem.name == "free-box";
-      const Rungs rungs = finest_rungs(problem, scheme, claimed == 1 || late ? 8 * problem.steps : problem.steps);
+      const bool late = multistep && claimed <= 4 && (problem.name == "free-box" || problem.name == "double-pendulum");
+      const bool slow_tsit5 = scheme == "tsit5" && problem.name == "double-pendulum";  // 4.9 from the fourth halving on
+      const Rungs rungs = finest_rungs(problem, scheme,
+                                       (claimed == 1 || late ? 8
+                                        : slow_tsit5         ? 4
+                                                             : 1) *
+                                           problem.steps);
       expected_orders += rungs.fine.size();
       // From rung to rung tsit5's slope under drag falls slowly, 5.8, 5.6, 5.4, 5.2, and meets round-off there.
       const double margin = scheme == "tsit5" && problem.name == "quadratic-drag" ? 0.25 : 0.2;

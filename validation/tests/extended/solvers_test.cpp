@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "dynamics/arithmetic.hpp"
 #include "extended/collocation.hpp"
 #include "extended/extrapolation.hpp"
 
@@ -95,6 +96,18 @@ TEST_CASE("both methods end at the requested time, within their tolerance") {
       REQUIRE(advance<Wide>(*stepper, Wide(7) / 3, y, 10 - Wide(7) / 3));
       CHECK(size(y[0] - cosq(10)) < 100 * tolerance);
     }
+  }
+}
+
+// y' = sqrt(y) from 1, and from below zero: no rate there is a number.
+TEST_CASE("collocation takes no step where the rates are not numbers") {
+  const Problem root = problem_of(1, [](auto, const auto* y, auto* dydt) { dydt[0] = dynamics::sqrt(y[0]); });
+  for (const double from : {1.0, -1.0}) {
+    Collocation collocation(root, 1e-20);
+    Wide y = from;
+    const Wide taken = collocation.step(0, &y, 0.01);
+    CHECK((taken > 0) == (from > 0));
+    CHECK((y == from) == (from < 0));
   }
 }
 

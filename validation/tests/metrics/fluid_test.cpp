@@ -7,6 +7,7 @@
 #include "scene/files.hpp"
 #include "scene/fluid_points.hpp"
 #include "validation/metrics/fluid.hpp"
+#include "validation/metrics/fluid_parts.hpp"
 #include "validation/metrics/fluid_picture.hpp"
 
 using namespace atwood;
@@ -331,6 +332,36 @@ TEST_CASE("probes: exact for linear fields, in a corner and across a period") {
   probe.kind = ProbeKind::pressure;
   probe.position_m = {0, 20, 0};
   CHECK(std::isnan(probe_value(scene, probe, sample)));
+}
+
+// x = 1 + t and readings of the same front .2 s later, the last of which is 30 % ahead.
+TEST_CASE("the delay of a front leaves no late reading out") {
+  Scenario s = four_particles();
+  s.truth = {TruthKind::literature, "", ""};
+  s.scene.fluids[0].particles.mass_kg = {1};
+  s.scene.probes.push_back({"front", ProbeKind::front, {0, 0, 0}, -1});
+  const int samples = 40;
+  for (const double ahead : {1.0, 1.3}) {
+    Recording run;
+    FieldAtParticles readings;
+    for (int k = 0; k <= samples; ++k) {
+      const double t = 0.05 * k;
+      Sample& sample = run.values.emplace_back();
+      sample.t_s = t;
+      sample.particles.resize(1);
+      sample.particles[0].p_m = {Wide(0.5 + t), 0.5, 0};  // its front is half a spacing further
+      FieldSample& reading = readings.samples.emplace_back();
+      reading.t_s = t;
+      reading.probes.resize(1);
+      const double x = 1 + std::max(0., t - 0.2);
+      if (k > 0) reading.probes[0] = {Wide(k == samples ? x * ahead : x), Wide(0)};
+    }
+    std::vector<Row> rows;
+    metrics::append_probes(s, readings, run, rows);
+    if (ahead == 1) CHECK(value_of(rows, "front-delay") == Approx(0.2).margin(0.01));
+    if (ahead == 1) CHECK(value_of(rows, "front-delayed-error") < 0.004);
+    else CHECK(value_of(rows, "front-delayed-error") > 0.1);
+  }
 }
 
 TEST_CASE("orders along the three ladders") {

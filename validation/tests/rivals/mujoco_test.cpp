@@ -4,6 +4,7 @@
 
 #include "mujoco/mujoco.hpp"
 #include "mujoco/pair_laws.hpp"
+#include "rivals/vector.hpp"
 #include "scenes.hpp"
 
 namespace atwood::test {
@@ -104,6 +105,56 @@ TEST_CASE("each pair has its own friction, by priorities or one by one") {
     CHECK(1 - v[1] == Approx(0.1 * 9.81 * 0.15).epsilon(0.03));
     CHECK(1 - v[2] == Approx(mu02 * 9.81 * 0.15).epsilon(0.03));
   }
+}
+
+TEST_CASE("a hinged ball that lies on the floor: the contact carries it, not the hinge") {
+  Scene scene = bounce(0, 0);
+  Joint hinge;
+  hinge.name = "hinge";
+  hinge.child = 1;
+  hinge.axis_body = {0, 1, 0};
+  hinge.anchors_body_m = {{{-1, 0, 0.1}, {-1, 0, 0}}};
+  scene.joints = {hinge};
+  const Run rest = run_with("tuned", scene, Plan{2, 2000, 2});
+  REQUIRE(rest.outcome.status == Status::ok);
+  const JointSample& end = rest.samples.back().joints[0];
+  CHECK(std::abs(static_cast<double>(end.force_N[2])) < 0.01 * 9.81);
+  double carried = 0;
+  for (const ContactSample& contact : rest.samples.back().contacts) carried += contact.force_n_N;
+  CHECK(carried == Approx(9.81).epsilon(0.01));
+}
+
+// MuJoCo's body of a plane stands on the plane, wherever the scene's body is.
+TEST_CASE("joints and ropes may be tied to a fixed plane") {
+  Scene scene = bounce(0, 2);
+  scene.bodies[0].position_m = {0.5, -0.3, -7};
+  scene.bodies[0].orientation_wxyz = {0.6, 0, 0.8, 0};
+  scene.bodies[0].shape = Plane{{0, 0, 1}, -7};
+  const auto in_floor = [](const Real3& point) {
+    return rivals::to_body({0.6, 0, 0.8, 0}, {point[0] - 0.5, point[1] + 0.3, point[2] + 7});
+  };
+  Joint closing;
+  closing.name = "closing";
+  closing.parent = 0;
+  closing.child = 1;
+  closing.kind = JointKind::ball;
+  closing.closes_loop = true;
+  closing.coordinates = {1, 0, 0, 0};
+  closing.anchors_body_m = {in_floor({0, 0, 3.1}), {0, 0, 1}};
+  Scene roped = scene;
+  scene.joints = {closing};
+  const Run hangs = run_with("tuned", scene, Plan{0.5, 2000, 2});
+  REQUIRE(hangs.outcome.status == Status::ok);
+  CHECK(hangs.p(1, 2) == Approx(2.1).margin(1e-3));
+  Rope rope;
+  rope.name = "rope";
+  rope.bodies = {0, 1};
+  rope.points_body_m = {in_floor({0, 0, 3.1}), {0, 0, 0}};
+  roped.ropes = {rope};
+  const Run held = run_with("tuned", roped, Plan{0.5, 2000, 2});
+  REQUIRE(held.outcome.status == Status::ok);
+  CHECK(held.p(1, 2) == Approx(2.1).margin(1e-3));
+  CHECK(static_cast<double>(held.samples.back().ropes[0].tension_N) == Approx(9.81).epsilon(1e-3));
 }
 
 TEST_CASE("scenes that MuJoCo does not support are refused, with its own message where there is one") {

@@ -42,7 +42,9 @@ TEST_CASE("scenes of the catalogue have the class that their title names") {
                                                    {"pile-216", SceneClass::heap},
                                                    {"elastic-216", SceneClass::heap},
                                                    {"bouncing-49", SceneClass::heap},
-                                                   {"settling-boxes-100", SceneClass::heap}};
+                                                   {"settling-boxes-100", SceneClass::heap},
+                                                   {"pendulum-1", SceneClass::mechanism},
+                                                   {"chain-20-hinges", SceneClass::mechanism}};
   for (const auto& [id, wanted] : expected) {
     CAPTURE(id, to_string(wanted));
     CHECK(to_string(scene_class(catalogue_scene(id))) == to_string(wanted));

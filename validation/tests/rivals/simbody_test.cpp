@@ -2,6 +2,7 @@
 // what it refuses.
 #include <catch2/catch.hpp>
 
+#include "mechanism_scenes.hpp"
 #include "rivals/vector.hpp"
 #include "scene/files.hpp"
 #include "scenes.hpp"
@@ -32,7 +33,7 @@ Run run_to(double rtol, const Scene& scene, const Plan& plan) {
 }  // namespace
 
 TEST_CASE("presets print what decides accuracy") {
-  REQUIRE(engine().methods.size() == 3);
+  REQUIRE(engine().methods.size() == 4);
   for (const auto& info : engine().methods) {
     CHECK_FALSE(info.doc.empty());
     for (const char* name :
@@ -40,7 +41,7 @@ TEST_CASE("presets print what decides accuracy") {
           "project_every_step", "sleeping", "linear_damping", "angular_damping"}) {
       CHECK((info.settings.count(name) ? "" : name) == std::string());
     }
-    CHECK(info.adaptive == (info.id == "simbody/rk-merson"));
+    CHECK(info.adaptive == (info.id == "simbody/rk-merson" || info.id == "simbody/cpodes"));
   }
 }
 
@@ -207,6 +208,34 @@ TEST_CASE("contacts that are not Hertz's alone it refuses, and says why") {
   toleranced.rtol = 1e-6;
   CHECK_THAT(run(engine(), toleranced, free_box_complex(), Plan{1, 10, 10}).outcome.reason,
              Catch::Contains("tolerance"));
+}
+
+TEST_CASE("CPodes steps trees of hinges and refuses what it gets wrong") {
+  const Scene arm = two_link_arm();
+  MethodId tight = method(engine(), "cpodes");
+  tight.rtol = 1e-11;
+  const Run adams = run(engine(), tight, arm, Plan{1, 100, 10}), merson = run_to(1e-11, arm, Plan{1, 100, 10});
+  INFO(adams.outcome.reason);
+  REQUIRE(adams.outcome.status == Status::ok);
+  for (int j = 0; j < 2; ++j)
+    CHECK(static_cast<double>(adams.samples.back().joints[j].q[0] - merson.samples.back().joints[j].q[0]) ==
+          Approx(0).margin(1e-8));
+  const auto reason = [&](const Scene& scene) {
+    const Run refused = run(engine(), tight, scene, Plan{1, 100, 10});
+    CHECK(to_string(refused.outcome.status) == "unsupported");
+    return refused.outcome.reason;
+  };
+  CHECK_THAT(reason(zoo({JointKind::hinge})), Catch::Contains("floating body `base`"));
+  Scene ball = arm;
+  ball.joints[1].kind = JointKind::ball;
+  ball.joints[1].coordinates = {1, 0, 0, 0};
+  CHECK_THAT(reason(ball), Catch::Contains("ball joint `elbow`"));
+  Scene loop = arm;
+  loop.joints.push_back(joint_of("closing", JointKind::hinge, -1, 1));
+  loop.joints.back().closes_loop = true;
+  CHECK_THAT(reason(loop), Catch::Contains("closes one"));
+  const Run fixed = run_with("default", arm, Plan{1, 10, 1}, {{"integrator", std::string("CPodes")}});
+  CHECK_THAT(fixed.outcome.reason, Catch::Contains("expected the method simbody/cpodes"));
 }
 
 TEST_CASE("every smooth scene promised for rivals runs") {

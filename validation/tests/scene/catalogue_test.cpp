@@ -160,16 +160,19 @@ TEST_CASE("each scenario is complete and follows the rules") {
       REQUIRE((s.truth.kind == TruthKind::closed_form) == has(s, "rest"));
       continue;
     }
-    REQUIRE((has(s, "section-a") + has(s, "section-b") + has(s, "section-d")) == 1);
-    REQUIRE(has(s, "smooth") + has(s, "contact") + has(s, "response") == 1);
+    REQUIRE((has(s, "section-a") + has(s, "section-b") + has(s, "section-d") + has(s, "section-g")) == 1);
+    REQUIRE(has(s, "smooth") + has(s, "contact") + has(s, "response") + has(s, "mechanism") == 1);
+    REQUIRE(has(s, "mechanism") == !(s.scene.joints.empty() && s.scene.ropes.empty()));
     REQUIRE(s.truth.kind != TruthKind::none);
-    REQUIRE((s.samples >= 60 || !s.frame_ends_s.empty()));
+    REQUIRE((s.samples >= (has(s, "mechanism") ? 8 : 60) || !s.frame_ends_s.empty()));
     for (const std::int64_t steps : s.steps) REQUIRE(steps % s.samples == 0);
     if (!s.frame_ends_s.empty()) continue;  // recorded frames: switches fall inside them
     for (const Force& force : s.scene.forces) {
       if (const auto* thruster = std::get_if<Thruster>(&force)) require_switches_on_steps(s, thruster->on_s);
       if (const auto* push = std::get_if<PointForce>(&force)) require_switches_on_steps(s, push->on_s);
     }
+    for (const JointForce& force : s.scene.joint_forces)
+      if (const auto* motor = std::get_if<JointTorque>(&force)) require_switches_on_steps(s, motor->on_s);
   }
 }
 

@@ -68,7 +68,7 @@ bool valid(const json& root, const json& schema, const json& value) {
 TEST_CASE("the schema has the keys of the contract") {
   const json schema = json::parse(atwood::scenario_schema());
   for (const char* key : {"id", "title", "claim", "source", "tags", "run", "world", "material", "contact", "body",
-                          "grid", "force", "truth", "invariant", "problem"})
+                          "grid", "joint", "rope", "force", "truth", "invariant", "problem"})
     REQUIRE(keyword(schema, "/properties", key));
   for (const char* key : {"name", "mass_kg", "density_kg_per_m3", "inertia_kg_m2", "material", "shape", "position_m",
                           "orientation_wxyz", "axis_angle_deg", "euler_xyz_deg", "velocity_m_per_s",
@@ -77,8 +77,32 @@ TEST_CASE("the schema has the keys of the contract") {
   for (const char* shape : {"sphere", "plane", "rectangle", "box", "capsule", "cylinder", "convex", "mesh", "compound"})
     REQUIRE(option(schema["$defs"]["shape"], shape, "") != nullptr);
   for (const char* kind : {"gravity", "attractor", "drag", "spring", "drive", "lorentz", "coulomb", "thruster",
-                           "point-force", "rotating-frame", "potential"})
+                           "point-force", "rotating-frame", "potential", "joint-spring", "joint-torque"})
     REQUIRE(option(schema["$defs"]["force"], "kind", kind) != nullptr);
+  for (const char* key : {"name",
+                          "kind",
+                          "bodies",
+                          "anchors_body_m",
+                          "axis_body",
+                          "axes_body",
+                          "frame_wxyz",
+                          "angle_rad",
+                          "offset_m",
+                          "orientation_wxyz",
+                          "rate_rad_per_s",
+                          "rate_m_per_s",
+                          "angular_velocity_body_rad_per_s",
+                          "limits_rad",
+                          "limits_m",
+                          "stop_restitution",
+                          "closes_loop",
+                          "assemble",
+                          "hold",
+                          "driven_rate_rad_per_s",
+                          "driven_rate_m_per_s"})
+    REQUIRE(keyword(schema, "/properties/joint/items/properties", key));
+  for (const char* key : {"bodies", "points_body_m", "over_m"})
+    REQUIRE(keyword(schema, "/properties/rope/items/properties", key));
   const json& thruster = *option(schema["$defs"]["force"], "kind", "thruster");
   for (const char* key : {"body", "bodies", "point_body_m", "direction_body", "thrust_N", "on_s"})
     REQUIRE(thruster["properties"].contains(key));
@@ -92,7 +116,8 @@ TEST_CASE("the schema has the keys of the contract") {
 TEST_CASE("resolved scenes satisfy the schema; a wrong one does not") {
   const json schema = json::parse(atwood::scenario_schema());
   for (const char* id :
-       {"thrusters", "bounce-e0.8", "oscillator-driven", "arenstorf", "lorenz", "projectile-quadratic-drag"}) {
+       {"thrusters", "bounce-e0.8", "oscillator-driven", "arenstorf", "lorenz", "projectile-quadratic-drag",
+        "pendulum-1", "door-stop", "four-bar-2", "atwood-machine-heavy-pulley", "heavy-top-fast", "flyball-governor"}) {
     INFO(id);
     const auto scenario =
         atwood::read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");

@@ -113,6 +113,40 @@ TEST_CASE("particles are packed with their samples; recordings without any are a
   }
 }
 
+TEST_CASE("joints and ropes are packed with their samples; recordings without any are as they were") {
+  for (const bool wide : {false, true}) {
+    std::vector<Sample> linked = samples(wide);
+    const Wide third = wide ? static_cast<Wide>(1) / 3 : Wide(0.375);
+    JointSample& joint = linked[1].joints.emplace_back();
+    joint.q = {1, 2, 3, 4}, joint.u = {5, 6, third}, joint.force_N = {8, 9, std::nan("")},
+    joint.torque_N_m = {11, 12, 13};
+    joint.not_unique = 0b101001, joint.applied = {14, 15, 16};
+    RopeSample& rope = linked[1].ropes.emplace_back();
+    rope.tension_N = 17, rope.pulley_angle_rad = {18, third};
+    linked[0].particles.resize(1);
+    const std::string bytes = pack_samples(linked);
+    const std::vector<Sample> back = unpack_samples(bytes);
+    check_equal(back, linked);
+    CHECK(back[0].joints.empty());
+    CHECK(back[0].particles.size() == 1);
+    REQUIRE(back[1].joints.size() == 1);
+    const JointSample& read = back[1].joints[0];
+    CHECK(read.q == joint.q);
+    CHECK(read.u == joint.u);
+    CHECK(read.force_N[1] == 9);
+    CHECK(read.force_N[2] != read.force_N[2]);  // not reported
+    CHECK(read.torque_N_m == joint.torque_N_m);
+    CHECK(read.not_unique == joint.not_unique);
+    CHECK(read.applied == joint.applied);
+    REQUIRE(back[1].ropes.size() == 1);
+    CHECK(back[1].ropes[0].tension_N == 17);
+    CHECK(back[1].ropes[0].pulley_angle_rad == rope.pulley_angle_rad);
+    for (std::size_t size = 0; size < bytes.size(); ++size)
+      CHECK_THROWS_AS(unpack_samples(bytes.substr(0, size)), BadBlob);
+    CHECK_THROWS_AS(unpack_samples(bytes + "x"), BadBlob);
+  }
+}
+
 TEST_CASE("the picture of a fluid is packed behind the series; series without one are as they were") {
   Series series;
   series.t_s = {0, 1};

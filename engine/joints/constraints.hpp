@@ -1,0 +1,171 @@
+// Constraints that tie the links of a tree further: joints that close loops, ropes, coordinates that rest at a stop.
+//
+// The tree's articulated-body algorithm factors the mass matrix, M^-1 = W^T W with W generalised force -> "whitened" vector
+// of one component a rate (column k of tree.hpp: force_k / sqrt(D_k)). With the rows G u' = b of the constraints and the
+// free acceleration u'_0, Gauss's principle of least constraint asks for the smallest M-norm of u' - u'_0:
+//   u' = u'_0 + W^T z,   z of least norm with (W G^T)^T z = b - G u'_0
+// found by QR of W G^T with column pivoting (least_norm.hpp), whose R also gives the multipliers. Neither G M^-1 G^T nor
+// its condition, the square, appears: a linkage passes its flat configuration with the pivots that are left.
+//
+// Rows. Of the rows of a closed mechanism some may depend on the others wherever its parts can go (a linkage in a plane;
+// Bricard's). Off the constraints, at the stages of a step, they depend on them no longer exactly and would act as further
+// constraints. So rows are chosen on the constraints, where their rank is known: at the start, there and at
+// configurations beside it, and again after every projection, which may add rows and never removes one. A row that is
+// not chosen has to hold by itself; a run in which it does not ends.
+//
+// Projection, after a step: of positions onto g(q) = 0, then of rates onto G u = 0, both along M^-1 G^T (the metric is
+// the mass matrix). Positions by Newton's method until no value exceeds 16 roundings of the lengths in it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "joints/constraint.hpp"
+#include "joints/least_norm.hpp"
+#include "joints/rope.hpp"
+#include "joints/tree.hpp"
+#include "protocol/solver_report.hpp"
+
+namespace atwood {
+
+// Limits of a joint of the tree (scene/joint.hpp).
+template <class S> struct JointStop {
+  std::string name;
+  int joint = 0, parent = -1, child = 0;
+  int link = 0, rate = 0;  // rate: in generalised vectors
+  int q_at = 0, u_at = 0;  // in the state
+  S lower{}, upper{}, restitution{};
+};
+
+// A row that acts, on bodies of the scene.
+template <class S> struct BodyRow {
+  int body[2];  // -1: does not move
+  Wrench<S> on[2];
+  S value{}, tolerance{};
+};
+
+template <class S> class Constraints {
+ public:
+  // `tree` outlives the constraints.
+  Constraints(const Scene& scene, Tree<S>& tree);
+
+  // Why the scene's constraints cannot be simulated ("" if they can).
+  const std::string& refusal() const { return refusal_; }
+  bool empty() const { return rows_.empty(); }
+
+  // Takes the ropes' lengths from the state y at t = 0 and chooses the rows. Here and below joints whose motion is
+  // prescribed are where y has them. Changes the tree's kinematics.
+  void start(const S* y);
+
+  // After tree.accelerations() at this state: changes du, the free accelerations, to those under the constraints. Bodies'
+  // accelerations stay those of the tree alone.
+  void constrain(S* du);
+  // Of the last constrain(): the wrench of all constraints on each link, about its point A; one entry a link.
+  const typename Tree<S>::Wrench* wrenches();
+
+  // Positions and rates in y onto the constraints. False: not found; fault() says why.
+  bool project(S* y);
+  const std::string& fault() const { return fault_; }
+  const SolveReport& report() const { return report_; }  // of the last project()
+
+  // Of the last constrain()
+  S tension(int rope) const;
+  // The wrench of a closing joint on its child at its anchor, and which of its components (bits 0 to 2 the force, 3 to 5
+  // the torque, world axes) the constraints leave open. Of joints of the tree: `not_unique` alone.
+  typename Tree<S>::Wrench closing_wrench(int joint) const;
+  unsigned not_unique(int joint) const { return open_components_[joint]; }
+  void find_open_components();  // at the present kinematics and factors
+
+  // Of all constrain() since forget_pivots(): the smallest size of a row beside those it was taken after, 1 for one that
+  // nothing hinders. Near a singular configuration it is proportional to the distance from there.
+  S least_pivot() const { return least_pivot_; }
+  void forget_pivots() { least_pivot_ = S(1); }
+  S usual_pivot() const { return usual_pivot_; }  // the largest least pivot of a constrain() since start() or restart()
+  void restart() { fault_.clear(), usual_pivot_ = S(0); }
+
+  // The chosen rows at y; ropes with heavy pulleys and coordinates at stops are left out.
+  void rows_at(const S* y, std::vector<BodyRow<S>>& rows);
+
+  // ---- coordinates at their stops: held where they are while `held` (hinge, slider of the tree)
+  const std::vector<JointStop<S>>& stops() const { return stops_; }
+  void hold(int joint, bool held, S at = S(0));  // at: the coordinate, which projections set
+  S held_force(int joint) const;                 // of the last constrain(): along the coordinate
+  // Change of the rates when the coordinate's rate of each listed joint changes by `change`: M^-1-weighted, under the
+  // constraints and the coordinates that are held; impulse: along the coordinates.
+  void strike(const S* y, const std::vector<int>& joints, const std::vector<S>& change, S* du, S* impulse);
+
+  // The coordinates of a closing joint at the present kinematics (constraint.hpp)
+  void closing_coordinates(const Joint& joint, S* q, S* u) const;
+  const RopeConstraint<S>& rope(int i) const { return ropes_[i]; }
+  RopeCourse<S> course(int rope) const;  // at the present kinematics
+
+ private:
+  struct Row {
+    ConstraintRow<S> row;
+    int joint = -1, rope = -1;  // index into joints_ or ropes_; both -1: coordinate
+    int part = 0;               // which condition
+    int rate = -1;              // of a held coordinate, in generalised vectors
+    int link[2] = {-1, -1};
+    int group = 0, further = -1;  // further: unknown of the group besides the rates, with coefficient -1
+    S scale = S(1);               // of its column, a priori
+    S tolerance = S(0);           // of its value
+    bool chosen = false, held = false;
+    S held_at{}, multiplier{};
+    std::vector<int> path;  // links from both ends to the roots, outermost first
+  };
+  struct Group {
+    std::vector<int> links, rates, rows;  // ascending
+    std::vector<S> further_kg;
+    std::vector<int> used;  // rows of the last factorisation
+    LeastNorm<S> qr;
+    int size() const { return static_cast<int>(rates.size() + further_kg.size()); }
+  };
+  struct Twist {
+    Vec3<S> angular, linear;
+  };
+
+  void build_rows(const Scene& scene);
+  void build_groups();
+  TiedBody<S> body_motion(int body) const;
+  bool evaluate();  // all rows at the present kinematics; false: a rope has no course
+  void whiten(const Row& row, S* column);
+  void unwhiten(const Group& group, const S* z, S* du);
+  void factor(Group& group, bool all, S tolerance);
+  void take_roots();
+  S row_rate(const Row& row, const S* rates) const;
+  S row_acceleration(const Row& row, const S* du) const;
+  void refactor(const S* y);
+  void solve(Group& group, const std::vector<S>& b, S* du);
+  void move(const Group& group, const S* change, S* y) const;
+  bool project_positions(S* y);
+  void project_rates(S* y);
+  void set_held(S* y) const;
+  bool choose_more(const S* y);
+  void choose_beside(const S* y);
+  S worst_value(bool chosen_alone) const;
+  void mark_open_components(int links);
+
+  std::string refusal_, fault_;
+  Tree<S>& tree_;
+  std::vector<JointConstraint<S>> joints_;
+  std::vector<int> scene_joint_;       // of joints_
+  std::vector<int> closing_of_joint_;  // by scene joint; -1
+  std::vector<RopeConstraint<S>> ropes_;
+  std::vector<Row> rows_;
+  std::vector<Group> groups_;
+  std::vector<int> local_;  // of a rate in its group
+  std::vector<TiedBody<S>> resting_;
+  std::vector<int> held_row_;  // by scene joint; -1
+  std::vector<Twist> twist_;   // by link
+  std::vector<S> root_;        // 1 / sqrt(D), by rate
+  std::vector<S> b_, z_, x_, change_, trial_, scratch_;
+  std::vector<Load<S>> no_loads_;
+  std::vector<typename Tree<S>::Wrench> wrenches_;
+  std::vector<unsigned> open_components_;
+  SolveReport report_;
+  std::vector<JointStop<S>> stops_;
+  S least_pivot_ = S(1), usual_pivot_{};
+  S size_m_{};
+};
+
+}  // namespace atwood

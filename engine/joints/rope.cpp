@@ -1,0 +1,152 @@
+#include "joints/rope.hpp"
+
+namespace atwood {
+namespace {
+
+template <class S> S turn() { return S(2) * real::atan2(S(0), S(-1)); }
+
+template <class S> Vec3<S> point_velocity(const TiedBody<S>& body, const Vec3<S>& r) {
+  return body.v_WB + cross(body.w_WB, r);
+}
+
+}  // namespace
+
+template <class S> RopeConstraint<S> rope_constraint(const Rope& rope) {
+  RopeConstraint<S> c;
+  for (int k = 0; k < 2; ++k) {
+    c.body[k] = rope.bodies[k];
+    c.point_B[k] = narrow3<S>(rope.points_body_m[k]);
+  }
+  for (const Pulley& p : rope.over) {
+    const Vec3<S> axis = narrow3<S>(p.axis);
+    c.over.push_back({narrow3<S>(p.axle_m), (S(1) / norm(axis)) * axis, S(p.radius_m), S(p.angle_rad)});
+    if (p.radius_m > 0) c.mass_kg += S(p.inertia_kg_m2) / (S(p.radius_m) * S(p.radius_m));
+  }
+  return c;
+}
+
+template <class S>
+RopeCourse<S> rope_course(const RopeConstraint<S>& rope, const TiedBody<S>& first, const TiedBody<S>& last) {
+  RopeCourse<S> course;
+  const TiedBody<S>* body[2] = {&first, &last};
+  for (int k = 0; k < 2; ++k) {
+    course.r[k] = rotate(body[k]->q_WB, rope.point_B[k]);
+    course.x[k] = body[k]->p_WB + course.r[k];
+  }
+  const std::size_t wheels = rope.over.size();
+  const Vec3<S> n = wheels > 0 ? rope.over[0].axis : Vec3<S>{};
+  const auto rho_of = [&](std::size_t i) {
+    return rope.over[i].radius * (dot(rope.over[i].axis, n) < S(0) ? S(-1) : S(1));
+  };
+  Vec3<S> before;
+  for (std::size_t part = 0; part <= wheels; ++part) {
+    const Vec3<S> from = part == 0 ? course.x[0] : rope.over[part - 1].axle;
+    const Vec3<S> to = part == wheels ? course.x[1] : rope.over[part].axle;
+    const S apart = (part == wheels ? S(0) : rho_of(part)) - (part == 0 ? S(0) : rho_of(part - 1));
+    const bool on_wheel =
+        (part > 0 && rope.over[part - 1].radius > S(0)) || (part < wheels && rope.over[part].radius > S(0));
+    const Vec3<S> v = to - from;
+    const S square = dot(v, v), straight_square = square - apart * apart;
+    if (!(straight_square > S(0))) course.fault = "an end of the rope reaches its pulley";
+    const S off = dot(v, n);
+    const S flat = real::max(S(1e-9), S(256) * real::epsilon<S>());
+    if (on_wheel && real::abs(off) > flat * real::sqrt(square))
+      course.fault = "the rope leaves the plane of its pulley";
+    if (course.fault) return course;
+    const S straight = real::sqrt(straight_square);
+    // d = (l v - apart n x v) / v^2
+    const Vec3<S> d = (S(1) / square) * (straight * v - apart * cross(n, v));
+    course.length_m += straight;
+    if (part > 0 && rope.over[part - 1].radius > S(0)) {
+      const auto& wheel = rope.over[part - 1];
+      S angle = real::atan2(dot(wheel.axis, cross(before, d)), dot(before, d));
+      if (angle < -turn<S>() / S(8)) angle += turn<S>();
+      if (angle < S(0)) course.fault = "the rope leaves its pulley";
+      course.length_m += wheel.radius * angle;
+    }
+    if (part == 0) {
+      course.direction[0] = d;
+      course.straight_m[0] = straight;
+    }
+    before = d;
+    course.direction[1] = d;
+    course.straight_m[1] = straight;
+  }
+  return course;
+}
+
+template <class S> void start_rope(const RopeCourse<S>& course, RopeConstraint<S>& rope) {
+  rope.length_m = course.length_m;
+  rope.first_m = course.straight_m[0];
+  rope.first_rad = S(0);
+  rope.reference = course.direction[0];
+}
+
+template <class S> S rope_run(const RopeConstraint<S>& rope, const RopeCourse<S>& course, S& before) {
+  const S shortened = rope.first_m - course.straight_m[0];
+  if (rope.over.empty() || rope.over[0].radius == S(0)) return shortened;
+  const Vec3<S>&n = rope.over[0].axis, &d = course.direction[0];
+  const S angle = real::atan2(dot(n, cross(rope.reference, d)), dot(rope.reference, d));
+  before = angle + turn<S>() * real::floor((before - angle) / turn<S>() + S(0.5));
+  return shortened + rope.over[0].radius * (before - rope.first_rad);
+}
+
+template <class S>
+int rope_rows(const RopeConstraint<S>& rope, const RopeCourse<S>& course, const TiedBody<S>& first,
+              const TiedBody<S>& last, ConstraintRow<S>* rows) {
+  const TiedBody<S>* body[2] = {&first, &last};
+  S bend[2];
+  Vec3<S> velocity[2];
+  for (int k = 0; k < 2; ++k) velocity[k] = point_velocity(*body[k], course.r[k]);
+  const bool straight = rope.over.empty();  // one part, both of whose ends move
+  if (straight) {
+    velocity[1] = velocity[1] - velocity[0];
+    velocity[0] = {};
+  }
+  for (int k = 0; k < 2; ++k) {
+    const Vec3<S>& d = course.direction[k];
+    const Vec3<S> across = velocity[k] - dot(d, velocity[k]) * d;
+    bend[k] = dot(across, across) / course.straight_m[k];
+  }
+  const auto end = [&](int k, S sign) {
+    const Vec3<S> f = sign * course.direction[k];
+    return Wrench<S>{f, cross(course.r[k], f)};
+  };
+  const auto turning = [&](int k) {
+    const Vec3<S>& w = body[k]->w_WB;
+    return dot(course.direction[k], cross(w, cross(w, course.r[k])));
+  };
+  if (rope.mass_kg == S(0)) {
+    rows[0].on[0] = end(0, S(-1));
+    rows[0].on[1] = end(1, S(1));
+    rows[0].value = course.length_m - rope.length_m;
+    rows[0].rate = S(0);
+    rows[0].drift = (bend[0] + bend[1]) + (turning(1) - turning(0));
+    return 1;
+  }
+  rows[0].on[0] = end(0, S(1));
+  rows[0].on[1] = {};
+  rows[0].value = S(0);
+  rows[0].drift = turning(0) - bend[0];
+  rows[1].on[0] = {};
+  rows[1].on[1] = end(1, S(1));
+  rows[1].value = course.length_m - rope.length_m;
+  rows[1].drift = turning(1) + bend[1];
+  rows[0].rate = rows[1].rate = S(0);
+  return 2;
+}
+
+#define ATWOOD_ROPE(S)                                                                                              \
+  template RopeConstraint<S> rope_constraint<S>(const Rope&);                                                       \
+  template RopeCourse<S> rope_course<S>(const RopeConstraint<S>&, const TiedBody<S>&, const TiedBody<S>&);          \
+  template void start_rope<S>(const RopeCourse<S>&, RopeConstraint<S>&);                                            \
+  template S rope_run<S>(const RopeConstraint<S>&, const RopeCourse<S>&, S&);                                       \
+  template int rope_rows<S>(const RopeConstraint<S>&, const RopeCourse<S>&, const TiedBody<S>&, const TiedBody<S>&, \
+                            ConstraintRow<S>*);
+ATWOOD_ROPE(float)
+ATWOOD_ROPE(double)
+ATWOOD_ROPE(long double)
+ATWOOD_ROPE(Quad)
+#undef ATWOOD_ROPE
+
+}  // namespace atwood

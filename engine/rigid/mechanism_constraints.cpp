@@ -1,0 +1,112 @@
+// Loops and ropes of a scene's mechanisms: their start, what they report, and when they end a run.
+#include <algorithm>
+
+#include "joints/constraints.hpp"
+#include "rigid/model.hpp"
+#include "scene/mechanism.hpp"
+
+namespace atwood {
+namespace {
+
+// The exact start, in quad, as the state has it: bodies without a placing joint, then the joints of the tree.
+template <class S> void take_start(const MechanismStart& start, const RigidModel<S>& model, S* y) {
+  for (int i = 0; i < model.body_count(); ++i) {
+    const BodyMotion& m = start.bodies[i];
+    const auto narrow = [](const quad::Vector& v) { return Vec3<S>{S(v[0]), S(v[1]), S(v[2])}; };
+    const auto& q = m.q_wxyz;
+    model.set_body(i, {narrow(m.p_m), narrow(m.v_m_per_s), {S(q[0]), S(q[1]), S(q[2]), S(q[3])}, narrow(m.w_rad_per_s)},
+                   y);
+  }
+  for (const Link<S>& link : model.tree()->links()) {
+    if (link.joint < 0) continue;
+    const JointMotion& motion = start.joints[link.joint];
+    for (int k = 0; k < coordinate_count(link.kind); ++k) y[link.at_q + k] = S(motion.q[k]);
+    for (int k = 0; k < link.rates; ++k) y[link.at_u + k] = S(motion.u[k]);
+  }
+}
+
+}  // namespace
+
+template <class S> void RigidModel<S>::build_constraints(const Scene& scene) {
+  auto constraints = std::make_unique<Constraints<S>>(scene, *tree_);
+  unsupported_ = constraints->refusal();
+  if (!unsupported_.empty() || constraints->empty()) return;
+  std::vector<S> y(static_cast<std::size_t>(state_size_));
+  initial_state(y.data());
+  try {
+    take_start(mechanism_start(scene), *this, y.data());
+  } catch (const MechanismError& error) {
+    unsupported_ = error.what();
+    return;
+  }
+  constraints->start(y.data());
+  unsupported_ = constraints->refusal();
+  if (!unsupported_.empty()) return;
+  projected_.resize(y.size());
+  for (const Joint& joint : scene.joints) closing_joints_.push_back(joint.closes_loop ? joint : Joint{});
+  for (const Rope& rope : scene.ropes) rope_names_.push_back(rope.name);
+  closing_q_.resize(scene.joints.size());
+  rope_angle_.assign(scene.ropes.size(), S(0));
+  constraints_ = std::move(constraints);
+  start_ = std::move(y);
+}
+
+// The tree's kinematics, accelerations and the multipliers are those at (t, y). Coordinates continue those of the last
+// sample; the first sample, at t = 0, those of the scene.
+template <class S> void RigidModel<S>::write_constraints(S t_s, const S*, Sample& sample) {
+  constraints_->find_open_components();
+  for (std::size_t j = 0; j < closing_joints_.size(); ++j) {
+    JointSample& out = sample.joints[j];
+    const int at = static_cast<int>(j);
+    out.not_unique = constraints_->not_unique(at);
+    const Joint& joint = closing_joints_[j];
+    if (!joint.closes_loop) continue;
+    std::array<S, 4>& q = closing_q_[j];
+    if (!(t_s > S(0)))
+      for (int k = 0; k < 4; ++k) q[k] = S(joint.coordinates[k]);
+    S u[3] = {};
+    constraints_->closing_coordinates(joint, q.data(), u);
+    for (int k = 0; k < coordinate_count(joint.kind); ++k) out.q[k] = q[k];
+    for (int k = 0; k < rate_count(joint.kind); ++k) out.u[k] = u[k];
+    const auto [force, moment] = constraints_->closing_wrench(at);
+    out.force_N = {force.x, force.y, force.z};
+    out.torque_N_m = {moment.x, moment.y, moment.z};
+  }
+  sample.ropes.resize(rope_angle_.size());
+  for (std::size_t i = 0; i < rope_angle_.size(); ++i) {
+    const int at = static_cast<int>(i);
+    const RopeConstraint<S>& rope = constraints_->rope(at);
+    const RopeCourse<S> course = constraints_->course(at);
+    RopeSample& out = sample.ropes[i];
+    out.tension_N = constraints_->tension(at);
+    out.pulley_angle_rad.clear();
+    if (!(t_s > S(0))) rope_angle_[i] = S(0);
+    const S run = course.fault == nullptr ? rope_run(rope, course, rope_angle_[i]) : S(0);
+    for (const auto& wheel : rope.over)
+      out.pulley_angle_rad.push_back(wheel.angle + (wheel.radius > S(0) ? run / wheel.radius : S(0)));
+  }
+}
+
+template <class S> std::string RigidModel<S>::constraint_fault(S t_s, const S* y) {
+  if (constraints_ == nullptr) return "";
+  if (!constraints_->fault().empty()) return constraints_->fault();
+  if (rope_names_.empty()) return "";
+  accelerate_mechanisms(t_s, y);
+  ++system_.evaluations;
+  if (!constraints_->fault().empty()) return constraints_->fault();
+  for (std::size_t i = 0; i < rope_names_.size(); ++i)
+    if (constraints_->tension(static_cast<int>(i)) < S(0)) return "rope `" + rope_names_[i] + "` is slack";
+  return "";
+}
+
+#define ATWOOD_CONSTRAINTS(S)                                           \
+  template void RigidModel<S>::build_constraints(const Scene&);         \
+  template void RigidModel<S>::write_constraints(S, const S*, Sample&); \
+  template std::string RigidModel<S>::constraint_fault(S, const S*);
+ATWOOD_CONSTRAINTS(float)
+ATWOOD_CONSTRAINTS(double)
+ATWOOD_CONSTRAINTS(long double)
+ATWOOD_CONSTRAINTS(Quad)
+#undef ATWOOD_CONSTRAINTS
+
+}  // namespace atwood

@@ -1,0 +1,125 @@
+"""Mechanisms through the built program: joints as CSV and JSON, refusals, scenes imported from URDF. Called with the program
+and the project's root."""
+import csv
+import io
+import json
+import math
+import os
+import sys
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from case import ROOT, Case  # noqa: E402
+
+# A bar of 1 kg hangs at 0.5 rad from a hinge, 0.5 m from its centre, its inertia there 0.1 + 0.25 kg m^2.
+PENDULUM = """id = "bar"
+[run]
+t_end_s = 1
+steps = [100]
+samples = 1
+[world]
+gravity_m_per_s2 = [0, -10, 0]
+[[body]]
+name = "bar"
+mass_kg = 1
+inertia_kg_m2 = [0.1, 0.1, 0.1]
+[[joint]]
+name = "pin"
+kind = "hinge"
+bodies = ["world", "bar"]
+anchors_body_m = [[0, 0, 0], [0, 0.5, 0]]
+axis_body = [0, 0, 1]
+angle_rad = 0.5
+[truth]
+kind = "extended"
+"""
+COLUMNS = ("t_s,joint,q0,q1,q2,q3,u0,u1,u2,fx_N,fy_N,fz_N,tx_N_m,ty_N_m,tz_N_m,applied0,applied1,applied2")
+
+URDF = """<?xml version="1.0"?>
+<!-- an arm -->
+<robot name="arm">
+  <link name="base"/>
+  <link name="upper">
+    <inertial><origin xyz="0 0 0.5"/><mass value="2"/><inertia ixx="0.2" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.1"/></inertial>
+    <visual><geometry><mesh filename="package://arm/upper.stl"/></geometry></visual>
+  </link>
+  <link name="flange"/>
+  <link name="lower">
+    <inertial><origin xyz="0 0 0.25" rpy="0 0 1.5707963267948966"/><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.15"/></inertial>
+  </link>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><origin xyz="0 0 1"/><axis xyz="0 1 0"/><limit lower="-1" upper="2" effort="5" velocity="1"/><dynamics damping="0.3" friction="0.1"/></joint>
+  <joint name="mount" type="fixed"><parent link="upper"/><child link="flange"/><origin xyz="0 0 1" rpy="0 0 1.5707963267948966"/></joint>
+  <joint name="slide" type="prismatic"><parent link="flange"/><child link="lower"/><origin xyz="0 0.1 0"/><axis xyz="0 0 2"/><limit lower="0.1" upper="0.5"/></joint>
+</robot>
+"""
+
+
+class Joints(Case):
+    def trace(self, *words, code=0, told=()):
+        return self.ask("trace", self.path("bar.toml", PENDULUM), *words, code=code, told=told).stdout
+
+    def test_the_columns_of_joints(self):
+        rows = list(csv.reader(io.StringIO(self.trace("--method", "atwood/rk4", "--joints"))))
+        self.assertEqual(",".join(rows[0]), COLUMNS)
+        first = dict(zip(rows[0], rows[1]))
+        self.assertEqual((first["t_s"], first["joint"], first["q0"], first["q1"], first["u0"], first["u1"]), ("0", "pin", "0.5", "", "0", ""))
+        # At rest th'' = -m g l sin th / I; the centre accelerates by l th'' along (cos th, sin th), so f = m (a - g).
+        bend = -1 * 10 * 0.5 * math.sin(0.5) / 0.35
+        self.assertAlmostEqual(float(first["fx_N"]), 0.5 * bend * math.cos(0.5), delta=1e-13)
+        self.assertAlmostEqual(float(first["fy_N"]), 0.5 * bend * math.sin(0.5) + 10, delta=1e-13)
+        self.assertAlmostEqual(float(first["tz_N_m"]), 0, delta=1e-13)
+        self.assertEqual(len(rows), 3)
+
+    def test_the_truth_has_bars_and_json_the_child_axes(self):
+        rows = list(csv.reader(io.StringIO(self.trace("--method", "truth", "--joints"))))
+        self.assertEqual(",".join(rows[0][:18]), COLUMNS)
+        self.assertEqual(rows[0][18], "q0_bar")
+        self.assertEqual(rows[0][-1], "source")
+        self.assertTrue(all(len(row) == len(rows[0]) for row in rows))
+        first = json.loads(self.trace("--method", "atwood/rk4", "--joints", "--json"))[0]
+        x, y = first["fx_N"], first["fy_N"]
+        self.assertAlmostEqual(first["fx_child_N"], x * math.cos(0.5) + y * math.sin(0.5), delta=1e-13)
+        self.assertAlmostEqual(first["fy_child_N"], y * math.cos(0.5) - x * math.sin(0.5), delta=1e-13)
+
+    def test_what_is_not_there_or_not_simulated(self):
+        self.trace("--method", "atwood/rk4", "--ropes", code=2, told=["`bar` has no rope"])
+        self.ask("trace", "kepler-e0.6", "--method", "atwood/rk4", "--joints", code=2, told=["has no joint"])
+        worker = os.path.join(ROOT, "reference", "your_engine", "worker.py")
+        self.trace("--engine", worker, "--method", "python/symplectic-euler", "--joints", code=1,
+                   told=["unsupported: python simulates no joints"])
+        self.ask("describe", self.path("bar.toml", PENDULUM), told=["`pin`: hinge, the world to `bar`; starts at 0.5 rad"])
+        bad = self.path("bad.toml", PENDULUM.replace('"bar"]', '"beam"]'))
+        self.ask("trace", bad, "--method", "atwood/rk4", code=2, told=["bad.toml:15:20: `bodies` in [[joint]] `pin` is \"beam\""])
+
+    def test_import_of_urdf(self):
+        result = self.ask("import", self.path("arm.urdf", URDF), "-o", "arm.toml",
+                          told=["mesh package://arm/upper.stl", "its friction is not taken", "starts at its limit 0.1"])
+        self.assertEqual(result.stdout, "")
+        scene = json.loads(self.ask("describe", os.path.join(self.here, "arm.toml"), "--json").stdout)
+        scene = scene.get("scene", scene)
+        bodies = {body["name"]: body for body in scene["bodies"]}
+        # The shoulder stands at height 1, the flange one above it, turned by a quarter: its y is the upper link's -x. The
+        # slide starts at 0.1 along z, the centre of `lower` is 0.25 above its frame.
+        for found, expected in zip(bodies["upper"]["position_m"] + bodies["lower"]["position_m"], [0, 0, 1.5, -0.1, 0, 2.35]):
+            self.assertAlmostEqual(found, expected, delta=1e-15)
+        self.assertAlmostEqual(bodies["lower"]["inertia_kg_m2"][0], 0.2, delta=1e-15)  # turned with its frame
+        self.assertEqual([joint["kind"] for joint in scene["joints"]], ["hinge", "slider"])
+        self.assertEqual(scene["joint_forces"][0]["damping_N_m_s_per_rad"], 0.3)
+
+    def test_urdf_that_is_no_mechanism(self):
+        for before, after, told in (
+                ('<child link="lower"/>', '<child link="x"/>', "arm.urdf:15: joint `slide` names the child link `x`"),
+                ('type="prismatic"', 'type="planar"', "is of the type `planar`; expected revolute"),
+                ('<link name="flange"/>', '<link name="flange"/><link name="spare"/>', "found 2 links that no joint holds"),
+                ('<mass value="1"/>', '<mass value="0"/>', "link `lower` moves by the joint `slide` and has no mass"),
+                ('lower="-1"', 'lower="3"', "has the limits 3 and 2"),
+                ('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="slide"/>', "joint `shoulder` mimics another joint"),
+                ('xyz="0 0 0.5"', 'xyz="0 0 up"', "`xyz` of <origin> is \"0 0 up\"; expected 3 numbers"),
+                ("</robot>", "", "found no XML")):
+            self.assertIn(before, URDF)
+            self.ask("import", self.path("arm.urdf", URDF.replace(before, after)), code=2, told=[told])
+        self.ask("import", self.path("other.xml", "<html/>"), code=2, told=["found <html>; expected <robot> (URDF) or <mujoco>"])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,103 @@
+// CVODE and IDA on mechanisms, against the extended truth.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "cvode/cvode.hpp"
+#include "extended/mechanism_truth.hpp"
+#include "ida/ida.hpp"
+#include "mechanism/start.hpp"
+#include "random_mechanism.hpp"
+#include "scenes.hpp"
+
+using namespace atwood;
+
+namespace {
+
+struct Ran {
+  Outcome outcome;
+  std::vector<Sample> samples;
+};
+
+Ran run(const Engine& engine, const std::string& method, const Scenario& scenario, std::int64_t samples) {
+  Ran made;
+  made.outcome = engine.run(parse_method_id(method), scenario.scene, {scenario.t_end_s, samples, samples},
+                            {[&](const Sample& s) { made.samples.push_back(s); }, {}}, 0);
+  return made;
+}
+
+// Largest differences over all samples: coordinates, rates, determined components of reactions.
+struct Apart {
+  double q = 0, u = 0, reaction = 0;
+};
+Apart apart(const std::vector<Sample>& samples, const Truth& truth) {
+  Apart made;
+  REQUIRE(samples.size() == truth.values.size());
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    REQUIRE(samples[k].joints.size() == truth.values[k].joints.size());
+    for (std::size_t j = 0; j < samples[k].joints.size(); ++j) {
+      const JointSample &a = samples[k].joints[j], &b = truth.values[k].joints[j];
+      const auto grow = [](double& largest, Wide x, Wide y) {
+        largest = std::max(largest, std::fabs(static_cast<double>(x - y)));
+      };
+      for (int c = 0; c < 4; ++c) grow(made.q, a.q[c], b.q[c]);
+      for (int c = 0; c < 3; ++c) grow(made.u, a.u[c], b.u[c]);
+      for (int c = 0; c < 3; ++c) {
+        if (!((b.not_unique >> c) & 1u)) grow(made.reaction, a.force_N[c], b.force_N[c]);
+        if (!((b.not_unique >> (c + 3)) & 1u)) grow(made.reaction, a.torque_N_m[c], b.torque_N_m[c]);
+      }
+    }
+  }
+  return made;
+}
+
+}  // namespace
+
+TEST_CASE("CVODE on trees of all kinds of joints") {
+  Scenario scenario;
+  scenario.scene = random_tree(6, 3);
+  scenario.t_end_s = 0.5;
+  scenario.scene.joint_forces.emplace_back(JointTorque{1, 0, 2.5, 0, 0, {{0.125, 0.25}}});  // a restart at each switch
+  const Truth truth = mechanism_truth(scenario, 4);
+  INFO(truth.outcome.reason);
+  REQUIRE(truth.outcome.status == Status::ok);
+  for (const char* method : {"cvode/adams:1e-11", "cvode/bdf:1e-11"}) {
+    INFO(method);
+    const Ran ran = run(cvode_engine(), method, scenario, 4);
+    INFO(ran.outcome.reason);
+    REQUIRE(ran.outcome.status == Status::ok);
+    const Apart found = apart(ran.samples, truth);
+    CHECK(found.q < 1e-8);
+    CHECK(found.u < 1e-7);
+    CHECK(found.reaction < 1e-5);
+    CHECK(found.q > 1e-15);  // a method of its own, not the truth
+  }
+}
+
+TEST_CASE("IDA on a loop, in the form of Gear, Gupta and Leimkuhler") {
+  const Scenario scenario = four_bar(0.5, 0);
+  const Truth truth = mechanism_truth(scenario, 4);
+  REQUIRE(truth.outcome.status == Status::ok);
+  double last = 1;
+  for (const char* method : {"ida/bdf:1e-6", "ida/bdf:1e-8", "ida/bdf:1e-10"}) {
+    const Ran ran = run(ida_engine(), method, scenario, 4);
+    INFO(method << " " << ran.outcome.reason);
+    REQUIRE(ran.outcome.status == Status::ok);
+    const Apart found = apart(ran.samples, truth);
+    CHECK(found.q < 0.2 * last);
+    last = found.q;
+  }
+  CHECK(last < 1e-7);
+}
+
+TEST_CASE("what SUNDIALS does not cover of mechanisms is refused by name") {
+  const Ran loop = run(cvode_engine(), "cvode/adams", four_bar(0.5, 0), 2);
+  CHECK(loop.outcome.status == Status::unsupported);
+  CHECK(loop.outcome.reason.find("closes a loop") != std::string::npos);
+  Scenario stopped = double_pendulum(1, 0.5, 0.5);
+  stopped.scene.joints[0].limits = JointLimits{-1, 1, 0};
+  for (const Engine& engine : {cvode_engine(), ida_engine()}) {
+    const Ran ran = run(engine, engine.name == "ida" ? "ida/bdf" : "cvode/bdf", stopped, 2);
+    CHECK(ran.outcome.status == Status::unsupported);
+    CHECK(ran.outcome.reason.find("stops of joint `hinge--1-0`") != std::string::npos);
+  }
+}
