@@ -50,7 +50,8 @@ std::string worker_path(const Place& place, const std::string& engine) {
     if (engine == known.name) return fmt::format("{}/atwood-{}", place.bin_dir, known.worker);
     names.emplace_back(known.name);
   }
-  for (const char* other : {"cvode", "arkode", "ida", "odeint", "dart", "mujoco", "pysph", "simbody"}) {
+  for (const char* other :
+       {"cvode", "arkode", "ida", "odeint", "dart", "jolt", "mujoco", "mujoco3", "pysph", "rapier", "simbody"}) {
     if (engine == other)
       throw InputError(fmt::format("--engine {}: {} answers no questions about contacts; expected one of {}, box-edges",
                                    engine, engine, fmt::join(names, ", ")));

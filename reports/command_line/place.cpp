@@ -42,10 +42,14 @@ std::string environment_or(const char* name, const std::string& otherwise) {
 struct OptionalEngine {
   const char *name, *library, *packages;
 };
+constexpr const char* kNodePackages = "nodejs 18 or newer, npm, and packages of npm in the build's folder";
 constexpr OptionalEngine kOptionalEngines[] = {
     {"dart", "DART", "libdart-dev, libdart-external-ikfast-dev, libdart-collision-ode-dev"},
+    {"jolt", "Jolt", kNodePackages},
     {"mujoco", "MuJoCo", "libmujoco-dev"},
+    {"mujoco3", "MuJoCo 3", kNodePackages},
     {"pysph", "PySPH", "python3-pysph"},
+    {"rapier", "Rapier", kNodePackages},
     {"simbody", "Simbody", "libsimbody-dev"}};
 
 // What to do about an optional engine whose executable is not there.

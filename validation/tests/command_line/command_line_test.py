@@ -91,7 +91,7 @@ class Inspecting(Case):
 
 class OptionalEngines(Case):
     """A build without them: the programs of this one, without those executables."""
-    ENGINES = ["dart", "mujoco", "pysph", "simbody"]
+    ENGINES = ["dart", "jolt", "mujoco", "mujoco3", "pysph", "rapier", "simbody"]
 
     def setUp(self):
         super().setUp()
@@ -127,7 +127,7 @@ class Wrapper(unittest.TestCase):
                                 env={**os.environ, "ATWOOD_ENGINES": "mujoco,havok"})
         self.assertEqual(result.returncode, 2)
         self.assertIn("havok", result.stderr)
-        self.assertIn("dart,mujoco,pysph,simbody", result.stderr)
+        self.assertIn("dart,jolt,mujoco,mujoco3,pysph,rapier,simbody", result.stderr)
 
 
 class Comparing(Case):

@@ -1,0 +1,183 @@
+// One scene inside one engine: the loop with which all adapters run it, once observed and not timed, or timed alone.
+//
+// A world is an object with
+//   step(h_s, wrenches)   one step; `wrenches` (one a body; empty: none) act during it
+//   motion(i)             {p_WB, q_WB, v_WB, w_WB_B} of body i, widened without loss
+//   release(i)            a held body begins to move with the velocity of the scene
+//   touches()             contact points with an impulse in the last step, a < b, found at its start:
+//                         {body_a, body_b, x_m, normal (from a to b), gap_m, impulse_n_N_s, impulse_t_N_s (on b)}
+//   free()                gives its memory back
+import { appliedWrenches, namesOfForces } from "./forces.mjs";
+import { followJoints, jointRows, jointWrenches, namesOfJointForces, startOfJoints } from "./joints.mjs";
+import { cross, dot, length, minus, plus, scaled, toWorld } from "./rotation.mjs";
+import { shapesMatter } from "./scene.mjs";
+
+const startOf = (body) => ({ p_WB: body.position_m, q_WB: body.orientation_wxyz, v_WB: body.velocity_m_per_s, w_WB_B: body.angular_velocity_body_rad_per_s });
+
+/** A world with the scene's time, releases and applied forces; a step of the plan is `substeps` of the engine's. */
+class Stepper {
+  constructor(scene, plan, substeps, world) {
+    Object.assign(this, { scene, plan, substeps, world, h_s: plan.t_end_s / plan.steps / substeps });
+    this.held = scene.bodies.flatMap((body, i) => (!body.fixed && body.release_s > 0 ? [i] : []));
+    this.forced = scene.forces.length > 0 || scene.jointForces.length > 0;
+    this.joints = startOfJoints(scene);
+  }
+  motion(i) {
+    const body = this.scene.bodies[i];
+    return body.fixed || this.held.includes(i) ? startOf(body) : this.world.motion(i);
+  }
+  motions() {
+    return this.scene.bodies.map((_, i) => this.motion(i));
+  }
+  wrenches(t_s) {
+    if (!this.forced) return [];
+    const motions = this.motions(), switch_s = t_s + 0.5 * this.h_s;
+    const wrenches = appliedWrenches(this.scene, t_s, switch_s, motions);
+    if (this.scene.jointForces.length > 0) jointWrenches(this.scene, t_s, switch_s, this.joints, motions, wrenches);
+    return wrenches;
+  }
+  /** Step n of the plan; before() and after(t_s) run around each of the engine's. */
+  step(n, before, after) {
+    const frames = this.plan.frame_ends_s;
+    const begin_s = frames ? frameTime(this.plan, n) : 0;
+    if (frames) this.h_s = (frameTime(this.plan, n + 1) - begin_s) / this.substeps;
+    for (let k = 0; k < this.substeps; ++k) {
+      const t_s = frames ? begin_s + this.h_s * k : this.h_s * (n * this.substeps + k);
+      this.held = this.held.filter((i) => {
+        const due = this.scene.bodies[i].release_s <= t_s + 0.5 * this.h_s;
+        if (due) this.world.release(i);
+        return !due;
+      });
+      before?.();
+      this.world.step(this.h_s, this.wrenches(t_s));
+      if (this.joints.length > 0) followJoints(this.scene, this.joints, (i) => this.motion(i));
+      after?.(t_s);
+    }
+  }
+}
+
+/** Frame k ends at frame_ends_s[k] and is taken in steps / frames equal parts. */
+function frameTime({ frame_ends_s, steps }, n) {
+  const parts = steps / frame_ends_s.length, frame = Math.floor(n / parts), k = n - frame * parts;
+  const begin_s = frame === 0 ? 0 : frame_ends_s[frame - 1];
+  return k === 0 ? begin_s : begin_s + ((frame_ends_s[frame] - begin_s) * k) / parts;
+}
+
+const isFinite13 = (m) => [...m.p_WB, ...m.q_WB, ...m.v_WB, ...m.w_WB_B].every(Number.isFinite);
+
+function notFinite(stepper, steps) {
+  const bad = stepper.scene.bodies.findIndex((_, i) => !isFinite13(stepper.motion(i)));
+  return bad < 0 ? "" : `the state of \`${stepper.scene.bodies[bad].name}\` is not finite after ${steps} steps`;
+}
+
+/** The velocity of body b against body a at a contact point. */
+function relativeVelocity(touch, a, b) {
+  const velocity = (m) => plus(m.v_WB, cross(toWorld(m.q_WB, m.w_WB_B), minus(touch.x_m, m.p_WB)));
+  return minus(velocity(b), velocity(a));
+}
+
+/** Rows of contacts of a sample: forces are the last step's mean; the gap goes on with the velocity that it ended with. */
+function contactRows(stepper) {
+  return stepper.world.touches().map((touch) => {
+    const u = relativeVelocity(touch, stepper.motion(touch.body_a), stepper.motion(touch.body_b));
+    return [touch.body_a, touch.body_b, ...touch.x_m, ...touch.normal, touch.gap_m + stepper.h_s * dot(u, touch.normal),
+      touch.impulse_n_N_s / stepper.h_s, ...scaled(1 / stepper.h_s, touch.impulse_t_N_s)];
+  });
+}
+
+/** Impacts: a pair with an impulse in this step and none in the step before. */
+class ImpactLog {
+  last = new Set();
+  events = [];
+  before(stepper) {
+    this.motions = stepper.motions();
+  }
+  after(t_s, stepper) {
+    const met = new Map();
+    for (const touch of stepper.world.touches()) {
+      if (!(touch.impulse_n_N_s > 0)) continue;
+      const key = `${touch.body_a} ${touch.body_b}`, pair = met.get(key) ?? { touch, n: 0, t: 0 };
+      if (touch.impulse_n_N_s > pair.touch.impulse_n_N_s) pair.touch = touch;
+      pair.n += touch.impulse_n_N_s;
+      pair.t += length(touch.impulse_t_N_s);
+      met.set(key, pair);
+    }
+    for (const [key, { touch, n, t }] of met) {
+      if (this.last.has(key)) continue;
+      const { body_a, body_b, x_m, normal } = touch;
+      this.events.push({ kind: "impact", t_s, body_a, body_b, x_m, normal, impulse_n_N_s: n, impulse_t_N_s: t,
+        vn_before_m_per_s: dot(relativeVelocity(touch, this.motions[body_a], this.motions[body_b]), normal),
+        vn_after_m_per_s: dot(relativeVelocity(touch, stepper.motion(body_a), stepper.motion(body_b)), normal) });
+    }
+    this.last = new Set(met.keys());
+  }
+  take() {
+    return this.events.splice(0);
+  }
+}
+
+function accuracyPass(make, scene, plan, substeps, put) {
+  const world = make(true), stepper = new Stepper(scene, plan, substeps, world), stride = plan.steps / plan.samples;
+  const log = shapesMatter(scene) ? new ImpactLog() : null;
+  const sample = (k) => {
+    const line = { t_s: (plan.t_end_s * k) / plan.samples,
+      bodies: stepper.motions().map((m) => [...m.p_WB, ...m.q_WB, ...m.v_WB, ...m.w_WB_B]), events: log?.take() ?? [] };
+    if (scene.joints.length > 0) line.joints = jointRows(scene, stepper.joints);
+    if (k > 0 && log) line.contacts = contactRows(stepper);
+    put(line);
+  };
+  try {
+    sample(0);
+    for (let n = 1; n <= plan.steps; ++n) {
+      stepper.step(n - 1, log && (() => log.before(stepper)), log && ((t_s) => log.after(t_s, stepper)));
+      if (n % stride !== 0) continue;
+      const reason = notFinite(stepper, n);
+      if (reason) return { status: "not finite", reason, steps_taken: n, events: log?.take() ?? [] };
+      sample(n / stride);
+    }
+    return { status: "ok", reason: "", steps_taken: plan.steps };
+  } finally {
+    world.free();
+  }
+}
+
+/** Steps of one run, with the nanoseconds of all of them, or of each. */
+function timedRun(make, scene, plan, substeps, each) {
+  const world = make(false), stepper = new Stepper(scene, plan, substeps, world), ends = [];
+  try {
+    const start = process.hrtime.bigint();
+    for (let n = 0; n < plan.steps; ++n) {
+      stepper.step(n);
+      if (each) ends.push(process.hrtime.bigint());
+    }
+    const stop = process.hrtime.bigint(), reason = notFinite(stepper, plan.steps);
+    return { busy_ns: Number(stop - start), step_ns: ends.map((t, k) => Number(t - (k === 0 ? start : ends[k - 1]))), reason };
+  } finally {
+    world.free();
+  }
+}
+
+/**
+ * The outcome of a run request (`done` of the protocol). `make(observe)` builds a world; `put` takes each sample. The
+ * first of the timed runs is not counted: it warms caches and the compiler of JavaScript.
+ */
+export function runWorld(make, scene, request, substeps, put) {
+  const plan = request, count = request.pass === "timing" ? request.repeats + 1 : 1;
+  let done = { status: "ok", reason: "", steps_taken: plan.steps, busy_ns: [] };
+  if (request.pass === "accuracy") {
+    done = { busy_ns: [], ...accuracyPass(make, scene, plan, substeps, put) };
+  } else {
+    for (let k = 0; k < count; ++k) {
+      const run = timedRun(make, scene, plan, substeps, request.pass === "profile");
+      if (run.reason) return { ...done, status: "not finite", reason: run.reason, busy_ns: [] };
+      if (request.pass === "profile") done.step_ns = run.step_ns;
+      else if (k > 0) done.busy_ns.push(run.busy_ns);
+    }
+  }
+  const names = [namesOfForces(scene), namesOfJointForces(scene)].filter(Boolean).join(", ");
+  if (names) {
+    done.rate_evaluations = done.steps_taken * substeps;
+    if (done.status === "ok") done.reason = `forces evaluated by the adapter once a step: ${names}`;
+  }
+  return done;
+}

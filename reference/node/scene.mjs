@@ -1,0 +1,76 @@
+// The resolved scene of a request, with indices in place of names, and what every adapter refuses.
+import { uncoveredForce } from "./forces.mjs";
+import { isZero } from "./rotation.mjs";
+
+/** How a run ends that an engine cannot do: the reason, in words. */
+export class Refusal extends Error {}
+
+export const rotates = (body) => !isZero(body.inertia_kg_m2);
+export const hasShape = (body) => Object.keys(body.shape ?? {}).length > 0;
+export const shapeName = (body) => Object.keys(body.shape ?? { none: {} })[0];
+
+/** The request's scene with `indexOf(name)` and, of each force, the indices of its bodies; joints name theirs by index, -1: the world. */
+export function readScene(json) {
+  const index = new Map(json.bodies.map((body, i) => [body.name, i]));
+  const indexOf = (name) => (name === "world" ? -1 : index.get(name));
+  const material = new Map(json.materials.map((each, i) => [each.name, i]));
+  const laws = new Map();
+  for (const law of json.pairs) {
+    const [a, b] = law.between.map((name) => material.get(name));
+    laws.set(`${a} ${b}`, law).set(`${b} ${a}`, law);
+  }
+  const materials = json.bodies.map((body) => material.get(body.material) ?? 0);
+  return {
+    ...json,
+    forces: json.forces ?? [],
+    joints: (json.joints ?? []).map((joint) => ({ ...joint, parent: indexOf(joint.bodies[0]), child: indexOf(joint.bodies[1]) })),
+    ropes: json.ropes ?? [],
+    jointForces: json.joint_forces ?? [],
+    indexOf,
+    forcesByIndex: (json.forces ?? []).map((force) => ({ force, indices: (force.bodies ?? (force.body ? [force.body] : [])).map(indexOf) })),
+    /** The law of two bodies: restitution, friction, rolling_friction_m. */
+    pairLaw: (a, b) => laws.get(`${materials[a]} ${materials[b]}`),
+  };
+}
+
+/** Whether shapes have an effect: two bodies have one, and at least one of them is mobile. */
+export function shapesMatter(scene) {
+  const shaped = scene.bodies.filter(hasShape);
+  return shaped.length > 1 && shaped.some((body) => !body.fixed);
+}
+
+/** The laws of pairs of materials that two bodies with shapes have, at least one of them not fixed. */
+export function lawsInPlay(scene) {
+  const found = new Set(), kinds = new Map();
+  scene.bodies.forEach((body, i) => {
+    if (!hasShape(body)) return;
+    const kind = kinds.get(body.material) ?? { fixed: [], mobile: [] };
+    (body.fixed ? kind.fixed : kind.mobile).push(i);
+    kinds.set(body.material, kind);
+  });
+  for (const one of kinds.values())
+    for (const other of kinds.values()) {
+      if (one.mobile.length === 0) continue;
+      const second = one === other ? (other.mobile[1] ?? other.fixed[0]) : (other.mobile[0] ?? other.fixed[0]);
+      if (second !== undefined) found.add(scene.pairLaw(one.mobile[0], second));
+    }
+  return [...found];
+}
+
+/** Throws the Refusals of every adapter. `engine` is its name. */
+export function refuseScene(engine, scene) {
+  if (scene.problem) throw new Refusal(`${engine} simulates bodies and cannot integrate the bare equations \`${scene.problem}\``);
+  if (scene.fluids?.length) throw new Refusal(`${engine} simulates no fluids`);
+  const force = uncoveredForce(scene);
+  if (force) throw new Refusal(`${engine}'s adapter has ${force}`);
+  const matter = shapesMatter(scene);
+  for (const body of scene.bodies) {
+    const moves = !isZero(body.velocity_m_per_s) || !isZero(body.angular_velocity_body_rad_per_s);
+    if (body.fixed && moves) throw new Refusal(`${engine}'s adapter has no prescribed motion of fixed bodies; \`${body.name}\` moves`);
+    if (body.fixed) continue;
+    if (!(body.mass_kg > 0)) throw new Refusal(`${engine} requires a mass of mobile bodies; \`${body.name}\` has none`);
+    if (matter && body.shape?.plane) throw new Refusal(`${engine} has fixed planes only; \`${body.name}\` is mobile`);
+  }
+  if (lawsInPlay(scene).some((law) => law.contact_law && law.contact_law !== "rigid"))
+    throw new Refusal(`${engine}'s adapter has no compliant contact laws (contact_law)`);
+}
