@@ -26,12 +26,13 @@ function writeLine(text) {
 }
 
 function putSample(cell, sample) {
-  const { bodies, events, contacts, joints, t_s } = sample;
+  const { bodies, events, contacts, joints, joint_applied, ropes, t_s } = sample;
   const rows = (list) => list.map((row) => row.map(number));
   for (let from = 0; from === 0 || from < bodies.length; from += BODIES_OF_LINE) {
     const more = from + BODIES_OF_LINE < bodies.length;
     const line = { cell, t_s, ...(from > 0 && { from }), bodies: rows(bodies.slice(from, from + BODIES_OF_LINE)), ...(more && { more }) };
-    if (!more) Object.assign(line, joints && { joints: rows(joints) }, contacts && { contacts: rows(contacts) }, { events: plainEvents(events) });
+    if (!more) Object.assign(line, joints && { joints: rows(joints) }, joint_applied && { joint_applied: rows(joint_applied) },
+      ropes && { ropes: rows(ropes) }, contacts && { contacts: rows(contacts) }, { events: plainEvents(events) });
     writeLine(JSON.stringify(line));
   }
 }

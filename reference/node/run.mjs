@@ -1,14 +1,21 @@
 // One scene inside one engine: the loop with which all adapters run it, once observed and not timed, or timed alone.
 //
 // A world is an object with
-//   step(h_s, wrenches)   one step; `wrenches` (one a body; empty: none) act during it
+//   step(h_s, wrenches, t_s)  one step from t_s on; `wrenches` (one a body; empty: none) act during it
 //   motion(i)             {p_WB, q_WB, v_WB, w_WB_B} of body i, widened without loss
 //   release(i)            a held body begins to move with the velocity of the scene
 //   touches()             contact points with an impulse in the last step, a < b, found at its start:
 //                         {body_a, body_b, x_m, normal (from a to b), gap_m, impulse_n_N_s, impulse_t_N_s (on b)}
 //   free()                gives its memory back
+// and, where the engine has them,
+//   joint(j)              a joint's own {q, u}; nothing: they follow from the motions of its bodies
+//   ownJointForces        kinds of joint forces that are not a part of the wrenches
+//   reactions(t_s, wrenches)  {force_N, torque_N_m} of each joint (joints.mjs) at the present state
+//   ropes()               [{tension_N, pulley_angle_rad}]
+//   broken()              why the motion is no longer that of the scene; empty: it is. Asked at samples
+//   complaints()          what the engine has to say at the end of a run; empty: nothing
 import { appliedWrenches, namesOfForces } from "./forces.mjs";
-import { followJoints, jointRows, jointWrenches, namesOfJointForces, startOfJoints } from "./joints.mjs";
+import { followJoints, jointEfforts, jointRows, jointWrenches, namesOfJointForces, startOfJoints } from "./joints.mjs";
 import { cross, dot, length, minus, plus, scaled, toWorld } from "./rotation.mjs";
 import { shapesMatter } from "./scene.mjs";
 
@@ -19,8 +26,10 @@ class Stepper {
   constructor(scene, plan, substeps, world) {
     Object.assign(this, { scene, plan, substeps, world, h_s: plan.t_end_s / plan.steps / substeps });
     this.held = scene.bodies.flatMap((body, i) => (!body.fixed && body.release_s > 0 ? [i] : []));
-    this.forced = scene.forces.length > 0 || scene.jointForces.length > 0;
+    this.jointForcesHere = scene.jointForces.length > 0 && !world.ownJointForces;
+    this.forced = scene.forces.length > 0 || this.jointForcesHere;
     this.joints = startOfJoints(scene);
+    this.follows = this.jointForcesHere;
   }
   motion(i) {
     const body = this.scene.bodies[i];
@@ -33,7 +42,7 @@ class Stepper {
     if (!this.forced) return [];
     const motions = this.motions(), switch_s = t_s + 0.5 * this.h_s;
     const wrenches = appliedWrenches(this.scene, t_s, switch_s, motions);
-    if (this.scene.jointForces.length > 0) jointWrenches(this.scene, t_s, switch_s, this.joints, motions, wrenches);
+    if (this.jointForcesHere) jointWrenches(this.scene, t_s, switch_s, this.joints, motions, wrenches);
     return wrenches;
   }
   /** Step n of the plan; before() and after(t_s) run around each of the engine's. */
@@ -49,11 +58,23 @@ class Stepper {
         return !due;
       });
       before?.();
-      this.world.step(this.h_s, this.wrenches(t_s));
-      if (this.joints.length > 0) followJoints(this.scene, this.joints, (i) => this.motion(i));
+      this.world.step(this.h_s, this.wrenches(t_s), t_s);
+      if (this.follows) followJoints(this.scene, this.joints, (i) => this.motion(i), (j) => this.world.joint?.(j));
       after?.(t_s);
     }
   }
+}
+
+/** Members of a sample for joints and ropes, t_s after the start. */
+function jointMembers(stepper, t_s) {
+  const { scene, world, joints } = stepper, members = {}, switch_s = t_s + 0.5 * stepper.h_s;
+  if (joints.length > 0) {
+    members.joints = jointRows(scene, joints, world.reactions?.(t_s, stepper.wrenches(t_s)));
+    const efforts = jointEfforts(scene, t_s, switch_s, joints).map((each, j) => each.slice(0, joints[j].u.length));
+    if (efforts.flat().some((x) => x !== 0)) members.joint_applied = efforts;
+  }
+  if (scene.ropes.length > 0 && world.ropes) members.ropes = world.ropes().map((rope) => [rope.tension_N, ...rope.pulley_angle_rad]);
+  return members;
 }
 
 /** Frame k ends at frame_ends_s[k] and is taken in steps / frames equal parts. */
@@ -119,10 +140,11 @@ class ImpactLog {
 function accuracyPass(make, scene, plan, substeps, put) {
   const world = make(true), stepper = new Stepper(scene, plan, substeps, world), stride = plan.steps / plan.samples;
   const log = shapesMatter(scene) ? new ImpactLog() : null;
+  stepper.follows = scene.joints.length > 0; // their angles are unwrapped
   const sample = (k) => {
     const line = { t_s: (plan.t_end_s * k) / plan.samples,
       bodies: stepper.motions().map((m) => [...m.p_WB, ...m.q_WB, ...m.v_WB, ...m.w_WB_B]), events: log?.take() ?? [] };
-    if (scene.joints.length > 0) line.joints = jointRows(scene, stepper.joints);
+    Object.assign(line, jointMembers(stepper, line.t_s));
     if (k > 0 && log) line.contacts = contactRows(stepper);
     put(line);
   };
@@ -133,9 +155,11 @@ function accuracyPass(make, scene, plan, substeps, put) {
       if (n % stride !== 0) continue;
       const reason = notFinite(stepper, n);
       if (reason) return { status: "not finite", reason, steps_taken: n, events: log?.take() ?? [] };
+      const broken = world.broken?.();
+      if (broken) return { status: "diverged", reason: `${broken} at t = ${(plan.t_end_s * n) / plan.steps} s`, steps_taken: n, events: log?.take() ?? [] };
       sample(n / stride);
     }
-    return { status: "ok", reason: "", steps_taken: plan.steps };
+    return { status: "ok", reason: "", steps_taken: plan.steps, complaints: world.complaints?.() };
   } finally {
     world.free();
   }
@@ -161,7 +185,13 @@ function timedRun(make, scene, plan, substeps, each) {
  * The outcome of a run request (`done` of the protocol). `make(observe)` builds a world; `put` takes each sample. The
  * first of the timed runs is not counted: it warms caches and the compiler of JavaScript.
  */
-export function runWorld(make, scene, request, substeps, put) {
+export function runWorld(makeWorld, scene, request, substeps, put) {
+  let ownJointForces = [];
+  const make = (observe) => {
+    const world = makeWorld(observe);
+    ownJointForces = world.ownJointForces ?? [];
+    return world;
+  };
   const plan = request, count = request.pass === "timing" ? request.repeats + 1 : 1;
   let done = { status: "ok", reason: "", steps_taken: plan.steps, busy_ns: [] };
   if (request.pass === "accuracy") {
@@ -174,10 +204,13 @@ export function runWorld(make, scene, request, substeps, put) {
       else if (k > 0) done.busy_ns.push(run.busy_ns);
     }
   }
-  const names = [namesOfForces(scene), namesOfJointForces(scene)].filter(Boolean).join(", ");
+  const { complaints, ...rest } = done;
+  done = rest;
+  const names = [namesOfForces(scene), namesOfJointForces(scene, ownJointForces)].filter(Boolean).join(", ");
   if (names) {
     done.rate_evaluations = done.steps_taken * substeps;
     if (done.status === "ok") done.reason = `forces evaluated by the adapter once a step: ${names}`;
   }
+  if (complaints && done.status === "ok") done.reason = [done.reason, complaints].filter(Boolean).join("; ");
   return done;
 }

@@ -9,7 +9,7 @@ export const rotates = (body) => !isZero(body.inertia_kg_m2);
 export const hasShape = (body) => Object.keys(body.shape ?? {}).length > 0;
 export const shapeName = (body) => Object.keys(body.shape ?? { none: {} })[0];
 
-/** The request's scene with `indexOf(name)` and, of each force, the indices of its bodies; joints name theirs by index, -1: the world. */
+/** The request's scene with `indexOf(name)` and, of each force, the indices of its bodies; joints, ropes and joint forces name theirs by index, -1: the world. */
 export function readScene(json) {
   const index = new Map(json.bodies.map((body, i) => [body.name, i]));
   const indexOf = (name) => (name === "world" ? -1 : index.get(name));
@@ -20,12 +20,13 @@ export function readScene(json) {
     laws.set(`${a} ${b}`, law).set(`${b} ${a}`, law);
   }
   const materials = json.bodies.map((body) => material.get(body.material) ?? 0);
+  const jointIndex = new Map((json.joints ?? []).map((joint, j) => [joint.name, j]));
   return {
     ...json,
     forces: json.forces ?? [],
     joints: (json.joints ?? []).map((joint) => ({ ...joint, parent: indexOf(joint.bodies[0]), child: indexOf(joint.bodies[1]) })),
-    ropes: json.ropes ?? [],
-    jointForces: json.joint_forces ?? [],
+    ropes: (json.ropes ?? []).map((rope) => ({ ...rope, bodies: rope.bodies.map(indexOf), over_m: rope.over_m ?? [] })),
+    jointForces: (json.joint_forces ?? []).map((force) => ({ ...force, joint: jointIndex.get(force.joint) })),
     indexOf,
     forcesByIndex: (json.forces ?? []).map((force) => ({ force, indices: (force.bodies ?? (force.body ? [force.body] : [])).map(indexOf) })),
     /** The law of two bodies: restitution, friction, rolling_friction_m. */
