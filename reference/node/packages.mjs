@@ -4,13 +4,17 @@ import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
 import { pathToFileURL } from "node:url";
 
-/** {module, version, folder} of a package under `packages`/node_modules: its ES module. */
-export async function loadPackage(packages, name) {
+/** {version, entry} of a package under `packages`/node_modules: its version and the path of its ES module. */
+export function describePackage(packages, name) {
   const folder = join(packages, "node_modules", name);
   const description = JSON.parse(readFileSync(join(folder, "package.json"), "utf8"));
   const root = description.exports?.["."] ?? {};
   const entry = root.import?.default ?? root.import ?? root.default ?? description.module ?? description.main;
-  const path = typeof entry === "string" ? join(folder, entry) : createRequire(join(packages, "x")).resolve(name);
-  const module = await import(pathToFileURL(path).href);
-  return { module: module.default ?? module, names: module, version: description.version, folder: dirname(path), entry: path };
+  return { version: description.version, entry: typeof entry === "string" ? join(folder, entry) : createRequire(join(packages, "x")).resolve(name) };
+}
+
+/** {module, version, folder, entry} of a package: `module` is its default export, `names` are all. */
+export async function loadPackage(packages, name) {
+  const { version, entry } = describePackage(packages, name), names = await import(pathToFileURL(entry).href);
+  return { module: names.default ?? names, names, version, folder: dirname(entry), entry };
 }

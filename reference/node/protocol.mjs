@@ -61,7 +61,7 @@ function answerContacts(rival, request) {
   return { status: "ok", reason: "" };
 }
 
-function answer(rival, line) {
+async function answer(rival, line) {
   let request = {};
   try {
     request = JSON.parse(line);
@@ -71,7 +71,7 @@ function answer(rival, line) {
     }
     const answers = { run: answerRun, contacts: answerContacts };
     if (!answers[request.request]) throw new Refusal(`${rival.name} answers hello, run and contacts`);
-    const done = answers[request.request](rival, request);
+    const done = await answers[request.request](rival, request);
     if (done.events) done.events = plainEvents(done.events);
     const { events, ...rest } = done;
     writeLine(JSON.stringify({ cell: request.cell, ...(events?.length && { events }), done: rest }));
@@ -86,5 +86,5 @@ function answer(rival, line) {
 /** Answers requests to a rival (rival.mjs; `folder`: that of its sources) until standard input closes. */
 export async function serve(rival) {
   for (const name of ["log", "info", "debug"]) console[name] = console.error; // what an engine prints is no answer
-  for await (const line of createInterface({ input: process.stdin, crlfDelay: Infinity })) if (line) answer(rival, line);
+  for await (const line of createInterface({ input: process.stdin, crlfDelay: Infinity })) if (line) await answer(rival, line);
 }

@@ -7,7 +7,8 @@
 //   presets     [{scheme, doc, changes, byClass, claims}]; byClass: changed by the class of the scene, as tuned
 //   refusal(scene, settings)         why the engine cannot represent the scene, beyond the refusals of every adapter
 //   make(scene, settings, observe)   a world (run.mjs); throws a Refusal where the engine itself refuses the scene
-//   emptyStep()                      a function that steps a world without bodies once: what a call costs by itself
+//   emptyStep(settings)              {step, free}: step() steps a world without bodies once, which is what a call costs
+//   prepare(settings)                optional: awaited ahead of make(), where a part of the engine is loaded on demand
 //   joints      whether it takes joints
 //   contacts(scene, query)           optional: {contacts: rows} or {touches: rows}
 //   files       paths of the engine's own files, whose bytes decide its results
@@ -55,25 +56,27 @@ function settingsOf(rival, id, request) {
 }
 
 /** Nanoseconds of a step of a world without bodies: the median of 11 times the mean of 200. */
-function emptyStepTime(step) {
+function emptyStepTime({ step, free }) {
   const means = [];
   for (let k = 0; k < 12; ++k) {
     const start = process.hrtime.bigint();
     for (let i = 0; i < 200; ++i) step();
     if (k > 0) means.push(Number(process.hrtime.bigint() - start) / 200);
   }
-  return Math.round(means.sort((a, b) => a - b)[5]);
+  free();
+  return Math.max(1, Math.round(means.sort((a, b) => a - b)[5]));
 }
 
 /** The outcome of a run request. */
-export function runRival(rival, request, put) {
+export async function runRival(rival, request, put) {
   const id = parseMethodId(request.method), scene = readScene(request.scene), settings = settingsOf(rival, id, request);
   refuseScene(rival.name, scene);
   if (!rival.joints && (scene.joints.length > 0 || scene.ropes.length > 0))
     throw new Refusal(`${rival.name}'s adapter takes no joints or ropes`);
   const reason = rival.refusal(scene, settings);
   if (reason) throw new Refusal(reason);
+  await rival.prepare?.(settings);
   const done = runWorld((observe) => rival.make(scene, settings, observe), scene, request, settings.substeps, put);
-  if (done.status === "ok" && request.pass === "timing" && rival.emptyStep) done.call_ns = emptyStepTime(rival.emptyStep()) * settings.substeps;
+  if (done.status === "ok" && request.pass === "timing") done.call_ns = emptyStepTime(rival.emptyStep(settings)) * settings.substeps;
   return done;
 }

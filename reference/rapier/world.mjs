@@ -4,33 +4,75 @@
 //   setAdditionalMassProperties with principal moments and their frame (x, y, z, w), and colliders have no density.
 // - angvel() and addTorque() are in world axes. Forces stay until they are reset: they are reset every step.
 // - Quaternions are x, y, z, w.
-import { conjugate, isZero, normalised, principalAxes, toBody, toWorld } from "../node/rotation.mjs";
-import { hasShape, rotates } from "../node/scene.mjs";
+// - Restitution and friction of a pair are combined from those of the colliders: see coefficients.mjs. Rolling friction is
+//   refused; friction about the normal comes with the solver's model and cannot be turned off.
+// - A step is solver_iterations substeps, each of which integrates forces, the gyroscopic term among them, and positions.
+//   No body moves faster than 400 length units a second or turns by more than pi/4 in a step: runs in which that happens
+//   say so. Contacts are solved ahead of the touch, from prediction_distance on. No damping; no sleeping unless set.
+// - Friction's impulses cannot be read (contactTangentImpulseX and Y are 0): they are not reported.
 import { isNothing } from "../node/forces.mjs";
+import { length, plus, principalAxes, scaled, toBody, toWorld } from "../node/rotation.mjs";
+import { hasShape, rotates } from "../node/scene.mjs";
+import { coefficientsOf, pairsInPlay } from "./coefficients.mjs";
+import { collidersOf } from "./colliders.mjs";
 
 const vector = ([x, y, z]) => ({ x, y, z });
 const array = ({ x, y, z }) => [x, y, z];
 const rotation = ([w, x, y, z]) => ({ x, y, z, w });
 
-/** A world of `rapier` (the package's module) for a scene (node/scene.mjs). */
+export const FASTEST = 400; // length units a second
+export const LARGEST_TURN_RAD = Math.PI / 4; // in a step
+
+/** {restitution, friction}, each {rule, values} of materials, null where Rapier has no coefficients that give the pairs' laws. */
+export function contactCoefficients(scene) {
+  const pairs = pairsInPlay(scene, hasShape), of = (name) => coefficientsOf(scene.materials.length, pairs.map(([a, b, law]) => [a, b, law[name]]));
+  return { restitution: of("restitution"), friction: of("friction") };
+}
+
+/** A world of `rapier` (the package's module) for a scene (node/scene.mjs); `observe`: what it cuts is told. */
 export class RapierWorld {
-  constructor(rapier, scene, settings) {
-    Object.assign(this, { rapier, scene, settings, bodies: [], pushed: [] });
+  constructor(rapier, scene, settings, observe) {
+    Object.assign(this, { rapier, scene, settings, observe, bodies: [], bodyOf: new Map(), colliders: [], pushed: [], cut: new Set() });
     this.world = new rapier.World(vector(scene.gravity_m_per_s2));
+    this.set(this.world.integrationParameters);
+    this.coefficients = contactCoefficients(scene);
+    this.material = new Map(scene.materials.map((each, i) => [each.name, i]));
     scene.bodies.forEach((body, i) => this.add(body, i));
   }
 
+  set(parameters) {
+    const { settings } = this;
+    parameters.numSolverIterations = settings.solver_iterations;
+    parameters.numInternalPgsIterations = settings.pgs_iterations;
+    parameters.lengthUnit = settings.length_unit_m;
+    parameters.normalizedAllowedLinearError = settings.allowed_linear_error;
+    parameters.normalizedPredictionDistance = settings.prediction_distance;
+    parameters.maxCcdSubsteps = settings.ccd_substeps;
+    if (settings.contact_natural_frequency_Hz !== 30) parameters.contact_natural_frequency = settings.contact_natural_frequency_Hz;
+  }
+
   add(body, i) {
-    const { RigidBodyDesc } = this.rapier;
-    const description = body.fixed ? RigidBodyDesc.fixed() : RigidBodyDesc.dynamic();
-    description.setCanSleep(this.settings.sleeping);
-    description.setTranslation(...body.position_m);
-    description.setRotation(rotation(body.orientation_wxyz));
+    const { rapier, settings } = this, plane = Boolean(body.shape?.plane);
+    const description = body.fixed ? rapier.RigidBodyDesc.fixed() : rapier.RigidBodyDesc.dynamic();
+    description.setCanSleep(settings.sleeping).setCcdEnabled(settings.ccd).setSoftCcdPrediction(settings.soft_ccd_prediction_m);
+    if (!plane) description.setTranslation(...body.position_m).setRotation(rotation(body.orientation_wxyz));
     if (!body.fixed) this.setMass(description, body);
     this.bodies[i] = this.world.createRigidBody(description);
+    for (const collider of collidersOf(rapier, body, settings)) this.addCollider(collider, i);
     if (body.fixed) return;
-    if (body.release_s > 0) this.bodies[i].setBodyType(this.rapier.RigidBodyType.Fixed, false);
+    if (body.release_s > 0) this.bodies[i].setBodyType(rapier.RigidBodyType.Fixed, false);
     else this.setVelocity(i);
+  }
+
+  addCollider({ description, p_B, q_B }, i) {
+    const { CoefficientCombineRule } = this.rapier, { restitution, friction } = this.coefficients;
+    const material = this.material.get(this.scene.bodies[i].material) ?? 0;
+    description.setDensity(0).setTranslation(...p_B).setRotation(rotation(q_B)).setContactSkin(this.settings.contact_skin_m);
+    description.setRestitution(restitution.values[material]).setRestitutionCombineRule(CoefficientCombineRule[restitution.rule]);
+    description.setFriction(friction.values[material]).setFrictionCombineRule(CoefficientCombineRule[friction.rule]);
+    const collider = this.world.createCollider(description, this.bodies[i]);
+    this.bodyOf.set(collider.handle, i);
+    this.colliders.push(collider);
   }
 
   setMass(description, body) {
@@ -59,6 +101,22 @@ export class RapierWorld {
     });
     this.world.timestep = h_s;
     this.world.step();
+    this.h_s = h_s;
+    if (this.observe) this.watch();
+  }
+
+  /** Whether Rapier cut a body's motion in this step. */
+  watch() {
+    const fastest = 0.9999 * FASTEST * this.settings.length_unit_m, most = (0.9999 * LARGEST_TURN_RAD) / this.h_s;
+    this.bodies.forEach((body, i) => {
+      if (this.scene.bodies[i].fixed) return;
+      if (length(array(body.linvel())) > fastest) this.cut.add(`speeds are cut at ${FASTEST * this.settings.length_unit_m} m/s`);
+      if (length(array(body.angvel())) > most) this.cut.add("rates are cut at a turn of pi/4 a step");
+    });
+  }
+
+  complaints() {
+    return [...this.cut].join("; ");
   }
 
   motion(i) {
@@ -72,7 +130,31 @@ export class RapierWorld {
   }
 
   touches() {
-    return [];
+    const all = [];
+    for (const one of this.colliders)
+      this.world.contactPairsWith(one, (other) => {
+        if (one.handle < other.handle) this.world.contactPair(one, other, (manifold, flipped) => this.take(all, manifold, flipped ? [other, one] : [one, other]));
+      });
+    return all;
+  }
+
+  /** Points of a manifold between two colliders: its normal points from the first to the second. */
+  take(all, manifold, [first, second]) {
+    const a = this.bodyOf.get(first.handle), b = this.bodyOf.get(second.handle), sign = a < b ? 1 : -1;
+    const normal = scaled(sign, array(manifold.normal())), whole = manifold.numSolverContacts() === manifold.numContacts();
+    for (let k = 0; k < manifold.numContacts(); ++k) {
+      const impulse_n_N_s = manifold.contactImpulse(k);
+      if (!(impulse_n_N_s > 0)) continue;
+      const x_m = whole ? array(manifold.solverContactPoint(k)) : this.worldPoint(first, manifold.localContactPoint1(k));
+      const smooth = this.scene.pairLaw(a, b).friction === 0;
+      all.push({ body_a: Math.min(a, b), body_b: Math.max(a, b), x_m, normal, gap_m: manifold.contactDist(k), impulse_n_N_s,
+        impulse_t_N_s: smooth ? [0, 0, 0] : [NaN, NaN, NaN] });
+    }
+  }
+
+  worldPoint(collider, local) {
+    const { x, y, z, w } = collider.rotation();
+    return plus(array(collider.translation()), toWorld([w, x, y, z], array(local)));
   }
 
   free() {

@@ -1,0 +1,81 @@
+// Rapier combines the coefficients of two colliders: by their mean, the smaller, the larger, or the product. Here the law
+// of every pair of materials in the scene is given, so that coefficients of the materials are looked for which, combined
+// by one of these rules, give each pair its own.
+
+/** In the order of RAPIER.CoefficientCombineRule, and what each does with two coefficients. */
+const rules = [
+  { rule: "Average", combine: (a, b) => (a + b) / 2 },
+  { rule: "Max", combine: Math.max },
+  { rule: "Min", combine: Math.min },
+  { rule: "Multiply", combine: (a, b) => a * b },
+];
+
+/**
+ * Coefficients under the mean: c_i + c_j = 2 e_ij along the pairs. In a connected group every coefficient is s x + d with
+ * s = 1 or -1 and the first one x; a pair of two of the same s gives x, without such a pair it is free.
+ */
+function byMean(count, pairs) {
+  const found = new Array(count).fill(undefined), terms = new Array(count).fill(undefined);
+  for (const [first, , trial] of pairs) {
+    if (terms[first]) continue;
+    const group = [first];
+    let x = trial;
+    terms[first] = { s: 1, d: 0 };
+    for (const i of group)
+      for (const [a, b, e] of pairs) {
+        if (a !== i && b !== i) continue;
+        const j = a === i ? b : a;
+        if (!terms[j]) {
+          terms[j] = { s: -terms[i].s, d: 2 * e - terms[i].d };
+          group.push(j);
+        } else if (terms[i].s === terms[j].s) {
+          x = (2 * e - terms[i].d - terms[j].d) / (2 * terms[i].s);
+        }
+      }
+    for (const i of group) found[i] = terms[i].s * x + terms[i].d;
+  }
+  return found;
+}
+
+const extreme = (count, pairs, pick) => {
+  const found = new Array(count).fill(undefined);
+  for (const [a, b, e] of pairs) for (const i of [a, b]) found[i] = found[i] === undefined ? e : pick(found[i], e);
+  return found;
+};
+
+/** Coefficients under the product: those under the mean of the logarithms. */
+function byProduct(count, pairs) {
+  const loose = pairs.filter(([, , e]) => e === 0);
+  const found = byMean(count, pairs.filter(([, , e]) => e > 0).map(([a, b, e]) => [a, b, Math.log(e) / 2]))
+    .map((x) => (x === undefined ? undefined : Math.exp(x)));
+  for (const [a, b] of loose) for (const i of [b, a]) if (found[i] === undefined) found[i] = 0;
+  return found;
+}
+
+const solvers = { Average: byMean, Max: (n, p) => extreme(n, p, Math.min), Min: (n, p) => extreme(n, p, Math.max), Multiply: byProduct };
+
+/**
+ * Coefficients of `count` materials, for pairs [i, j, coefficient] of them: {rule, values}, or null where no rule gives
+ * every pair its own to 1e-6 of it.
+ */
+export function coefficientsOf(count, pairs) {
+  for (const { rule, combine } of rules) {
+    const values = solvers[rule](count, pairs).map((value) => value ?? 0);
+    const exact = pairs.every(([a, b, e]) => Math.abs(combine(values[a], values[b]) - e) <= 1e-6 * e);
+    if (exact && values.every((value) => value >= 0)) return { rule, values };
+  }
+  return null;
+}
+
+/** Pairs [i, j, law] of materials of which bodies with shapes, not both fixed, can touch. */
+export function pairsInPlay(scene, hasShape) {
+  const index = new Map(scene.materials.map((each, i) => [each.name, i])), pairs = new Map();
+  const kinds = scene.materials.map(() => ({ fixed: [], mobile: [] }));
+  scene.bodies.forEach((body, i) => hasShape(body) && kinds[index.get(body.material) ?? 0][body.fixed ? "fixed" : "mobile"].push(i));
+  kinds.forEach((one, a) => kinds.forEach((other, b) => {
+    const second = a === b ? (one.mobile[1] ?? one.fixed[0]) : (other.mobile[0] ?? other.fixed[0]);
+    if (one.mobile.length > 0 && second !== undefined)
+      pairs.set([a, b].sort((x, y) => x - y).join(), [Math.min(a, b), Math.max(a, b), scene.pairLaw(one.mobile[0], second)]);
+  }));
+  return [...pairs.values()];
+}

@@ -1,0 +1,207 @@
+"""Rapier's conventions, by scenes whose answer is known. Called with the program, beside which the worker is; skipped where
+it is not there."""
+import math
+import os
+import sys
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from node_worker import (Run, angle_between, ask, body, exp, ground, require, scene, times, tumbled, turned)  # noqa: E402
+
+DEFAULT = "rapier/default"
+TILTED = exp([0.4, -0.7, 0.3])
+MIXED = [2.0, 0.3, -0.2, 0.3, 1.5, 0.1, -0.2, 0.1, 1.0]  # an inertia about no principal axes
+
+
+class FreeFlight(unittest.TestCase):
+    def near(self, a, b, tolerance):
+        self.assertLess(max(abs(x - y) for x, y in zip(a, b)), tolerance, f"{a} and {b}")
+
+    def test_the_first_sample_is_the_scene(self):
+        start = dict(position_m=[1, 2, 3], orientation_wxyz=TILTED, velocity_m_per_s=[4, 5, 6],
+                     angular_velocity_body_rad_per_s=[0.1, 0.2, 0.3], inertia_kg_m2=MIXED)
+        found = Run(DEFAULT, scene(body("a", **start)), 1, 60).body(0, 0)
+        for key, name in (("p", "position_m"), ("q", "orientation_wxyz"), ("v", "velocity_m_per_s"), ("w", "angular_velocity_body_rad_per_s")):
+            self.near(found[key], start[name], 1e-6)
+
+    def test_rates_are_of_the_body_and_quaternions_w_first(self):
+        w = [0, 0, 1.3]
+        end = Run(DEFAULT, scene(body("a", orientation_wxyz=TILTED, angular_velocity_body_rad_per_s=w, inertia_kg_m2=[1, 0, 0, 0, 2, 0, 0, 0, 3])), 2, 480).body(0)
+        self.near(end["w"], w, 1e-3)
+        self.assertLess(angle_between(end["q"], times(TILTED, exp([2 * x for x in w]))), 1e-3)
+
+    def test_the_inertia_is_in_the_axes_of_the_body(self):
+        q, w = tumbled(MIXED, TILTED, [1.0, 0.5, -0.4], 2)
+        end = Run(DEFAULT, scene(body("a", orientation_wxyz=TILTED, angular_velocity_body_rad_per_s=[1.0, 0.5, -0.4], inertia_kg_m2=MIXED)), 2, 960).body(0)
+        self.assertLess(angle_between(end["q"], q), 5e-3)
+        self.near(end["w"], w, 5e-3)
+
+    def test_a_force_at_a_point_turns_by_its_moment_in_world_axes(self):
+        # m = 2, I = diag(1, 2, 3), turned: F in world axes at r in body axes; after a short time w_B = I^-1 R^T (R r x F) t.
+        inertia, r, force, t = [1.0, 2.0, 3.0], [0.3, -0.2, 0.5], [0.4, 0.1, -0.3], 0.05
+        a = body("a", orientation_wxyz=TILTED, inertia_kg_m2=[1, 0, 0, 0, 2, 0, 0, 0, 3])
+        load = {"kind": "point-force", "body": "a", "point_body_m": r, "force_N": force, "on_s": []}
+        run = Run(DEFAULT, scene(a, forces=[load]), t, 48)
+        back = [TILTED[0], *(-x for x in TILTED[1:])]
+        f_B = turned(back, force)
+        moment = [r[1] * f_B[2] - r[2] * f_B[1], r[2] * f_B[0] - r[0] * f_B[2], r[0] * f_B[1] - r[1] * f_B[0]]
+        self.near(run.body(0)["w"], [m / i * t for m, i in zip(moment, inertia)], 2e-5)
+        self.near(run.body(0)["v"], [f / 2 * t for f in force], 1e-6)
+        self.assertEqual(run.done["reason"], "forces evaluated by the adapter once a step: point-force")
+
+    def test_a_force_does_not_outlast_its_time(self):
+        load = {"kind": "point-force", "body": "a", "point_body_m": [0, 0, 0], "force_N": [2, 0, 0], "on_s": [[0, 0.5]]}
+        self.near(Run(DEFAULT, scene(body("a"), forces=[load]), 2, 240).body(0)["v"], [0.5, 0, 0], 1e-5)
+
+    def test_a_body_falls_by_gravity_alone_and_neither_sleeps_nor_is_damped(self):
+        slow = body("slow", velocity_m_per_s=[1e-3, 0, 0], angular_velocity_body_rad_per_s=[0, 1e-3, 0])
+        held = body("held", position_m=[5, 0, 0], velocity_m_per_s=[0, 3, 0], release_s=1)
+        run = Run(DEFAULT, scene(slow, held), 10, 600)
+        self.near(run.body(0)["p"], [1e-2, 0, 0], 1e-6)
+        self.near(run.body(0)["w"], [0, 1e-3, 0], 1e-6)  # in float it grows, by 3e-7 here
+        self.near(run.body(1)["p"], [5, 27, 0], 1e-3)
+        self.near(Run(DEFAULT, scene(body("a"), gravity=(0, 0, -9.8)), 1, 600).body(0)["v"], [0, 0, -9.8], 1e-4)
+
+    def test_limits_of_speed_are_told(self):
+        fast = Run(DEFAULT, scene(body("fast", velocity_m_per_s=[401, 0, 0])), 1, 60)
+        self.assertEqual(fast.done["status"], "unsupported")
+        self.assertIn("`fast`", fast.done["reason"])
+        faster = Run("rapier/default{length_unit_m=2}", scene(body("fast", velocity_m_per_s=[401, 0, 0])), 1, 60)
+        self.near(faster.body(0)["v"], [401, 0, 0], 1e-3)
+        falling = Run(DEFAULT, scene(body("a", velocity_m_per_s=[0, 0, -395]), gravity=(0, 0, -10)), 1, 60)
+        self.assertIn("speeds are cut at 400 m/s", falling.done["reason"])
+        spinning = scene(body("a", angular_velocity_body_rad_per_s=[0, 0, 60]))
+        self.assertIn("rates are cut at a turn of pi/4 a step", Run(DEFAULT, spinning, 1, 60).done["reason"])
+        self.assertEqual(Run(DEFAULT, spinning, 1, 120).done["reason"], "")
+
+
+class Contacts(unittest.TestCase):
+    """Falls and slides; g = 10 m/s2."""
+    BALL = {"sphere": {"radius_m": 0.1}}
+
+    def test_each_pair_bounces_by_its_own_restitution(self):
+        # Three balls on one plane, each pair with a law of its own: 0.3, 0.6, 0.9; no rule of Rapier's combines to all by accident.
+        materials = [("floor", 0, 0), ("a", 0, 0), ("b", 0, 0), ("c", 0, 0)]
+        pairs = [("floor", "a", 0.3, 0), ("floor", "b", 0.6, 0), ("floor", "c", 0.9, 0)]
+        balls = [body(name, material=name, shape=self.BALL, position_m=[2.0 * i, 0, 0.5], velocity_m_per_s=[0, 0, -2]) for i, name in enumerate("abc")]
+        everything = scene(ground(material="floor"), *balls, materials=materials,
+                           pairs=pairs + [(x, y, 0.5, 0) for x in "abc" for y in "abc" if x <= y])
+        run = Run("rapier/default{solver_iterations=8}", everything, 0.4, 240)
+        if run.done["status"] == "unsupported":
+            self.assertIn("restitution", run.done["reason"])
+        free = scene(ground(material="floor"), balls[1], materials=materials, pairs=pairs)
+        self.assertAlmostEqual(Run(DEFAULT, free, 0.4, 240).body(1)["v"][2], 1.2, delta=1e-3)
+        for name, e in (("a", 0.3), ("c", 0.9)):
+            one = scene(ground(material="floor"), balls["abc".index(name)], materials=materials, pairs=pairs)
+            self.assertAlmostEqual(Run(DEFAULT, one, 0.4, 240).body(1)["v"][2], 2 * e, delta=2e-3)
+
+    def test_the_geometric_mean_of_two_materials(self):
+        materials = [("floor", 0.9, 0.4), ("a", 0.4, 0.1), ("b", 0.1, 0.9)]
+        balls = [body(name, material=name, shape=self.BALL, position_m=[2.0 * i, 0, 0.5], velocity_m_per_s=[0, 0, -2]) for i, name in enumerate("ab")]
+        run = Run(DEFAULT, scene(ground(material="floor"), *balls, materials=materials), 0.4, 240)
+        for i, e in ((1, 0.6), (2, 0.3)):
+            self.assertAlmostEqual(run.body(i)["v"][2], 2 * e, delta=2e-3)
+
+    def test_friction_has_no_direction_and_stops_at_the_right_place(self):
+        # v^2 / (2 mu g) = 9 / 6 m along any direction; in double the slide is exact.
+        box = {"box": {"half_extents_m": [0.1, 0.1, 0.1]}}
+        for angle in (0, math.pi / 4, 1.0):
+            a = body("a", shape=box, position_m=[0, 0, 0.1], velocity_m_per_s=[3 * math.cos(angle), 3 * math.sin(angle), 0],
+                     inertia_kg_m2=[0.0133, 0, 0, 0, 0.0133, 0, 0, 0, 0.0133])
+            end = Run(DEFAULT, scene(ground(), a, gravity=(0, 0, -10), materials=[("default", 0, 0.3)]), 1.5, 720).body(1)
+            self.assertAlmostEqual(math.hypot(*end["p"][:2]), 1.5, delta=0.01)
+            self.assertAlmostEqual(math.atan2(end["p"][1], end["p"][0]), angle, delta=1e-3)
+
+    def test_capsules_and_cylinders_lie_along_z(self):
+        inertia = [0.02, 0, 0, 0, 0.02, 0, 0, 0, 0.01]
+        for shape, upright in (({"cylinder": {"radius_m": 0.1, "half_length_m": 0.25}}, 0.25), ({"capsule": {"radius_m": 0.1, "half_length_m": 0.25}}, 0.35)):
+            lying = [math.sqrt(0.5), 0, math.sqrt(0.5), 0]
+            for q, height in (([1, 0, 0, 0], upright), (lying, 0.1)):
+                a = body("a", shape=shape, position_m=[0, 0, height], orientation_wxyz=q, inertia_kg_m2=inertia)
+                run = Run(DEFAULT, scene(ground(), a, gravity=(0, 0, -10)), 0.2, 120)
+                self.assertAlmostEqual(run.body(1)["p"][2], height, delta=2e-3)
+
+    def test_every_shape_rests_where_its_lowest_point_is(self):
+        cube = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.1, 0.1)]
+        square = {"points_m": [[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]], "triangles": [[0, 1, 2], [0, 2, 3]]}
+        floors = [ground(), body("f", fixed=True, mass_kg=0, shape={"rectangle": {"half_extents_m": [2, 2]}}), body("f", fixed=True, mass_kg=0, shape={"mesh": square}),
+                  body("f", fixed=True, mass_kg=0, position_m=[0, 0, -1], shape={"box": {"half_extents_m": [2, 2, 1]}})]
+        parts = [{"half_extents_m": [0.05, 0.1, 0.1], "position_body_m": [x, 0, 0], "orientation_wxyz": [1, 0, 0, 0]} for x in (-0.05, 0.05)]
+        for floor in floors:
+            for shape in (self.BALL, {"box": {"half_extents_m": [0.1, 0.1, 0.1]}}, {"convex": {"points_m": cube}}, {"compound": {"boxes": parts}}):
+                run = Run(DEFAULT, scene(floor, body("a", shape=shape, position_m=[0.1, 0.2, 0.1]), gravity=(0, 0, -10)), 0.5, 240)
+                self.assertEqual(run.done["status"], "ok", run.done)
+                self.assertAlmostEqual(run.body(1)["p"][2], 0.1, delta=1e-3, msg=f"{floor['shape']} {shape}")
+
+    def test_contacts_point_from_the_first_body_to_the_second_and_carry_the_weight(self):
+        ball = body("a", shape=self.BALL, position_m=[0, 0, 0.1])
+        for bodies, up in (((ground(), ball), 1), ((ball, ground()), -1)):
+            run = Run(DEFAULT, scene(*bodies, gravity=(0, 0, -10)), 1, 240, 4)
+            (row,) = run.lines[-1]["contacts"]
+            self.assertEqual(row[:2], [0, 1])
+            self.assertAlmostEqual(row[7], up, delta=1e-6)
+            self.assertAlmostEqual(row[9], 20, delta=0.05)
+            self.assertLess(abs(row[4]), 2e-3)
+            self.assertEqual(row[10:], [0, 0, 0])
+        rough = Run(DEFAULT, scene(ground(), ball, gravity=(0, 0, -10), materials=[("default", 0, 0.5)]), 1, 240, 4)
+        self.assertEqual(rough.lines[-1]["contacts"][0][10:], ["nan"] * 3)
+
+    def test_an_impact_is_an_event_with_its_impulse(self):
+        ball = body("a", shape=self.BALL, position_m=[0, 0, 0.3], velocity_m_per_s=[0, 0, -2])
+        run = Run(DEFAULT, scene(ground(), ball, materials=[("default", 0.5, 0)]), 0.5, 480, 4)
+        (impact,) = run.events
+        self.assertAlmostEqual(impact["t_s"], 0.1, delta=0.012)  # solved ahead of the touch by up to the prediction distance
+        self.assertAlmostEqual(impact["impulse_n_N_s"], 6, delta=0.01)
+        self.assertAlmostEqual(impact["vn_before_m_per_s"], -2, delta=1e-4)
+        self.assertAlmostEqual(impact["vn_after_m_per_s"], 1, delta=2e-3)
+
+
+class Words(unittest.TestCase):
+    def refused(self, method, *bodies, **members):
+        done = Run(method, scene(*bodies, **members), 1, 60).done
+        self.assertEqual(done["status"], "unsupported", done)
+        return done["reason"]
+
+    def test_refusals_name_what_is_not_there(self):
+        ball = body("a", shape=Contacts.BALL, position_m=[0, 0, 1])
+        for method, word in (("rapier/fast", "rapier/fast"), ("rapier/default:1e-6", "no error control"), ("rapier/default+impulse", "+impulse"),
+                             ("rapier/default@double", "float"), ("rapier/default{erp=1}", "erp"), ("rapier/default{substeps=0}", "substeps"),
+                             ("rapier/default{build=fast}", "deterministic"), ("rapier/default{max_linear_speed=500}", "max_linear_speed")):
+            self.assertIn(word, self.refused(method, ball))
+        moving = body("f", fixed=True, velocity_m_per_s=[1, 0, 0], shape=Contacts.BALL)
+        self.assertIn("`f` moves", self.refused(DEFAULT, ball, moving))
+        mesh = body("m", shape={"mesh": {"points_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 1, 2]]}})
+        self.assertIn("`m`", self.refused(DEFAULT, ball, mesh))
+        rolling = scene(ground(), ball)
+        rolling["pairs"][0]["rolling_friction_m"] = 0.01
+        self.assertIn("rolling friction", Run(DEFAULT, rolling, 1, 60).done["reason"])
+        compliant = scene(ground(), ball)
+        compliant["pairs"][0].update(contact_law="linear", stiffness_N_per_m=1e4, damping_N_s_per_m=0)
+        self.assertIn("compliant", Run(DEFAULT, compliant, 1, 60).done["reason"])
+        laws = [("a", "a", 0.2, 0), ("b", "b", 0.9, 0), ("c", "c", 0.4, 0), ("a", "b", 0.7, 0), ("b", "c", 0.1, 0), ("a", "c", 0.8, 0)]
+        three = [body(name, material=name, shape=Contacts.BALL, position_m=[i, k, 0]) for i, name in enumerate("abc") for k in (0, 1)]
+        self.assertIn("restitution", self.refused(DEFAULT, *[{**b, "name": f"{i}"} for i, b in enumerate(three)],
+                                                  materials=[(x, 0, 0) for x in "abc"], pairs=laws))
+
+    def test_hello_has_every_setting_and_a_rule_for_each(self):
+        (hello,) = ask("rapier", {"protocol": 1, "request": "hello"})
+        self.assertEqual(hello["scalar"], "float")
+        self.assertIn("WebAssembly", hello["version"])
+        for method in hello["methods"]:
+            self.assertEqual(set(method["settings"]), set(method["setting_rules"]))
+            self.assertTrue(all(rule["doc"] for rule in method["setting_rules"].values()))
+
+    def test_times_are_marked_and_two_runs_are_the_same_to_the_bit(self):
+        one = scene(body("a", angular_velocity_body_rad_per_s=[1, 2, 3], inertia_kg_m2=MIXED))
+        request = {"request": "run", "cell": 1, "method": DEFAULT, "pass": "timing", "t_end_s": 1, "steps": 60, "samples": 1, "repeats": 3, "scene": one}
+        (timed,) = ask("rapier", request)
+        self.assertEqual(len(timed["done"]["busy_ns"]), 3)
+        self.assertGreater(timed["done"]["call_ns"], 0)
+        for method in (DEFAULT, "rapier/deterministic"):
+            self.assertEqual(Run(method, one, 10, 600, 10).lines, Run(method, one, 10, 600, 10).lines)
+
+
+if __name__ == "__main__":
+    require("rapier")
+    sys.argv = sys.argv[:1]
+    unittest.main()
