@@ -7,7 +7,8 @@
 //   presets     [{scheme, doc, changes, byClass, claims}]; byClass: changed by the class of the scene, as tuned
 //   refusal(scene, settings)         why the engine cannot represent the scene, beyond the refusals of every adapter
 //   make(scene, settings, observe)   a world (run.mjs); throws a Refusal where the engine itself refuses the scene
-//   emptyStep(settings)              {step, free}: step() steps a world without bodies once, which is what a call costs
+//   emptyStep(settings)              a function that steps a world without bodies once, which is what a call costs; its
+//                                    member free(), where it has one, gives that world's memory back
 //   prepare(settings)                optional: awaited ahead of make(), where a part of the engine is loaded on demand
 //   joints      whether it takes joints
 //   contacts(scene, query)           optional: {contacts: rows} or {touches: rows}
@@ -56,14 +57,14 @@ function settingsOf(rival, id, request) {
 }
 
 /** Nanoseconds of a step of a world without bodies: the median of 11 times the mean of 200. */
-function emptyStepTime({ step, free }) {
+function emptyStepTime(step) {
   const means = [];
   for (let k = 0; k < 12; ++k) {
     const start = process.hrtime.bigint();
     for (let i = 0; i < 200; ++i) step();
     if (k > 0) means.push(Number(process.hrtime.bigint() - start) / 200);
   }
-  free();
+  step.free?.();
   return Math.max(1, Math.round(means.sort((a, b) => a - b)[5]));
 }
 

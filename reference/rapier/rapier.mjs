@@ -63,7 +63,7 @@ export function rapierRival(packages, names, folder) {
     make: (scene, chosen, observe) => new RapierWorld(module(chosen), scene, chosen, observe),
     emptyStep(chosen) {
       const world = new (module(chosen).World)({ x: 0, y: 0, z: 0 });
-      return { step: () => world.step(), free: () => world.free() };
+      return Object.assign(() => world.step(), { free: () => world.free() });
     },
   };
 }
