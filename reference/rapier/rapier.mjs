@@ -4,6 +4,7 @@ import { substepsSetting } from "../node/rival.mjs";
 import { length } from "../node/rotation.mjs";
 import { lawsInPlay, shapesMatter } from "../node/scene.mjs";
 import { refusedShape } from "./colliders.mjs";
+import { refusedMechanism } from "./joints.mjs";
 import { FASTEST, LARGEST_TURN_RAD, RapierWorld, contactCoefficients } from "./world.mjs";
 
 const settings = [
@@ -32,7 +33,8 @@ const settings = [
 function refusal(scene, chosen) {
   const fastest = FASTEST * chosen.length_unit_m, fast = scene.bodies.find((body) => !body.fixed && length(body.velocity_m_per_s) > fastest);
   if (fast) return `rapier moves no body faster than ${fastest} m/s (400 length units a second): \`${fast.name}\``;
-  if (!shapesMatter(scene)) return "";
+  const mechanism = refusedMechanism(scene);
+  if (mechanism || !shapesMatter(scene)) return mechanism;
   const shape = scene.bodies.map(refusedShape).find(Boolean);
   if (shape) return shape;
   if (lawsInPlay(scene).some((law) => law.rolling_friction_m > 0)) return "rapier has no rolling friction";
@@ -54,6 +56,7 @@ export function rapierRival(packages, names, folder) {
     },
     source: "Rapier for JavaScript, https://rapier.rs: @dimforge/rapier3d-compat and rapier3d-deterministic-compat, both in float",
     settings,
+    joints: true,
     presets: [
       { scheme: "default", doc: "Rapier's rigid bodies with the library's default settings: symplectic Euler in four substeps a step, "
         + "soft contacts solved ahead of the touch. Only sleeping is off, and pairs have the contact law of the scene." },

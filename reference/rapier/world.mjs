@@ -15,6 +15,7 @@ import { length, plus, principalAxes, scaled, toBody, toWorld } from "../node/ro
 import { hasShape, rotates } from "../node/scene.mjs";
 import { coefficientsOf, pairsInPlay } from "./coefficients.mjs";
 import { collidersOf } from "./colliders.mjs";
+import { addJoint } from "./joints.mjs";
 
 const vector = ([x, y, z]) => ({ x, y, z });
 const array = ({ x, y, z }) => [x, y, z];
@@ -38,6 +39,8 @@ export class RapierWorld {
     this.coefficients = contactCoefficients(scene);
     this.material = new Map(scene.materials.map((each, i) => [each.name, i]));
     scene.bodies.forEach((body, i) => this.add(body, i));
+    const ground = scene.joints.length > 0 ? this.world.createRigidBody(rapier.RigidBodyDesc.fixed()) : null;
+    scene.joints.forEach((_, j) => addJoint(this, j, ground));
   }
 
   set(parameters) {

@@ -80,20 +80,15 @@ class Contacts(unittest.TestCase):
     BALL = {"sphere": {"radius_m": 0.1}}
 
     def test_each_pair_bounces_by_its_own_restitution(self):
-        # Three balls on one plane, each pair with a law of its own: 0.3, 0.6, 0.9; no rule of Rapier's combines to all by accident.
-        materials = [("floor", 0, 0), ("a", 0, 0), ("b", 0, 0), ("c", 0, 0)]
-        pairs = [("floor", "a", 0.3, 0), ("floor", "b", 0.6, 0), ("floor", "c", 0.9, 0)]
-        balls = [body(name, material=name, shape=self.BALL, position_m=[2.0 * i, 0, 0.5], velocity_m_per_s=[0, 0, -2]) for i, name in enumerate("abc")]
-        everything = scene(ground(material="floor"), *balls, materials=materials,
-                           pairs=pairs + [(x, y, 0.5, 0) for x in "abc" for y in "abc" if x <= y])
-        run = Run("rapier/default{solver_iterations=8}", everything, 0.4, 240)
-        if run.done["status"] == "unsupported":
-            self.assertIn("restitution", run.done["reason"])
-        free = scene(ground(material="floor"), balls[1], materials=materials, pairs=pairs)
-        self.assertAlmostEqual(Run(DEFAULT, free, 0.4, 240).body(1)["v"][2], 1.2, delta=1e-3)
-        for name, e in (("a", 0.3), ("c", 0.9)):
-            one = scene(ground(material="floor"), balls["abc".index(name)], materials=materials, pairs=pairs)
-            self.assertAlmostEqual(Run(DEFAULT, one, 0.4, 240).body(1)["v"][2], 2 * e, delta=2e-3)
+        # 0.3 and 0.6 on the floor and 0.7 between the balls: half the sum of 0.2, 0.4 and 1 gives each pair its own.
+        materials, pairs = [("floor", 0, 0), ("a", 0, 0), ("b", 0, 0)], [("floor", "a", 0.3, 0), ("floor", "b", 0.6, 0), ("a", "b", 0.7, 0)]
+        balls = [body(name, material=name, shape=self.BALL, position_m=[2.0 * i, 0, 0.5], velocity_m_per_s=[0, 0, -2]) for i, name in enumerate("ab")]
+        run = Run(DEFAULT, scene(ground(material="floor"), *balls, materials=materials, pairs=pairs), 0.4, 240)
+        for i, e in ((1, 0.3), (2, 0.6)):
+            self.assertAlmostEqual(run.body(i)["v"][2], 2 * e, delta=2e-3)
+        meeting = [{**ball, "position_m": [x, 0, 5], "velocity_m_per_s": [-x, 0, 0]} for ball, x in zip(balls, (-1, 1))]
+        run = Run(DEFAULT, scene(ground(material="floor"), *meeting, materials=materials, pairs=pairs), 1.5, 720)
+        self.assertAlmostEqual(run.body(2)["v"][0] - run.body(1)["v"][0], 2 * 0.7, delta=2e-3)
 
     def test_the_geometric_mean_of_two_materials(self):
         materials = [("floor", 0.9, 0.4), ("a", 0.4, 0.1), ("b", 0.1, 0.9)]
@@ -154,6 +149,70 @@ class Contacts(unittest.TestCase):
         self.assertAlmostEqual(impact["impulse_n_N_s"], 6, delta=0.01)
         self.assertAlmostEqual(impact["vn_before_m_per_s"], -2, delta=1e-4)
         self.assertAlmostEqual(impact["vn_after_m_per_s"], 1, delta=2e-3)
+
+
+class Joints(unittest.TestCase):
+    """A body of 2 kg and 0.4 kg m2 about every axis, 1 m below its joint with the world unless said otherwise."""
+    INERTIA = [0.4, 0, 0, 0, 0.4, 0, 0, 0, 0.4]
+
+    def run_of(self, kind, t_end_s=1, steps=480, gravity=(0, -10, 0), **members):
+        parts = {key: members.pop(key) for key in list(members) if key not in body("a")}
+        joint = {"name": "j", "kind": kind, "bodies": ["world", "a"], "anchors_body_m": [[0, 0, 0], [0, 1, 0]],
+                 "frame_wxyz": [1, 0, 0, 0], "coordinates": [0], "rates": [0], **parts}
+        a = body("a", **{"position_m": [0, -1, 0], "inertia_kg_m2": self.INERTIA, **members})
+        run = Run(DEFAULT, scene(a, gravity=gravity, joints=[joint]), t_end_s, steps)
+        self.assertEqual(run.done["status"], "ok", run.done)
+        return run
+
+    def test_a_hinge_and_a_ball_swing_as_a_pendulum(self):
+        # (I + m l^2) theta'' = -m g l sin(theta), theta(0) = 0.5: theta(1) = -0.477904, theta'(1) = -0.415901 (RK4).
+        q = exp([0, 0, 0.5])
+        start = {"position_m": [math.sin(0.5), -math.cos(0.5), 0], "orientation_wxyz": q}
+        hinge = self.run_of("hinge", axis_body=[0, 0, 1], coordinates=[0.5], **start)
+        ball = self.run_of("ball", coordinates=q, rates=[0, 0, 0], **start)
+        for run in (hinge, ball):
+            self.assertAlmostEqual(run.body(0)["p"][0], math.sin(-0.477904), delta=1e-3)
+            self.assertAlmostEqual(run.body(0)["w"][2], -0.415901, delta=1e-3)
+        self.assertAlmostEqual(hinge.lines[-1]["joints"][0][0], -0.477904, delta=1e-3)
+        self.assertAlmostEqual(ball.lines[-1]["joints"][0][3], math.sin(-0.477904 / 2), delta=1e-3)
+
+    def test_a_cylinder_slides_and_turns_about_its_axis_alone(self):
+        run = self.run_of("cylindrical", axis_body=[0, 0, 1], gravity=(0, 0, -10), coordinates=[0, 0], rates=[1, 0.5],
+                          velocity_m_per_s=[1, 0, 0.5], angular_velocity_body_rad_per_s=[0, 0, 1])
+        for found, exact in zip(run.lines[-1]["joints"][0], (1, -4.5, 1, -9.5)):
+            self.assertAlmostEqual(found, exact, delta=5e-3)
+
+    def test_stops_hold_where_the_scene_says(self):
+        turned_frame = {"frame_wxyz": exp([0, 0, 0.4]), "orientation_wxyz": exp([0, 0, 0.4])}
+        slider = self.run_of("slider", axis_body=[0, 0, 1], limits_m=[-0.5, 1], gravity=(0, 0, -10))
+        self.assertAlmostEqual(slider.lines[-1]["joints"][0][0], -0.5, delta=1e-3)
+        place = {"position_m": [-x for x in turned(exp([0, 0, 0.4]), [0, 1, 0])]}
+        hinge = self.run_of("hinge", axis_body=[0, 0, 1], limits_rad=[-0.3, 0.2], gravity=(0, 0, 0), **turned_frame, **place,
+                            angular_velocity_body_rad_per_s=[0, 0, 1], velocity_m_per_s=turned(exp([0, 0, 0.4]), [1, 0, 0]))
+        self.assertAlmostEqual(hinge.lines[-1]["joints"][0][0], 0.2, delta=2e-3)
+
+    def test_a_spring_of_a_joint_is_evaluated_by_the_adapter(self):
+        joint = {"name": "j", "kind": "hinge", "bodies": ["world", "a"], "anchors_body_m": [[0, 0, 0], [0, 0, 0]], "axis_body": [0, 0, 1],
+                 "frame_wxyz": [1, 0, 0, 0], "coordinates": [0], "rates": [1]}
+        spring = {"kind": "joint-spring", "joint": "j", "stiffness_N_m_per_rad": 1.6, "rest_rad": 0, "damping_N_m_s_per_rad": 0}
+        a = body("a", inertia_kg_m2=self.INERTIA, angular_velocity_body_rad_per_s=[0, 0, 1])
+        run = Run(DEFAULT, scene(a, joints=[joint], joint_forces=[spring]), 1, 960)
+        self.assertAlmostEqual(run.lines[-1]["joints"][0][0], math.sin(2) / 2, delta=2e-3)  # omega = sqrt(1.6 / 0.4) = 2
+        self.assertIn("joint-spring", run.done["reason"])
+
+    def test_what_joints_are_refused(self):
+        free = {"name": "j", "kind": "hinge", "bodies": ["world", "a"], "anchors_body_m": [[0, 0, 0], [0, 1, 0]], "axis_body": [0, 0, 1],
+                "frame_wxyz": [1, 0, 0, 0], "coordinates": [0], "rates": [0]}
+        a = body("a", position_m=[0, -1, 0])
+        for members, word in (({"driven_rate_rad_per_s": 1}, "prescribed rate"), ({"limits_rad": [-1, 1], "stop_restitution": 0.5}, "restitution"),
+                              ({"limits_rad": [-4, 1]}, "pi"),
+                              ({"kind": "universal", "axes_body": [[1, 0, 0], [0, 0, 1]], "coordinates": [0, 0], "rates": [0, 0]}, "universal")):
+            done = Run(DEFAULT, scene(a, joints=[{**free, **members}]), 1, 60).done
+            self.assertEqual(done["status"], "unsupported")
+            self.assertIn(word, done["reason"])
+        rope = {"name": "r", "bodies": ["a", "b"], "points_body_m": [[0, 0, 0], [0, 0, 0]], "over": []}
+        done = Run(DEFAULT, scene(a, body("b"), ropes=[rope]), 1, 60).done
+        self.assertIn("ropes", done["reason"])
 
 
 class Words(unittest.TestCase):
