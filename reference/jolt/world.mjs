@@ -89,14 +89,14 @@ export class JoltWorld {
     const plane = Boolean(body.shape?.plane); // in world axes, for every pose of its body
     const [w, x, y, z] = plane ? [1, 0, 0, 0] : body.orientation_wxyz, [px, py, pz] = plane ? [0, 0, 0] : body.position_m;
     const layer = !this.collide || !hasShape(body) ? TOUCHES_NOTHING : body.fixed ? FIXED : MOVING;
-    const shape = this.shapes.of(body), stands = body.fixed;
+    const shape = this.shapes.of(body), held = !body.fixed && body.release_s > 0, stands = body.fixed || held;
     const made = new jolt.BodyCreationSettings(shape, new jolt.RVec3(px, py, pz), new jolt.Quat(x, y, z, w).Normalized(),
       stands ? EMotionType_Static : EMotionType_Dynamic, layer);
     Object.assign(made, { mLinearDamping: settings.linear_damping_per_s, mAngularDamping: settings.angular_damping_per_s,
       mMaxLinearVelocity: settings.max_linear_velocity_m_per_s, mMaxAngularVelocity: settings.max_angular_velocity_rad_per_s,
-      mApplyGyroscopicForce: settings.gyroscopic, mAllowSleeping: settings.sleeping, mMotionQuality: EMotionQuality_Discrete,
+      mApplyGyroscopicForce: settings.gyroscopic, mAllowSleeping: settings.sleeping, mMotionQuality: EMotionQuality_Discrete, mAllowDynamicOrKinematic: held,
       mEnhancedInternalEdgeRemoval: settings.enhanced_internal_edge_removal, mUserData: i });
-    if (!stands) { // whatever the shape's density says, the scene's mass follows below
+    if (!body.fixed) { // whatever the shape's density says, the scene's mass follows below
       made.mOverrideMassProperties = jolt.EOverrideMassProperties_MassAndInertiaProvided;
       made.mMassPropertiesOverride.SetMassAndInertiaOfSolidBox(this.vector([1, 1, 1]), 1);
       if (!rotates(body)) made.mAllowedDOFs = jolt.EAllowedDOFs_TranslationX | jolt.EAllowedDOFs_TranslationY | jolt.EAllowedDOFs_TranslationZ;
@@ -105,10 +105,10 @@ export class JoltWorld {
     const one = this.bodyInterface.CreateBody(made);
     jolt.destroy(made);
     this.bodies[i] = one;
-    if (!stands) this.setMass(i);
-    if (!stands && body.release_s > 0) one.SetMotionType(EMotionType_Static);
     this.bodyInterface.AddBody(one.GetID(), jolt.EActivation_Activate);
-    if (!stands && !(body.release_s > 0)) this.setVelocity(i);
+    if (stands) return;
+    this.setMass(i);
+    this.setVelocity(i);
   }
 
   setMass(i) {
@@ -164,7 +164,7 @@ export class JoltWorld {
 
   step(h_s, wrenches) {
     wrenches.forEach((wrench, i) => {
-      if (this.scene.bodies[i].fixed || isNothing(wrench)) return;
+      if (isNothing(wrench) || this.bodies[i].IsStatic()) return;
       this.force.Set(...wrench.force_N);
       this.torque.Set(...wrench.torque_N_m);
       this.bodies[i].AddForce(this.force);

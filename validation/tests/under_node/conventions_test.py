@@ -1,0 +1,176 @@
+"""Scenes of known answer for the engines that run under Node.js: a frame, a unit or a coefficient that an adapter mistakes
+shows in one of them. conventions_test.py BIN_DIR NAME; an engine that is not built is left out."""
+import math
+import os
+import sys
+import unittest
+
+from workers import Worker, ball, body, floor, law, scene
+
+BIN_DIR, NAME = sys.argv[1], sys.argv[2]
+FLOAT = NAME != "mujoco3"
+ROUND_OFF = 3e-6 if FLOAT else 1e-12  # relative, of some hundred steps
+RESTITUTION = NAME != "mujoco3"
+QUARTER = [math.sqrt(0.5), math.sqrt(0.5), 0, 0]  # a quarter turn about x: body y is world z
+FULL_INERTIA = [0.25, 0.05, 0, 0.05, 0.25, 0, 0, 0, 0.4]  # principal axes at 45 degrees, moments 0.2, 0.3, 0.4
+
+
+class Conventions(unittest.TestCase):
+    def setUp(self):
+        self.worker = Worker(BIN_DIR, NAME)
+        self.addCleanup(self.worker.close)
+
+    def near(self, found, expected, tolerance):
+        self.assertLessEqual(max(abs(a - b) for a, b in zip(found, expected, strict=True)), tolerance, f"{found} is not {expected}")
+
+    def test_gravity_is_that_of_the_scene_and_stepped_semi_implicitly(self):
+        p, _, v, _ = self.worker.end("default", scene(body(velocity_m_per_s=[3, 0, 1]), gravity=(0, 2, -9.8)), 2, 128)[0]
+        h = 2 / 128
+        self.near(v, [3, 4, 1 - 19.6], 30 * ROUND_OFF)
+        self.near(p, [6, 4 + 2 * h, 2 - 19.6 - 9.8 * h], 30 * ROUND_OFF)
+
+    def test_nothing_is_damped_or_cut(self):
+        fast = body(velocity_m_per_s=[3000, 0, 0], angular_velocity_body_rad_per_s=[0, 0, 300])
+        slow = body("slow", position_m=[0, 50, 0], velocity_m_per_s=[1e-3, 0, 0], angular_velocity_body_rad_per_s=[0, 0, 1e-3])
+        found = self.worker.end("default", scene(fast, slow), 8, 512)
+        self.near(found[0][2] + found[0][3], [3000, 0, 0, 0, 0, 300], 3000 * ROUND_OFF)
+        self.near(found[1][0], [8e-3, 50, 0], 50 * ROUND_OFF)
+        self.near(found[1][3], [0, 0, 1e-3], 1e-3 * 30 * ROUND_OFF)
+
+    def test_rates_are_of_the_body(self):
+        start = body(orientation_wxyz=QUARTER, angular_velocity_body_rad_per_s=[0, 0, 2])
+        _, q, _, w = self.worker.end("default", scene(start), 0.5, 200)[0]
+        turned = [math.cos(0.5), 0, 0, math.sin(0.5)]  # about body z, then the start
+        s = math.sqrt(0.5)
+        self.near(q, [s * turned[0], s * turned[0], -s * turned[3], s * turned[3]], 100 * ROUND_OFF)
+        self.near(w, [0, 0, 2], 100 * ROUND_OFF)
+
+    def test_a_force_at_a_point_turns_by_the_inertia_of_the_body_axes(self):
+        push = {"kind": "point-force", "body": "body", "point_body_m": [0, 1, 0], "force_N": [0, 0, 3]}
+        still = body(inertia_kg_m2=FULL_INERTIA, orientation_wxyz=QUARTER, mass_kg=2)
+        _, _, v, w = self.worker.end("default", scene(still, forces=[push]), 1e-3, 1)[0]
+        self.near(v, [0, 0, 1.5e-3], 1.5e-3 * 30 * ROUND_OFF)
+        self.near(w, [0, 0, 0], 1e-8)  # body y is world z: the force has no moment
+        across = {**push, "force_N": [0, 3, 0]}  # world y is body -z: the moment is y x -z = -x of the body
+        _, _, _, w = self.worker.end("default", scene(still, forces=[across]), 1e-3, 1)[0]
+        determinant = 0.25 * 0.25 - 0.05 * 0.05
+        self.near(w, [-3e-3 * 0.25 / determinant, 3e-3 * 0.05 / determinant, 0], 1e-2 * 30 * ROUND_OFF)
+        upward = {**push, "point_body_m": [1, 0, 0]}  # x cross world z is world -y, which is body z
+        _, _, _, w = self.worker.end("default", scene(still, forces=[upward]), 1e-3, 1)[0]
+        self.near(w, [0, 0, 3e-3 / 0.4], 1e-2 * 30 * ROUND_OFF)
+
+    def test_a_thruster_turns_with_its_body_and_switches_at_its_times(self):
+        thrust = {"kind": "thruster", "body": "body", "point_body_m": [0, 0, 0], "direction_body": [0, 1, 0], "thrust_N": 4,
+                  "on_s": [[0.25, 0.75]]}
+        _, _, v, _ = self.worker.end("default", scene(body(orientation_wxyz=QUARTER), forces=[thrust]), 1, 64)[0]
+        self.near(v, [0, 0, 2], 100 * ROUND_OFF)
+
+    def test_the_tumbling_box_keeps_its_angular_momentum_in_the_limit_of_small_steps(self):
+        moments = [0.2, 0.3, 0.4]
+        start = body(inertia_kg_m2=[0.2, 0, 0, 0, 0.3, 0, 0, 0, 0.4], angular_velocity_body_rad_per_s=[1, 0.5, 2])
+
+        def momentum(row):
+            _, (w, x, y, z), _, rate = row
+            l = [m * u for m, u in zip(moments, rate)]
+            r = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                 [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                 [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
+            return [sum(a * b for a, b in zip(row, l)) for row in r]
+
+        drift = []
+        for steps in (100, 200):
+            end = momentum(self.worker.end("default", scene(start), 1, steps)[0])
+            drift.append(math.dist(end, [0.2, 0.15, 0.8]))
+        self.assertLess(drift[0], 0.01)  # without the gyroscopic term: 0.2
+        self.assertAlmostEqual(drift[0] / drift[1], 2, delta=0.2)
+
+    def test_a_held_body_starts_when_it_is_released(self):
+        held = body(release_s=0.5, velocity_m_per_s=[1, 0, 0], angular_velocity_body_rad_per_s=[0, 0, 1])
+        samples, done = self.worker.run("default", scene(held), 1, 64, samples=2)
+        self.assertEqual(done["status"], "ok")
+        self.near(samples[1]["bodies"][0][:3], [0, 0, 0], 0)
+        self.near(samples[2]["bodies"][0][:3], [0.5, 0, 0], 30 * ROUND_OFF)
+        self.near(samples[2]["bodies"][0][12:], [1], 30 * ROUND_OFF)
+
+    def test_a_held_body_stands_where_it_is_struck(self):
+        balls = [ball("held", release_s=1), ball("thrown", position_m=[-1, 0, 0], velocity_m_per_s=[4, 0, 0])]
+        found = self.worker.end("default", scene(*balls), 0.5, 128)
+        self.assertLess(found[1][2][0], 0.1)  # a free one of equal mass would leave half the velocity
+
+    def test_shapes_stand_where_the_scene_says(self):
+        """Each lies on the floor where its extent along z says; MuJoCo's contacts give by some 1e-4 m."""
+        shapes = {"box": ({"half_extents_m": [0.1, 0.2, 0.3]}, 0.3), "sphere": ({"radius_m": 0.2}, 0.2),
+                  "capsule": ({"radius_m": 0.1, "half_length_m": 0.2}, 0.3), "cylinder": ({"radius_m": 0.2, "half_length_m": 0.15}, 0.15),
+                  "convex": ({"points_m": [[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (-0.25, 0.25)]}, 0.25),
+                  "compound": ({"boxes": [{"half_extents_m": [0.1, 0.1, 0.35], "position_body_m": [0, 0, 0],
+                                           "orientation_wxyz": [1, 0, 0, 0]}]}, 0.35)}
+        for kind, (shape, height_m) in shapes.items():
+            for lift_m, touching in ((0.002, False), (-0.002, True)):
+                on = body(shape={kind: shape}, position_m=[0, 0, height_m + lift_m])
+                v = self.worker.end("default{%s}" % self.exact_contacts(), scene(on, floor(), gravity=(0, 0, -10)), 1e-3, 1)[0][2]
+                with self.subTest(shape=kind, lift_m=lift_m):
+                    self.assertEqual(v[2] > -9e-3, touching, f"velocity {v} after one step")
+
+    def exact_contacts(self):
+        return {"jolt": "speculative_contact_distance_m=0", "mujoco3": "margin_m=0"}.get(NAME, "")
+
+    def test_the_law_is_the_pair_s_own(self):
+        """Restitution 0.25 and 0.75 on one floor: no rule of combination of three coefficients gives both and 0.5 between."""
+        if not RESTITUTION:
+            self.assertIn("has no restitution", self.worker.reason("default", scene(ball(), floor(), laws=[law(restitution=0.5)])))
+            return
+        laws = [law(), law("stone", "a", 0.25), law("stone", "b", 0.75), law("a", "b", 0.5), law("a", "a"), law("b", "b")]
+        balls = [ball("one", position_m=[0, 0, 0.5], velocity_m_per_s=[0, 0, -8], material="a"),
+                 ball("two", position_m=[5, 0, 0.5], velocity_m_per_s=[0, 0, -8], material="b"),
+                 ball("three", position_m=[0, 9, 5], velocity_m_per_s=[0, 4, 0], material="a"),
+                 ball("four", position_m=[0, 10, 5], mass_kg=3, material="b")]
+        found = self.worker.end("default", scene(*balls, floor(), laws=laws), 0.25, 250)
+        self.near([found[0][2][2], found[1][2][2]], [2, 6], 1e-4)
+        # e = 0.5, masses 1 and 3: the first keeps 4 (1 - 0.75 (1 + e)) = -0.5, the second gets 4 * 0.25 (1 + e) = 1.5
+        self.near([found[2][2][1], found[3][2][1]], [-0.5, 1.5], 1e-4)
+
+    def test_friction_is_the_pair_s_own_and_has_no_preferred_direction(self):
+        """Slabs slide on two laws, along x and at 30 degrees: v = v0 - mu g t, without sideways motion."""
+        inertia = [0.17, 0, 0, 0, 0.17, 0, 0, 0, 0.33]
+        laws = [law(friction=0.05), law("stone", "ice", friction=0.1), law("ice", "ice", friction=0.7)]
+        for angle in (0.0, math.radians(30)):
+            u = [math.cos(angle), math.sin(angle), 0]
+            slabs = [body(name, inertia_kg_m2=inertia, shape={"box": {"half_extents_m": [1, 1, 0.05]}}, material=material,
+                          position_m=[10 * k, 0, 0.05], velocity_m_per_s=[3 * x for x in u])
+                     for k, (name, material) in enumerate([("rough", "stone"), ("smooth", "ice")])]
+            scheme = "tuned" if NAME == "mujoco3" else "default"
+            found = self.worker.end(scheme, scene(*slabs, floor(), gravity=(0, 0, -10), laws=laws), 1, 480)
+            for row, mu in zip(found, (0.05, 0.1)):
+                along, across = (sum(a * b for a, b in zip(row[2], d)) for d in (u, [-u[1], u[0], 0]))
+                with self.subTest(angle=angle, mu=mu):
+                    self.assertAlmostEqual(along, 3 - 10 * mu, delta=0.01)
+                    self.assertAlmostEqual(across, 0, delta=0.01)
+
+    def test_two_runs_have_the_same_bits(self):
+        balls = [ball(str(k), position_m=[0.05 * (k % 2), 0, 0.1 + 0.25 * k]) for k in range(6)]
+        of = scene(*balls, floor(), gravity=(0, 0, -10), laws=[law(friction=0.5)])
+        self.assertEqual(self.worker.end("default", of, 1, 240), self.worker.end("default", of, 1, 240))
+        other = Worker(BIN_DIR, NAME)
+        self.addCleanup(other.close)
+        self.assertEqual(self.worker.end("default", of, 1, 240), other.end("default", of, 1, 240))
+
+    def test_refusals_name_what_is_missing(self):
+        pair = lambda **of: scene(ball(position_m=[0, 0, 1]), floor(), laws=[law(**of)])
+        self.assertIn("unsupported: ", self.worker.reason("default{cellar=1}", pair()))
+        self.assertIn("cellar", self.worker.reason("default{cellar=1}", pair()))
+        self.assertIn("is not available", self.worker.reason("default+impulse", pair()))
+        self.assertIn("no error control", self.worker.reason("default:1e-9", pair()))
+        if NAME == "jolt":
+            self.assertIn("no rolling friction", self.worker.reason("default", pair(friction=0.5, rolling_friction_m=0.01)))
+            mesh = {"mesh": {"points_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 1, 2]]}}
+            self.assertIn("must be fixed", self.worker.reason("default", scene(body(shape=mesh), floor())))
+        if NAME == "mujoco3":
+            flat = {"rectangle": {"half_extents_m": [1, 1]}}
+            self.assertIn("no rectangle", self.worker.reason("default", scene(ball(), body("flat", fixed=True, shape=flat))))
+
+
+if __name__ == "__main__":
+    if not os.path.exists(f"{BIN_DIR}/atwood-{NAME}"):
+        print(f"{NAME} is not built")
+        sys.exit(0)
+    unittest.main(argv=sys.argv[:1])
