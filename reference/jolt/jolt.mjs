@@ -28,7 +28,7 @@ export function joltRival(jolt, { entry, version }, folder) {
     make: (scene, chosen, observe) => new JoltWorld(jolt, scene, chosen, observe),
     emptyStep() {
       const empty = makeInterface(jolt, 0);
-      return () => empty.Step(1 / 240, 1);
+      return Object.assign(() => empty.Step(1 / 240, 1), { free: () => jolt.destroy(empty) });
     },
   };
 }

@@ -42,7 +42,8 @@ export function mujocoRival(mujoco, { entry, version }, folder) {
     make: (scene, chosen) => new MujocoWorld(mujoco, scene, chosen),
     emptyStep() {
       const model = mujoco.MjModel.from_xml_string("<mujoco/>"), data = new mujoco.MjData(model);
-      return () => mujoco.mj_step(model, data);
+      const free = () => [data, model].forEach((each) => each.delete());
+      return Object.assign(() => mujoco.mj_step(model, data), { free });
     },
   };
 }

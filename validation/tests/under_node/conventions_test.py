@@ -172,5 +172,5 @@ class Conventions(unittest.TestCase):
 if __name__ == "__main__":
     if not os.path.exists(f"{BIN_DIR}/atwood-{NAME}"):
         print(f"{NAME} is not built")
-        sys.exit(0)
+        sys.exit(77)
     unittest.main(argv=sys.argv[:1])
