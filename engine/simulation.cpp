@@ -43,8 +43,8 @@ Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan,
 std::string joints_refused(const MethodId& id, const Scene& scene) {
   if (scene.joints.empty() && scene.ropes.empty()) return "";
   if (!scene.fluids.empty()) return "atwood steps no fluid beside bodies on joints or ropes";
-  if (!contacts_possible(scene) || (id.response != "impulse" && id.response != "event")) return "";
-  return "+" + id.response + " takes no bodies on joints or ropes; use +penalty";
+  if (!contacts_possible(scene) || id.response != "event") return "";
+  return "+event takes no bodies on joints or ropes; use +impulse or +penalty";
 }
 
 Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {

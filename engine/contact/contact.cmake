@@ -69,7 +69,11 @@ target_sources(atwood_engine PRIVATE
   contact/stepping/direct.cpp
   contact/stepping/impact_prediction.cpp
   contact/stepping/impacts.cpp
+  contact/stepping/joint_report.cpp
   contact/stepping/manifold_contacts.cpp
+  contact/stepping/mechanism_impacts.cpp
+  contact/stepping/mechanism_substep.cpp
+  contact/stepping/mechanisms.cpp
   contact/stepping/narrow_phase.cpp
   contact/stepping/rolling.cpp
   contact/stepping/run.cpp

@@ -6,6 +6,7 @@
 
 #include "contact/stepping/batch_layout.hpp"
 #include "contact/stepping/contact_points.hpp"
+#include "contact/stepping/mechanisms.hpp"
 
 namespace atwood::stepping {
 namespace {
@@ -229,7 +230,7 @@ template <class S> void add_pairs_with_planes(World<S>& world) {
     if (plane.kind != ShapeKind::plane) continue;
     for (int i = 0; i < world.bodies.count; ++i) {
       const ShapeKind kind = world.geometry[i].kind;
-      if (!world.bodies.moves[i] || kind == ShapeKind::none) continue;
+      if (!world.bodies.moves[i] || kind == ShapeKind::none || are_joined(world, i, p)) continue;
       const S height = dot(plane.normal_W, load3(world.bodies.pose[i].at)) - plane.offset;
       if (!(height <= size_of(world, i) + world.margin[i])) continue;
       (kind == ShapeKind::sphere ? world.plane_pairs : world.manifold_pairs).push_back({i, p, 0});
@@ -257,6 +258,7 @@ template <class S> void update_candidate_pairs(World<S>& world, S h_s) {
       std::swap(a, b);
       world.has_fixed_pairs = true;
     }
+    if (are_joined(world, a, b)) continue;
     const bool spheres = is_sphere(world, a) && is_sphere(world, b);
     (spheres ? world.sphere_pairs : world.manifold_pairs).push_back({a, b, 0});
   }

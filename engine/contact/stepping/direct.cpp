@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "contact/stepping/contact_points.hpp"
+#include "contact/stepping/mechanisms.hpp"
 #include "contact/stepping/union_find.hpp"
 
 namespace atwood::stepping {
@@ -31,6 +32,22 @@ template <class S> bool may_become_active(const World<S>& world, const SolverPoi
   return p.bias + S(2) * dot(relative_velocity(world.bodies, p), p.n) < S(4) * norm(world.gravity_W) * world.sub_s;
 }
 
+// The child of a stop's joint, which moves.
+template <class S> int tied_child(const World<S>& world, std::size_t stop) {
+  return world.scene->joints[static_cast<std::size_t>(world.tied->stops[stop].joint)].child;
+}
+
+// A contact, or below 0 a stop, as a point.
+template <class S> SolverPoint<S> point_of(const World<S>& world, int contact) {
+  if (contact >= 0) return solver_point(world, contact);
+  const JointStop<S>& stop = world.tied->stops[static_cast<std::size_t>(-1 - contact)];
+  SolverPoint<S> out;
+  out.a = out.b = tied_child(world, static_cast<std::size_t>(-1 - contact));
+  out.bias = stop.bias;
+  out.impulse[0] = stop.impulse;
+  return out;
+}
+
 // Sets d.contacts to the contacts by islands, within an island in their own order, and d.inactive to those left out.
 // `all`: none is left out.
 template <class S> void build_islands(World<S>& world, DirectSolver<S>& d, bool all) {
@@ -39,6 +56,9 @@ template <class S> void build_islands(World<S>& world, DirectSolver<S>& d, bool 
   for (int i = 0; i < bodies.count; ++i) d.parent[static_cast<std::size_t>(i)] = i;
   d.contacts.clear();
   d.inactive.clear();
+  if (world.tied != nullptr)
+    for (const Mechanism<S>& mechanism : world.tied->mechanisms)
+      for (const int body : mechanism.bodies) unite(d.parent, mechanism.bodies.front(), body);
   for (int contact = 0; contact < point_count(world); ++contact) {
     if (!is_contact(world, contact)) continue;
     const auto [a, b] = bodies_of(world, contact);
@@ -53,6 +73,8 @@ template <class S> void build_islands(World<S>& world, DirectSolver<S>& d, bool 
     if (!bodies.moves[b]) continue;
     unite(d.parent, a, b);
   }
+  for (std::size_t s = 0; world.tied != nullptr && s < world.tied->stops.size(); ++s)
+    if (world.tied->stops[s].mobility > S(0)) d.contacts.push_back({-1 - static_cast<int>(s), tied_child(world, s)});
   for (auto& [contact, island] : d.contacts) island = find_root(d.parent, island);
   // std::stable_sort would allocate each time
   std::sort(d.contacts.begin(), d.contacts.end(),
@@ -83,18 +105,85 @@ template <class S> void compute_jacobian(const World<S>& world, DirectSolver<S>&
     }
 }
 
-// Entry (i, j) of the Delassus matrix W = J M^-1 J^T.
-template <class S> S delassus_entry(const World<S>& world, const DirectSolver<S>& d, int i, int j) {
+// Sets d.tied: what each row's impulse does to mechanisms.
+template <class S> void compute_tied_responses(World<S>& world, DirectSolver<S>& d) {
+  d.tied.clear();
+  if (world.tied == nullptr) return;
+  d.tied.resize(6 * d.points.size());
+  const auto begin = [&](TiedResponse<S>& response, int body) {
+    response.mechanism = world.tied->mechanism_of[static_cast<std::size_t>(body)];
+    if (response.mechanism >= 0)
+      response.z.assign(world.tied->mechanisms[static_cast<std::size_t>(response.mechanism)].z.size(), S(0));
+  };
+  for (std::size_t i = 0; i < d.points.size(); ++i) {
+    const SolverPoint<S>& p = d.points[i];
+    if (d.contact_of_point[i] < 0) {
+      d.tied[6 * i] = stop_response(world, world.tied->stops[static_cast<std::size_t>(-1 - d.contact_of_point[i])]);
+      continue;
+    }
+    for (std::size_t r = 3 * i; r < 3 * i + 3; ++r) {
+      TiedResponse<S>&of_a = d.tied[2 * r], &of_b = d.tied[2 * r + 1];
+      const JacobianRow<S>& row = d.jacobian[r];
+      begin(of_a, p.a);
+      if (of_a.mechanism >= 0) add_to_response(world, p.a, -row.direction, -row.moment_a, of_a);
+      const bool same =
+          is_tied(world, p.b) && world.tied->mechanism_of[static_cast<std::size_t>(p.b)] == of_a.mechanism;
+      if (!same) begin(of_b, p.b);
+      if (is_tied(world, p.b)) add_to_response(world, p.b, row.direction, row.moment_b, same ? of_a : of_b);
+      project_response(world, of_a);
+      project_response(world, of_b);
+    }
+  }
+}
+
+// Sets d.mechanisms to those that the rows act on.
+template <class S> void list_mechanisms(DirectSolver<S>& d) {
+  d.mechanisms.clear();
+  for (const TiedResponse<S>& response : d.tied)
+    if (response.mechanism >= 0) d.mechanisms.push_back(response.mechanism);
+  std::sort(d.mechanisms.begin(), d.mechanisms.end());
+  d.mechanisms.erase(std::unique(d.mechanisms.begin(), d.mechanisms.end()), d.mechanisms.end());
+}
+
+// The part of an entry of W that mechanisms contribute.
+template <class S> S tied_entry(const DirectSolver<S>& d, int i, int j) {
+  S sum{};
+  for (std::size_t k = 2 * static_cast<std::size_t>(i); k < 2 * static_cast<std::size_t>(i) + 2; ++k)
+    for (std::size_t l = 2 * static_cast<std::size_t>(j); l < 2 * static_cast<std::size_t>(j) + 2; ++l) {
+      if (d.tied[k].mechanism < 0 || d.tied[k].mechanism != d.tied[l].mechanism) continue;
+      for (std::size_t c = 0; c < d.tied[k].z.size(); ++c) sum += d.tied[k].z[c] * d.tied[l].z[c];
+    }
+  return sum;
+}
+
+// The part of an entry of W that bodies without joints contribute.
+template <class S> S free_entry(const World<S>& world, const DirectSolver<S>& d, int i, int j) {
   const SolverPoint<S>&p = d.points[static_cast<std::size_t>(i / 3)], &o = d.points[static_cast<std::size_t>(j / 3)];
   const JacobianRow<S>&row = d.jacobian[static_cast<std::size_t>(i)], &column = d.jacobian[static_cast<std::size_t>(j)];
   const auto& inertia = world.bodies.inertia;
   const S linear = dot(row.direction, column.direction);
   S sum{};
-  if (p.a == o.a) sum += inertia[p.a].at[6] * linear + dot(row.moment_a, column.rate_a);
-  if (p.a == o.b) sum -= inertia[p.a].at[6] * linear + dot(row.moment_a, column.rate_b);
-  if (p.b == o.a) sum -= inertia[p.b].at[6] * linear + dot(row.moment_b, column.rate_a);
-  if (p.b == o.b) sum += inertia[p.b].at[6] * linear + dot(row.moment_b, column.rate_b);
+  const auto shared = [&](int of_i, int of_j) { return of_i == of_j && !(!d.tied.empty() && is_tied(world, of_i)); };
+  if (shared(p.a, o.a)) sum += inertia[p.a].at[6] * linear + dot(row.moment_a, column.rate_a);
+  if (shared(p.a, o.b)) sum -= inertia[p.a].at[6] * linear + dot(row.moment_a, column.rate_b);
+  if (shared(p.b, o.a)) sum -= inertia[p.b].at[6] * linear + dot(row.moment_b, column.rate_a);
+  if (shared(p.b, o.b)) sum += inertia[p.b].at[6] * linear + dot(row.moment_b, column.rate_b);
   return sum;
+}
+
+// Entry (i, j) of the Delassus matrix W = J M^-1 J^T; with joints, M^-1 is what they leave of it. A stop's rows t and s,
+// which no impulse has, are given the diagonal 1.
+template <class S> S delassus_entry(const World<S>& world, const DirectSolver<S>& d, int i, int j) {
+  if (!d.tied.empty()) {
+    const bool stop = d.contact_of_point[static_cast<std::size_t>(i / 3)] < 0;
+    if (stop && i % 3 != 0) return i == j ? S(1) : S(0);
+    return tied_entry(d, i, j) + free_entry(world, d, i, j);
+  }
+  return free_entry(world, d, i, j);
+}
+
+template <class S> JointStop<S>& stop_of(World<S>& world, const DirectSolver<S>& d, int i) {
+  return world.tied->stops[static_cast<std::size_t>(-1 - d.contact_of_point[static_cast<std::size_t>(i)])];
 }
 
 // Adds a solve to the run's tallies; `left` is the residual, an impulse.
@@ -111,7 +200,8 @@ template <class S> bool satisfies_contact_law(World<S>& world, DirectSolver<S>& 
   for (auto* v : {&d.q, &d.row_step, &d.l, &d.z}) v->resize(static_cast<std::size_t>(3 * n));
   S scale{}, largest{};
   for (int i = 0; i < n; ++i) {
-    const Vec3<S> u = relative_velocity(world.bodies, d.points[i]);
+    const bool stop = d.contact_of_point[i] < 0;
+    const Vec3<S> u = stop ? Vec3<S>{} : relative_velocity(world.bodies, d.points[i]);
     const S tt = delassus_entry(world, d, 3 * i + 1, 3 * i + 1), ss = delassus_entry(world, d, 3 * i + 2, 3 * i + 2),
             ts = delassus_entry(world, d, 3 * i + 1, 3 * i + 2);
     const S larger = (tt + ss) / S(2) + real::sqrt((tt - ss) * (tt - ss) / S(4) + ts * ts);
@@ -120,6 +210,7 @@ template <class S> bool satisfies_contact_law(World<S>& world, DirectSolver<S>& 
       const int row = 3 * i + r;
       d.l[row] = d.points[i].impulse[r];
       d.q[row] = dot(u, axis(d.points[i], r)) + (r == 0 ? d.points[i].bias : d.points[i].surface_velocity[r - 1]);
+      if (stop && r == 0) d.q[row] += rate_of(world, stop_of(world, d, i).row);
       d.row_step[row] = S(1) / (r == 0 ? delassus_entry(world, d, row, row) : larger);
       z[r] = d.l[row] - d.row_step[row] * d.q[row];
       scale = real::max(scale, real::abs(d.l[row]));
@@ -263,6 +354,12 @@ template <class S> void apply(World<S>& world, DirectSolver<S>& d) {
   Bodies<S>& bodies = world.bodies;
   for (int i = 0; i < d.n(); ++i) {
     SolverPoint<S>& p = d.points[i];
+    if (d.contact_of_point[i] < 0) {
+      JointStop<S>& stop = stop_of(world, d, i);
+      apply_row(world, stop.row, d.l[3 * i] - stop.impulse);
+      stop.impulse = d.l[3 * i];
+      continue;
+    }
     Vec3<S> change{};
     for (int r = 0; r < 3; ++r) {
       change += (d.l[3 * i + r] - p.impulse[r]) * axis(p, r);
@@ -278,6 +375,8 @@ template <class S> void apply(World<S>& world, DirectSolver<S>& d) {
     apply_to(p.b, p.arm_b, change);
     store_impulse(world, d.contact_of_point[i], p);
   }
+  for (const int mechanism : d.mechanisms)
+    satisfy_joints(world, world.tied->mechanisms[static_cast<std::size_t>(mechanism)]);
 }
 
 // Projects d.l into the cone, which Newton's method meets to round-off only.
@@ -307,10 +406,12 @@ template <class S> void solve_islands(World<S>& world, DirectSolver<S>& d) {
     d.points.clear();
     d.contact_of_point.clear();
     for (; last < d.contacts.size() && d.contacts[last].second == d.contacts[first].second; ++last) {
-      d.points.push_back(solver_point(world, d.contacts[last].first));
+      d.points.push_back(point_of(world, d.contacts[last].first));
       d.contact_of_point.push_back(d.contacts[last].first);
     }
     compute_jacobian(world, d);
+    compute_tied_responses(world, d);
+    list_mechanisms(d);
     if (satisfies_contact_law(world, d)) continue;
     assemble(world, d);
     solve_island(world, d);
@@ -334,8 +435,9 @@ template <class S> bool solve_directly(World<S>& world, bool at_rest) {
   DirectSolver<S>& d = world.direct;
   const std::size_t pairs = world.sphere_pairs.size() + world.plane_pairs.size() + world.manifolds.size();
   const bool automatic = world.options.solver == Solver::automatic;
-  const int most =
-      automatic && !at_rest ? std::min(world.options.direct_points, kMaxPointsInMotion) : world.options.direct_points;
+  const int most = automatic && !at_rest && world.tied == nullptr
+                       ? std::min(world.options.direct_points, kMaxPointsInMotion)
+                       : world.options.direct_points;
   if (automatic && pairs > 4 * static_cast<std::size_t>(most)) return false;
   for (const bool all : {false, true}) {
     build_islands(world, d, all);

@@ -13,6 +13,7 @@
 #include "contact/impulse.hpp"
 #include "contact/stepping/contact_points.hpp"
 #include "contact/stepping/impact_prediction.hpp"
+#include "contact/stepping/mechanisms.hpp"
 #include "math/so3.hpp"
 
 namespace atwood::stepping {
@@ -120,13 +121,22 @@ bool refine_on_surfaces(World<S>& world, int contact, S from_s, S sub_s, Predict
 template <class S> void apply_impact(World<S>& world, int contact, const PredictedImpact<S>& predicted, S t_s) {
   const auto [a, b] = bodies_of(world, contact);
   const PairCoefficients& pair = world.coefficients(a, b);
-  ImpactBody<S> body_a = impact_body(world, a, predicted.arm_a), body_b = impact_body(world, b, predicted.arm_b);
-  const Vec3<S> v_before = body_b.inverse_mass_per_kg > S(0) ? body_b.v_W : body_a.v_W;
   const ImpactLaw<S> law{S(pair.restitution), S(pair.friction), S(0), world.options.restitution};
-  const Impulse<S> impulse = collide(law, predicted.normal, body_a, body_b);
-  const Vec3<S> change = body_b.inverse_mass_per_kg > S(0)
-                             ? (S(1) / body_b.inverse_mass_per_kg) * (body_b.v_W - v_before)
-                             : (S(-1) / body_a.inverse_mass_per_kg) * (body_a.v_W - v_before);
+  const LinearMotion<S> fa = linear_motion(world, a);
+  const Vec3<S> x = fa.p + t_s * fa.v + predicted.arm_a;
+  Impulse<S> impulse;
+  Vec3<S> change;  // the impulse on b
+  if (is_tied(world, a) || is_tied(world, b)) {
+    impulse = collide_tied(world, a, b, law, predicted.normal, predicted.arm_a, predicted.arm_b, t_s, change);
+  } else {
+    ImpactBody<S> body_a = impact_body(world, a, predicted.arm_a), body_b = impact_body(world, b, predicted.arm_b);
+    const Vec3<S> v_before = body_b.inverse_mass_per_kg > S(0) ? body_b.v_W : body_a.v_W;
+    impulse = collide(law, predicted.normal, body_a, body_b);
+    change = body_b.inverse_mass_per_kg > S(0) ? (S(1) / body_b.inverse_mass_per_kg) * (body_b.v_W - v_before)
+                                               : (S(-1) / body_a.inverse_mass_per_kg) * (body_a.v_W - v_before);
+    set_velocity_after_impact(world, a, body_a, t_s);
+    set_velocity_after_impact(world, b, body_b, t_s);
+  }
   if (world.records_impulses) {
     ImpulseSum<S>& sum = world.impulse_sums[static_cast<std::size_t>(contact)];
     const Vec3<S> along = dot(change, predicted.normal) * predicted.normal;
@@ -136,8 +146,6 @@ template <class S> void apply_impact(World<S>& world, int contact, const Predict
   }
   if (world.observer != nullptr && world.observer->event) {
     Event event;
-    const LinearMotion<S> fa = linear_motion(world, a);
-    const Vec3<S> x = fa.p + t_s * fa.v + predicted.arm_a;
     const bool swap = a > b;
     const S sign = swap ? S(-1) : S(1);
     event.t_s = Wide(world.t_s) + Wide(t_s);
@@ -152,8 +160,12 @@ template <class S> void apply_impact(World<S>& world, int contact, const Predict
     event.vn_after_m_per_s = Wide(impulse.vn_after_m_per_s);
     world.observer->event(event);
   }
-  set_velocity_after_impact(world, a, body_a, t_s);
-  set_velocity_after_impact(world, b, body_b, t_s);
+}
+
+// The bodies that move with a tied one.
+template <class S> const std::vector<int>& mechanism_with(const World<S>& world, int body) {
+  const TiedBodies<S>& tied = *world.tied;
+  return tied.mechanisms[static_cast<std::size_t>(tied.mechanism_of[static_cast<std::size_t>(body)])].bodies;
 }
 
 // Sets Impacts::with_restitution, first and of_body.
@@ -277,10 +289,15 @@ template <class S> void resolve_impacts(World<S>& world, S sub_s) {
     now_s = predicted.t_s;
     apply_impact(world, next.contact, predicted, now_s);
     const auto [a, b] = bodies_of(world, next.contact);
-    for (const int body : {a, b}) {
-      if (!world.bodies.moves[body]) continue;
+    const auto enqueue_contacts_of = [&](int body) {
+      if (!world.bodies.moves[body]) return;
       for (int i = impacts.first[body]; i < impacts.first[body + 1]; ++i)
         enqueue(impacts.of_body[static_cast<std::size_t>(i)]);
+    };
+    for (const int body : {a, b}) {
+      if (!is_tied(world, body)) enqueue_contacts_of(body);
+      else
+        for (const int other : mechanism_with(world, body)) enqueue_contacts_of(other);
     }
   }
   if (n == 0) return;

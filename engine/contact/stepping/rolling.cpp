@@ -14,6 +14,7 @@
 // - rotations are composed, not added.
 // Where positions go by the mean of two velocities all of it lies half a substep later.
 #include "contact/stepping/contact_points.hpp"
+#include "contact/stepping/mechanisms.hpp"
 #include "math/so3.hpp"
 #include "rigid/free_top.hpp"
 
@@ -109,7 +110,8 @@ template <class S> void list_rolling(World<S>& world, S h_s) {
   for (std::size_t i = 0; i < world.manifolds.size(); ++i) {
     const ContactManifold<S>& manifold = world.manifolds[i];
     const auto rolls = [&](int body) {
-      return world.bodies.moves[body] && world.model->rotates(body) && is_round(world.geometry[body].kind);
+      return world.bodies.moves[body] && world.model->rotates(body) && is_round(world.geometry[body].kind) &&
+             !is_tied(world, body);
     };
     if (!(rolls(manifold.a) || rolls(manifold.b)) || !is_loaded(world, manifold)) continue;
     rolling.manifolds.push_back(static_cast<int>(i));
@@ -163,7 +165,7 @@ template <class S> void predict_rolling_contact_points(World<S>& world, S sub_s)
       Vec3<S> r_a = lane_vector(point.arm_a, k), r_b = lane_vector(point.arm_b, k);
       const S half_gap = point.gap.lane[k] / S(2);
       const auto ahead = [&](int body, const Vec3<S>& r, const Vec3<S>& m) {
-        if (!bodies.moves[body] || !is_round(world.geometry[body].kind)) return Vec3<S>{};
+        if (!bodies.moves[body] || !is_round(world.geometry[body].kind) || is_tied(world, body)) return Vec3<S>{};
         return (sub_s / S(2)) *
                contact_point_velocity(world, body, r - half_gap * m, m, load3(bodies.velocity[body].at + 3));
       };

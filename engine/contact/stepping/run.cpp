@@ -5,6 +5,7 @@
 
 #include "contact/options.hpp"
 #include "contact/stepping/contact_points.hpp"
+#include "contact/stepping/mechanisms.hpp"
 #include "protocol/refusal.hpp"
 #include "protocol/timed_passes.hpp"
 #include "scene/contact_laws.hpp"
@@ -54,6 +55,14 @@ std::string refusal(const Scene& scene) {
         return "atwood has no contact test for `" + representatives[a]->name + "` and `" + representatives[b]->name +
                "`: " + what;
     }
+  return "";
+}
+
+std::string joints_refusal(const MethodId& id, const Scene& scene, const Options& options) {
+  if (!scene.ropes.empty()) return "+impulse takes no ropes; use +penalty";
+  if (scene.joints.empty()) return "";
+  if (id.scheme != "symplectic-euler") return "+impulse steps mechanisms by symplectic-euler alone";
+  if (options.sleeping) return "+impulse{sleeping=true} takes no bodies on joints";
   return "";
 }
 
@@ -109,6 +118,8 @@ void build_world(World<S>& world, const Scene& scene, Simulation<S>& simulation,
   world.position_at_detection.resize(count);
   world.y.resize(world.model->state_size());
   world.y_free.resize(world.model->state_size());
+  world.tied = make_tied_bodies<S>(scene);
+  if (world.tied != nullptr) world.has_restitution = world.has_restitution || world.tied->has_stop_restitution;
   world.broad_phase = make_broad_phase<S>(world.options.broad_phase, world.team);
 }
 
@@ -121,6 +132,7 @@ template <class S> void restart(World<S>& world) {
   world.candidates_valid = false;
   wake_all(world);
   world.points_beyond_limit = 0;
+  if (world.tied != nullptr) world.tied->failed = false;
   world.sphere_contacts.clear();
   world.sphere_pairs.clear();
   world.plane_pairs.clear();
@@ -145,7 +157,19 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
   std::int64_t epoch = -1;
   Sample sample;
   const bool reports_samples = observer.sample != nullptr;
-  observe(model, plan, 0, world.y.data(), sample, observer);
+  if (world.tied != nullptr)
+    if (const std::string fault = set_mechanism_start(world, world.y.data()); !fault.empty()) return refused(fault);
+  const auto observe_at = [&](std::int64_t k, S step_s) {
+    if (world.tied == nullptr || !reports_samples) return observe(model, plan, k, world.y.data(), sample, observer);
+    Observer with_joints;
+    with_joints.sample = [&](const Sample& bodies) {
+      Sample whole = bodies;
+      report_joints(world, step_s, whole);
+      observer.sample(whole);
+    };
+    observe(model, plan, k, world.y.data(), sample, with_joints);
+  };
+  observe_at(0, S(0));
   for (std::int64_t n = 0; n < plan.steps; ++n) {
     const S from_s = time_at<S>(plan, n), to_s = time_at<S>(plan, n + 1), h_s = to_s - from_s;
     const auto begin = world.profile ? std::chrono::steady_clock::now() : std::chrono::steady_clock::time_point{};
@@ -176,12 +200,17 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
     if (world.points_beyond_limit > 0)
       return refused("+impulse{solver=direct}: an island has " + std::to_string(world.points_beyond_limit) +
                      " contact points, direct_points is " + std::to_string(world.options.direct_points));
+    if (world.tied != nullptr && world.tied->failed) {
+      outcome.status = Status::diverged;
+      outcome.reason = "joints were not met at t = " + format_double(static_cast<double>(to_s)) + " s";
+      break;
+    }
     outcome.steps_taken = n + 1;
     if ((n + 1) % stride != 0) continue;
     store_bodies(world);
     if (!healthy(world.y.data(), model.state_size(), scale, to_s, outcome)) break;
     if (reports_samples) report_contacts(world, h_s, sample);
-    observe(model, plan, (n + 1) / stride, world.y.data(), sample, observer);
+    observe_at((n + 1) / stride, h_s);
   }
   outcome.rate_evaluations = model.system().evaluations;
   outcome.solvers = named_tallies(model.system().solvers);
@@ -198,7 +227,11 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   if (options.sleeping && !scene.forces.empty())
     return refused(
         "+impulse{sleeping=true}: only gravity and contacts may act, for a change of a force would not wake a body");
-  Simulation<S> simulation = prepare<S>(integrator_part(id), scene);
+  if (const std::string why = joints_refusal(id, scene, options); !why.empty()) return refused(why);
+  Scene free = scene;  // every body has its own coordinates
+  free.joints.clear();
+  free.joint_forces.clear();
+  Simulation<S> simulation = prepare<S>(integrator_part(id), scene.joints.empty() ? scene : free);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   const std::unique_ptr<Team> team = options.threads > 1 ? std::make_unique<Team>(options.threads) : nullptr;
   World<S> world;

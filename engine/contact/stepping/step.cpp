@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "contact/stepping/contact_points.hpp"
+#include "contact/stepping/mechanisms.hpp"
 #include "math/so3.hpp"
 #include "rigid/free_top.hpp"
 
@@ -12,6 +13,11 @@ namespace {
 
 // Tolerance of the sweeps: a change of velocity relative to what gravity gives in a substep, or to the largest velocity.
 constexpr double kSweepTolerance = 1e-10;
+
+// Sweeps of a substep in scenes with joints, at least: between a contact's impulse and the response of a whole mechanism.
+constexpr int kTiedSweeps = 30;
+// How often contacts and joints are solved in turn, at most, until both hold at the end of the substep.
+constexpr int kMaxTiedSolves = 20;
 
 // Adds the time since the last call to a phase of the profile; without a profile no clock is read.
 class PhaseTimer {
@@ -78,7 +84,7 @@ template <class S> void set_increments_of_symplectic_euler(World<S>& world, S t_
     for (int i = first; i < last; ++i) {
       store3(Vec3<S>{}, bodies.pose[i].at + 3);
       if (!bodies.moves[i]) continue;
-      const bool turns = model.rotates(i) && !bodies.isotropic[i];
+      const bool turns = model.rotates(i) && !bodies.isotropic[i] && !is_tied(world, i);
       if (!turns && !forces) continue;  // its increment is that of load_body()
       if (turns) {
         bodies.inertia[i] = inverse_inertia(model.mass(i), bodies.q_WB[i]);
@@ -220,9 +226,10 @@ template <class S> void report_sweeps(World<S>& world, int sweeps, S change) {
 // change by the last sweep is reported where `reports`, and where the scene is at rest.
 template <class S> void sweep_velocities(World<S>& world, bool is_at_rest, bool reports) {
   constexpr int check_every = 8;
-  if (world.sphere_contacts.batches.empty() && world.manifold_contacts.batches.empty()) return;
-  const int sweeps =
-      is_at_rest ? std::max(world.options.iterations, world.options.rest_sweeps) : world.options.iterations;
+  const bool has_stops = world.tied != nullptr && !world.tied->stops.empty();
+  if (world.sphere_contacts.batches.empty() && world.manifold_contacts.batches.empty() && !has_stops) return;
+  const int least = world.tied == nullptr ? world.options.iterations : std::max(world.options.iterations, kTiedSweeps);
+  const int sweeps = is_at_rest ? std::max(least, world.options.rest_sweeps) : least;
   const S tolerance_m_per_s = S(kSweepTolerance) * norm(world.gravity_W) * world.sub_s;
   for (int k = 0; k < sweeps; ++k) {
     const bool checks = is_at_rest && k % check_every == 0 && k + 1 >= world.options.iterations;
@@ -230,6 +237,7 @@ template <class S> void sweep_velocities(World<S>& world, bool is_at_rest, bool 
     if (measures) world.bodies.velocity_before_sweep = world.bodies.velocity;
     solve_sphere_contacts(world);
     solve_manifold_contacts(world);
+    if (world.tied != nullptr) sweep_joints(world);
     if (!measures) continue;
     const S change = largest_change(world);
     const bool converged = checks && change <= tolerance_m_per_s;
@@ -247,24 +255,49 @@ template <class S> Preparation<S> preparation_of(const World<S>& world, S sub_s)
   return out;
 }
 
+// Contacts, and with them joints: in turn, because the joints are to hold after the motion that the contacts change.
+template <class S> void solve_velocities(World<S>& world, S sub_s, bool is_at_rest, bool last) {
+  const auto solve_contacts = [&] {
+    const bool solved = world.options.solver != Solver::sequential && solve_directly(world, is_at_rest);
+    if (!solved) sweep_velocities(world, is_at_rest, last);
+    return solved;
+  };
+  if (world.tied == nullptr) {
+    solve_contacts();
+    return;
+  }
+  close_joints(world, sub_s);
+  for (int n = 0; n < kMaxTiedSolves; ++n) {
+    const bool solved = solve_contacts();
+    const bool moved = close_joints(world, sub_s) > 0, corrected = correct_stop_biases(world, sub_s);
+    if (!(moved || corrected) || (!solved && n > 0)) return;
+  }
+}
+
 template <class S> void substep(World<S>& world, S sub_s, bool last, PhaseTimer& timer) {
   const Options& options = world.options;
+  if (world.tied != nullptr) {
+    begin_tied_substep(world);
+    resolve_stop_impacts(world, sub_s);
+  }
   resolve_impacts(world, sub_s);
   const bool is_at_rest = options.rest_sweeps > options.iterations && at_rest(world);
   timer.end("solve");
   set_rolling_velocity_increments(world, sub_s);
   apply_free_velocity_increments(world);
+  if (world.tied != nullptr) apply_joint_forces(world, sub_s);
   timer.end("integrate");
   const Preparation<S> preparation = preparation_of(world, sub_s);
   prepare_sphere_contacts(world, preparation);
   prepare_manifold_contacts(world, preparation);
   predict_rolling_contact_points(world, sub_s);
-  const bool solved = options.solver != Solver::sequential && solve_directly(world, is_at_rest);
-  if (!solved) sweep_velocities(world, is_at_rest, last);
+  if (world.tied != nullptr) prepare_joints(world, sub_s);
+  solve_velocities(world, sub_s, is_at_rest, last);
   if (world.records_impulses) add_impulses_to_sums(world);
   timer.end("solve");
   integrate_positions(world, sub_s);
   compose_rolling_rotations(world, sub_s);
+  if (world.tied != nullptr) end_tied_substep(world);
   timer.end("integrate");
 }
 
@@ -348,6 +381,7 @@ template <class S> bool step(World<S>& world, S t_s, S h_s) {
   const bool events = world.observer != nullptr && world.observer->event;
   world.records_impulses = world.records_impulses || events;
   if (world.records_impulses) clear_impulse_sums(world);
+  if (world.tied != nullptr) clear_joint_sums(world);
   if (events) record_approach_speeds(world);
   timer.end("narrow");
   for (int k = 0; k < world.substeps; ++k) {

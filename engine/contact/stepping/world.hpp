@@ -90,13 +90,22 @@ template <class S> struct SolverPoint;  // contact_points.hpp
 // centres of mass, and the body rates I^-1 (r x d) that a unit impulse along d gives.
 template <class S> struct JacobianRow { Vec3<S> direction, moment_a, moment_b, rate_a, rate_b; };
 
+// What a unit impulse along a row does to a mechanism under its joints (mechanisms.hpp): a vector whose scalar products are
+// entries of W. mechanism -1: none.
+template <class S> struct TiedResponse {
+  int mechanism = -1;
+  std::vector<S> z;
+};
+
 template <class S> struct DirectSolver {
   std::vector<int> parent;                    // union-find over bodies
   std::vector<std::pair<int, int>> contacts;  // contact, island
-  std::vector<int> inactive;           // contacts left out: without impulse, and too far to close in this substep
-  std::vector<SolverPoint<S>> points;  // of the island
-  std::vector<int> contact_of_point;
+  std::vector<int> inactive;             // contacts left out: without impulse, and too far to close in this substep
+  std::vector<SolverPoint<S>> points;    // of the island
+  std::vector<int> contact_of_point;     // below 0: -1 - stop, a stop of a joint, which has a normal impulse alone
   std::vector<JacobianRow<S>> jacobian;  // three rows a point: n, t, s
+  std::vector<TiedResponse<S>> tied;     // two a row: of the mechanisms of a and b; empty where the scene has no joints
+  std::vector<int> mechanisms;           // that the rows act on
   // Delassus matrix W = J M^-1 J^T, free velocities q, impulses l, row steps r, z = l - r (W l + q), residual F,
   // Newton's step; *_try: of the line search
   std::vector<S> W, q, l, row_step, z, z_try, F, F_try, newton_step, l_try;
@@ -135,6 +144,8 @@ template <class S> struct ApproachSpeed {
   S vn_m_per_s{};
 };
 
+template <class S> struct TiedBodies;  // mechanisms.hpp
+
 template <class S> struct World {
   // ---- fixed for the run
   Options options;
@@ -162,7 +173,8 @@ template <class S> struct World {
   int points_beyond_limit = 0;    // solver=direct: points of an island that is too large for it; the run ends
 
   Bodies<S> bodies;
-  bool has_pose_increment = false;  // some row of Bodies::pose_increment is not 0
+  bool has_pose_increment = false;      // some row of Bodies::pose_increment is not 0
+  std::unique_ptr<TiedBodies<S>> tied;  // null: the scene has no joints
   Rolling<S> rolling;
   Sleep sleep;
 
