@@ -230,7 +230,7 @@ void declare_commands(Parser& p) {
   auto* tune = p.add(
       "tune", "Search an engine's best settings for a class of scenes; its default settings are one of the trials",
       command_tune);
-  tune->add_option("ENGINE", o.input, "atwood, bullet32, bullet64 or ode")->required();
+  tune->add_option("ENGINE", o.input, "atwood, bullet32, bullet64, jolt or ode")->required();
   tune->add_option("--class", o.scene_class, "free-flight, bounce, friction, stack, heap or mechanism")->required();
   tune->add_option("--trials", o.trials, "Sets of settings that are tried, the default included")
       ->capture_default_str();

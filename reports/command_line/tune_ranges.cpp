@@ -89,6 +89,26 @@ TuneRanges ode_mechanisms() {
   return made;
 }
 
+// For joints too: one solver takes contacts and constraints.
+TuneRanges jolt() {
+  TuneRanges made{"jolt", "jolt/default", {}, {}};
+  made.ranges = {
+      {"velocity_steps", {Whole{10}, Whole{4}, Whole{20}, Whole{50}}, "sweeps of the velocities in a step"},
+      {"position_steps", {Whole{2}, Whole{1}, Whole{4}, Whole{10}}, "sweeps of the positions in a step"},
+      {"baumgarte", {0.2, 0.1, 0.4, 0.8}, "share of an overlap, or of a gap, that a position sweep takes away"},
+      {"penetration_slop_m", {0.02, 0.005, 0.001, 0.0}, "overlap that is left alone"},
+      {"speculative_contact_distance_m", {0.02, 0.005, 0.0}, "gap up to which a contact enters the solver"},
+      {"min_velocity_for_restitution_m_per_s", {1.0, 0.1, 0.0}, "slower impacts do not bounce"},
+      {"convex_radius_m", {0.05, 0.01, 0.0}, "rounding of edges"},
+      {"warm_start", {true, false}, "the last step's impulses to begin with"},
+      {"enhanced_internal_edge_removal", {false, true}, "normals at the inner edges of a mesh"}};
+  made.starts = {{{"penetration_slop_m", 0.0},
+                  {"speculative_contact_distance_m", 0.0},
+                  {"min_velocity_for_restitution_m_per_s", 0.0}},
+                 {{"penetration_slop_m", 0.001}, {"velocity_steps", Whole{20}}, {"position_steps", Whole{4}}}};
+  return made;
+}
+
 TuneRanges atwood() {
   TuneRanges made{"atwood", "atwood/symplectic-euler+impulse", {}, {}};
   made.ranges = {{"solver",
@@ -110,9 +130,10 @@ TuneRanges tune_ranges(const std::string& engine, rivals::SceneClass scene_class
   }
   if (engine == "bullet64" || engine == "bullet32") return bullet(engine);
   if (engine == "ode") return ode();
+  if (engine == "jolt") return jolt();
   if (engine == "atwood") return atwood();
-  throw InputError(
-      fmt::format("tune {}: found no ranges for that engine; expected atwood, bullet32, bullet64 or ode", engine));
+  throw InputError(fmt::format(
+      "tune {}: found no ranges for that engine; expected atwood, bullet32, bullet64, jolt or ode", engine));
 }
 
 std::vector<Settings> tune_trials(const TuneRanges& ranges, int count, std::uint64_t seed) {
