@@ -5,6 +5,7 @@
 
 #include "dynamics/contacts.hpp"
 #include "geometry/geometry.hpp"
+#include "scene/joined.hpp"
 #include "validation/metrics/measurements.hpp"
 
 namespace atwood::metrics {
@@ -87,6 +88,7 @@ class Overlaps {
   template <class Visit> void look(const Sample& sample, int first, int second, const Visit& visit) {
     const dynamics::ContactPair pair{std::min(first, second), std::max(first, second), 0, 0};
     if (scene_.bodies[pair.a].fixed && scene_.bodies[pair.b].fixed) return;
+    if (joined(scene_, pair.a, pair.b)) return;  // they do not collide
     double depth = 0;
     if (dynamics::has_gap(scene_, pair)) {
       depth = -static_cast<double>(dynamics::gap(scene_, layout_, pair, y_.data()).gap_m);

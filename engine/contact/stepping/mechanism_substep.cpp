@@ -196,9 +196,7 @@ template <class S> void prepare_joints(World<S>& world, S sub_s) {
   constexpr int moved = 4;  // round-offs
   for (Mechanism<S>& mechanism : world.tied->mechanisms) {
     factor_rows(world, mechanism, S(0), true, sub_s);
-    S worst{};
-    for (const TiedRow<S>& row : mechanism.rows)
-      if (row.soft < 0) worst = real::max(worst, real::abs(row.value) / row.tolerance);
+    const S worst = set_values(world, mechanism, world.t_s, [&](int body) { return tied_body(world, body, S(0)); });
     if (worst > S(moved)) {
       project_poses(world, mechanism, worst);
       factor_rows(world, mechanism, S(0), true, sub_s);

@@ -117,6 +117,21 @@ template <class S> TiedBody<S> tied_body(const World<S>& world, int body, S afte
   return out;
 }
 
+namespace {
+
+// Where impulses act after_s into the substep: a body that had impacts moves as if it had started from its shifted place.
+template <class S> TiedBody<S> shifted_body(const World<S>& world, int body, S after_s) {
+  TiedBody<S> out = tied_body(world, body, after_s);
+  if (after_s > S(0) || body < 0 || !is_tied(world, body)) return out;
+  const S* shift = world.bodies.impact_shift[static_cast<std::size_t>(body)].at;
+  const Vec3<S> by = load3(shift), turned = load3(shift + 3);
+  out.p_WB += by;
+  if (dot(turned, turned) > S(0)) out.q_WB = normalised(so3_exp(turned) * out.q_WB);
+  return out;
+}
+
+}  // namespace
+
 template <class S> S rate_of(const World<S>& world, const TiedRow<S>& row) {
   S rate{};
   for (int k = 0; k < 2; ++k) {
@@ -164,7 +179,7 @@ template <class S> void factor_rows(World<S>& world, Mechanism<S>& mechanism, S 
   for (const int j : mechanism.joints) {
     const TiedJoint<S>& joint = tied.joints[static_cast<std::size_t>(j)];
     const Joint& of = world.scene->joints[static_cast<std::size_t>(j)];
-    const TiedBody<S> parent = tied_body(world, of.parent, after_s), child = tied_body(world, of.child, after_s);
+    const TiedBody<S> parent = shifted_body(world, of.parent, after_s), child = shifted_body(world, of.child, after_s);
     for (int i = 0; i < static_cast<int>(joint.constraint.conditions.size()); ++i) {
       rows.push_back({});
       rows.back().joint = j;
@@ -378,7 +393,7 @@ template <class S> std::string set_mechanism_start(World<S>& world, S* y) {
 template <class S> void coordinate_row(const World<S>& world, int joint, int k, S after_s, TiedRow<S>& row) {
   const Joint& of = world.scene->joints[static_cast<std::size_t>(joint)];
   row.joint = joint;
-  set_coordinate_row(of, k, tied_body(world, of.parent, after_s), tied_body(world, of.child, after_s), row);
+  set_coordinate_row(of, k, shifted_body(world, of.parent, after_s), shifted_body(world, of.child, after_s), row);
 }
 
 #define ATWOOD_MECHANISMS(S)                                                                                \
