@@ -22,18 +22,21 @@ class Sum {
     if (rotates(this.bodies[i])) this.twist(i, cross(toWorld(this.motions[i].q_WB, point_B), force_N));
   }
   pairs(indices, along) {
-    indices.forEach((a, k) => indices.slice(k + 1).forEach((b) => {
-      const pull = along(a, b, minus(this.motions[b].p_WB, this.motions[a].p_WB));
-      this.push(a, pull);
-      this.push(b, scaled(-1, pull));
-    }));
+    indices.forEach((a, k) =>
+      indices.slice(k + 1).forEach((b) => {
+        const pull = along(a, b, minus(this.motions[b].p_WB, this.motions[a].p_WB));
+        this.push(a, pull);
+        this.push(b, scaled(-1, pull));
+      }),
+    );
   }
 }
 
 function drag(f, i, sum) {
-  const { q_WB, v_WB, w_WB_B } = sum.motions[i], u = minus(v_WB, f.wind_m_per_s);
-  const strength = f.model === "quadratic" ? 0.5 * f.density_kg_per_m3 * f.drag_coefficient * f.area_m2 * length(u)
-    : f.coefficient_kg_per_s;
+  const { q_WB, v_WB, w_WB_B } = sum.motions[i],
+    u = minus(v_WB, f.wind_m_per_s);
+  const strength =
+    f.model === "quadratic" ? 0.5 * f.density_kg_per_m3 * f.drag_coefficient * f.area_m2 * length(u) : f.coefficient_kg_per_s;
   sum.push(i, scaled(-strength, u));
   if (f.angular_coefficient_N_m_s) sum.twist(i, toWorld(q_WB, scaled(-f.angular_coefficient_N_m_s, w_WB_B)));
 }
@@ -45,8 +48,12 @@ function spring(f, [a, b], sum) {
     const { p_WB, q_WB, v_WB, w_WB_B } = sum.motions[i];
     return { x: plus(p_WB, toWorld(q_WB, point)), v: plus(v_WB, toWorld(q_WB, cross(w_WB_B, point))) };
   };
-  const one = end(a, points[0]), other = b === undefined ? { x: f.anchor_m, v: [0, 0, 0] } : end(b, points[1]);
-  const d = minus(one.x, other.x), u = minus(one.v, other.v), l = length(d), damping = f.damping_N_s_per_m ?? 0;
+  const one = end(a, points[0]),
+    other = b === undefined ? { x: f.anchor_m, v: [0, 0, 0] } : end(b, points[1]);
+  const d = minus(one.x, other.x),
+    u = minus(one.v, other.v),
+    l = length(d),
+    damping = f.damping_N_s_per_m ?? 0;
   const along = l > 0 ? f.stiffness_N_per_m * (l - (f.rest_length_m ?? 0)) + (damping * dot(u, d)) / l : 0;
   const force_N = l > 0 ? scaled(-along / l, d) : scaled(-damping, u);
   sum.pushAt(a, points[0], force_N);
@@ -63,7 +70,8 @@ const kinds = {
   },
   attractor(f, indices, sum) {
     for (const i of indices) {
-      const r = minus(sum.motions[i].p_WB, f.center_m), r2 = dot(r, r);
+      const r = minus(sum.motions[i].p_WB, f.center_m),
+        r2 = dot(r, r);
       sum.push(i, scaled((-sum.bodies[i].mass_kg * f.mu_m3_per_s2) / (r2 * Math.sqrt(r2)), r));
     }
   },

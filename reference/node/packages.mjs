@@ -10,11 +10,15 @@ export function describePackage(packages, name) {
   const description = JSON.parse(readFileSync(join(folder, "package.json"), "utf8"));
   const root = description.exports?.["."] ?? {};
   const entry = root.import?.default ?? root.import ?? root.default ?? description.module ?? description.main;
-  return { version: description.version, entry: typeof entry === "string" ? join(folder, entry) : createRequire(join(packages, "x")).resolve(name) };
+  return {
+    version: description.version,
+    entry: typeof entry === "string" ? join(folder, entry) : createRequire(join(packages, "x")).resolve(name),
+  };
 }
 
 /** {module, version, folder, entry} of a package: `module` is its default export, `names` are all. */
 export async function loadPackage(packages, name) {
-  const { version, entry } = describePackage(packages, name), names = await import(pathToFileURL(entry).href);
+  const { version, entry } = describePackage(packages, name),
+    names = await import(pathToFileURL(entry).href);
   return { module: names.default ?? names, names, version, folder: dirname(entry), entry };
 }

@@ -30,21 +30,41 @@ function putSample(cell, sample) {
   const rows = (list) => list.map((row) => row.map(number));
   for (let from = 0; from === 0 || from < bodies.length; from += BODIES_OF_LINE) {
     const more = from + BODIES_OF_LINE < bodies.length;
-    const line = { cell, t_s, ...(from > 0 && { from }), bodies: rows(bodies.slice(from, from + BODIES_OF_LINE)), ...(more && { more }) };
-    if (!more) Object.assign(line, joints && { joints: rows(joints) }, joint_applied && { joint_applied: rows(joint_applied) },
-      ropes && { ropes: rows(ropes) }, contacts && { contacts: rows(contacts) }, { events: plainEvents(events) });
+    const line = {
+      cell,
+      t_s,
+      ...(from > 0 && { from }),
+      bodies: rows(bodies.slice(from, from + BODIES_OF_LINE)),
+      ...(more && { more }),
+    };
+    if (!more)
+      Object.assign(
+        line,
+        joints && { joints: rows(joints) },
+        joint_applied && { joint_applied: rows(joint_applied) },
+        ropes && { ropes: rows(ropes) },
+        contacts && { contacts: rows(contacts) },
+        { events: plainEvents(events) },
+      );
     writeLine(JSON.stringify(line));
   }
 }
 
-const plainEvents = (events) => (events ?? []).map((event) =>
-  Object.fromEntries(Object.entries(event).map(([key, x]) => [key, typeof x === "number" ? number(x) : x])));
+const plainEvents = (events) =>
+  (events ?? []).map((event) =>
+    Object.fromEntries(Object.entries(event).map(([key, x]) => [key, typeof x === "number" ? number(x) : x])),
+  );
 
 /** Of Node.js, the engine's files, and these sources: changes whenever the results may. */
 function fingerprint(rival) {
   const hash = createHash("sha256").update(process.version);
   const here = new URL(".", import.meta.url).pathname;
-  const sources = [here, rival.folder].flatMap((folder) => readdirSync(folder).filter((name) => name.endsWith(".mjs")).sort().map((name) => join(folder, name)));
+  const sources = [here, rival.folder].flatMap((folder) =>
+    readdirSync(folder)
+      .filter((name) => name.endsWith(".mjs"))
+      .sort()
+      .map((name) => join(folder, name)),
+  );
   for (const path of [...sources, join(here, "../rivals/tuned.json"), ...rival.files]) hash.update(readFileSync(path));
   return hash.digest("hex");
 }
@@ -55,7 +75,8 @@ function answerRun(rival, request) {
 
 function answerContacts(rival, request) {
   if (!rival.contacts) throw new Refusal(`${rival.name} answers no questions about contacts`);
-  if (request.test && request.test !== "contacts") throw new Refusal(`${rival.name} has no test \`${request.test}\` of contacts`);
+  if (request.test && request.test !== "contacts")
+    throw new Refusal(`${rival.name} has no test \`${request.test}\` of contacts`);
   const answer = rival.contacts(readScene(request.scene), request);
   writeLine(JSON.stringify({ cell: request.cell, ...answer }));
   return { status: "ok", reason: "" };
@@ -79,12 +100,18 @@ async function answer(rival, line) {
     const refused = error instanceof Refusal;
     if (!refused) process.stderr.write(`${error?.stack ?? error}\n`);
     const reason = refused ? error.message : `${error?.name ?? "error"}: ${error?.message ?? error}`.replace(/\s+/g, " ");
-    writeLine(JSON.stringify({ cell: request.cell ?? -1, done: { status: refused ? "unsupported" : "crashed", reason, busy_ns: [], steps_taken: 0 } }));
+    writeLine(
+      JSON.stringify({
+        cell: request.cell ?? -1,
+        done: { status: refused ? "unsupported" : "crashed", reason, busy_ns: [], steps_taken: 0 },
+      }),
+    );
   }
 }
 
 /** Answers requests to a rival (rival.mjs; `folder`: that of its sources) until standard input closes. */
 export async function serve(rival) {
   for (const name of ["log", "info", "debug"]) console[name] = console.error; // what an engine prints is no answer
-  for await (const line of createInterface({ input: process.stdin, crlfDelay: Infinity })) if (line) await answer(rival, line);
+  for await (const line of createInterface({ input: process.stdin, crlfDelay: Infinity }))
+    if (line) await answer(rival, line);
 }

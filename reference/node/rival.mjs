@@ -18,7 +18,13 @@ import { Refusal, readScene, refuseScene } from "./scene.mjs";
 import { describeSettings, mergedSettings, parseMethodId } from "./settings.mjs";
 import { runWorld } from "./run.mjs";
 
-export const substepsSetting = { name: "substeps", value: 1, least: 1, most: 1000, doc: "Inner steps of a step, all of one length." };
+export const substepsSetting = {
+  name: "substeps",
+  value: 1,
+  least: 1,
+  most: 1000,
+  doc: "Inner steps of a step, all of one length.",
+};
 const classes = ["free-flight", "bounce", "friction", "stack", "heap", "mechanism"];
 const tuned = JSON.parse(readFileSync(new URL("../rivals/tuned.json", import.meta.url), "utf8"));
 
@@ -26,32 +32,52 @@ const tuned = JSON.parse(readFileSync(new URL("../rivals/tuned.json", import.met
 const tunedChanges = (engine, sceneClass) => tuned[engine]?.[sceneClass]?.settings ?? {};
 
 function settingsTable(rival, preset) {
-  const table = rival.settings.map((setting) => (setting.name in (preset.changes ?? {}) ? { ...setting, value: preset.changes[setting.name] } : setting));
+  const table = rival.settings.map((setting) =>
+    setting.name in (preset.changes ?? {}) ? { ...setting, value: preset.changes[setting.name] } : setting,
+  );
   for (const each of preset.byClass ? classes : []) {
-    const words = Object.entries(tunedChanges(rival.name, each)).map(([name, value]) => `${name}=${value}`).join(", ");
-    table.push({ name: `class_${each}`, value: words || "the default", printed: true, doc: "Changes of the defaults in scenes of this class." });
+    const words = Object.entries(tunedChanges(rival.name, each))
+      .map(([name, value]) => `${name}=${value}`)
+      .join(", ");
+    table.push({
+      name: `class_${each}`,
+      value: words || "the default",
+      printed: true,
+      doc: "Changes of the defaults in scenes of this class.",
+    });
   }
   return table;
 }
 
 const describe = (rival, preset) => ({
-  id: `${rival.name}/${preset.scheme}`, doc: preset.doc, source: rival.source, claims: preset.claims ?? {},
+  id: `${rival.name}/${preset.scheme}`,
+  doc: preset.doc,
+  source: rival.source,
+  claims: preset.claims ?? {},
   ...describeSettings(settingsTable(rival, preset)),
 });
 
 /** The members of hello that are the engine's. */
 export const describeRival = (rival) => ({
-  engine: rival.name, version: rival.version, scalar: rival.scalar, runtime: "wasm", frames: true, joints: Boolean(rival.joints),
+  engine: rival.name,
+  version: rival.version,
+  scalar: rival.scalar,
+  runtime: "wasm",
+  frames: true,
+  joints: Boolean(rival.joints),
   methods: rival.presets.map((preset) => describe(rival, preset)),
 });
 
 function settingsOf(rival, id, request) {
   const preset = rival.presets.find((each) => each.scheme === id.scheme);
   if (id.engine !== rival.name || !preset)
-    throw new Refusal(`${rival.name} offers ${rival.presets.map((each) => each.scheme).join(", ")}, not ${id.engine}/${id.scheme}`);
+    throw new Refusal(
+      `${rival.name} offers ${rival.presets.map((each) => each.scheme).join(", ")}, not ${id.engine}/${id.scheme}`,
+    );
   if (id.tolerance) throw new Refusal(`${rival.name} has no error control: expected a method without a tolerance`);
   if (id.response) throw new Refusal(`${rival.name} has its own contact response: +${id.response} is not available`);
-  if (id.scalar && id.scalar !== rival.scalar) throw new Refusal(`${rival.name} computes in ${rival.scalar}; found the scalar \`${id.scalar}\``);
+  if (id.scalar && id.scalar !== rival.scalar)
+    throw new Refusal(`${rival.name} computes in ${rival.scalar}; found the scalar \`${id.scalar}\``);
   const ofClass = preset.byClass ? tunedChanges(rival.name, request.scene_class) : {};
   return mergedSettings(`${rival.name}/${preset.scheme}`, settingsTable(rival, preset), ofClass, id.overrides);
 }
@@ -70,7 +96,9 @@ function emptyStepTime(step) {
 
 /** The outcome of a run request. */
 export async function runRival(rival, request, put) {
-  const id = parseMethodId(request.method), scene = readScene(request.scene), settings = settingsOf(rival, id, request);
+  const id = parseMethodId(request.method),
+    scene = readScene(request.scene),
+    settings = settingsOf(rival, id, request);
   refuseScene(rival.name, scene);
   if (!rival.joints && (scene.joints.length > 0 || scene.ropes.length > 0))
     throw new Refusal(`${rival.name}'s adapter takes no joints or ropes`);
@@ -78,6 +106,7 @@ export async function runRival(rival, request, put) {
   if (reason) throw new Refusal(reason);
   await rival.prepare?.(settings);
   const done = runWorld((observe) => rival.make(scene, settings, observe), scene, request, settings.substeps, put);
-  if (done.status === "ok" && request.pass === "timing") done.call_ns = emptyStepTime(rival.emptyStep(settings)) * settings.substeps;
+  if (done.status === "ok" && request.pass === "timing")
+    done.call_ns = emptyStepTime(rival.emptyStep(settings)) * settings.substeps;
   return done;
 }

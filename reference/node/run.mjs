@@ -19,7 +19,12 @@ import { followJoints, jointEfforts, jointRows, jointWrenches, namesOfJointForce
 import { cross, dot, length, minus, plus, scaled, toWorld } from "./rotation.mjs";
 import { shapesMatter } from "./scene.mjs";
 
-const startOf = (body) => ({ p_WB: body.position_m, q_WB: body.orientation_wxyz, v_WB: body.velocity_m_per_s, w_WB_B: body.angular_velocity_body_rad_per_s });
+const startOf = (body) => ({
+  p_WB: body.position_m,
+  q_WB: body.orientation_wxyz,
+  v_WB: body.velocity_m_per_s,
+  w_WB_B: body.angular_velocity_body_rad_per_s,
+});
 
 /** A world with the scene's time, releases and applied forces; a step of the plan is `substeps` of the engine's. */
 class Stepper {
@@ -40,7 +45,8 @@ class Stepper {
   }
   wrenches(t_s) {
     if (!this.forced) return [];
-    const motions = this.motions(), switch_s = t_s + 0.5 * this.h_s;
+    const motions = this.motions(),
+      switch_s = t_s + 0.5 * this.h_s;
     const wrenches = appliedWrenches(this.scene, t_s, switch_s, motions);
     if (this.jointForcesHere) jointWrenches(this.scene, t_s, switch_s, this.joints, motions, wrenches);
     return wrenches;
@@ -59,7 +65,13 @@ class Stepper {
       });
       before?.();
       this.world.step(this.h_s, this.wrenches(t_s), t_s);
-      if (this.follows) followJoints(this.scene, this.joints, (i) => this.motion(i), (j) => this.world.joint?.(j));
+      if (this.follows)
+        followJoints(
+          this.scene,
+          this.joints,
+          (i) => this.motion(i),
+          (j) => this.world.joint?.(j),
+        );
       after?.(t_s);
     }
   }
@@ -67,19 +79,24 @@ class Stepper {
 
 /** Members of a sample for joints and ropes, t_s after the start. */
 function jointMembers(stepper, t_s) {
-  const { scene, world, joints } = stepper, members = {}, switch_s = t_s + 0.5 * stepper.h_s;
+  const { scene, world, joints } = stepper,
+    members = {},
+    switch_s = t_s + 0.5 * stepper.h_s;
   if (joints.length > 0) {
     members.joints = jointRows(scene, joints, world.reactions?.(t_s, stepper.wrenches(t_s)));
     const efforts = jointEfforts(scene, t_s, switch_s, joints).map((each, j) => each.slice(0, joints[j].u.length));
     if (efforts.flat().some((x) => x !== 0)) members.joint_applied = efforts;
   }
-  if (scene.ropes.length > 0 && world.ropes) members.ropes = world.ropes().map((rope) => [rope.tension_N, ...rope.pulley_angle_rad]);
+  if (scene.ropes.length > 0 && world.ropes)
+    members.ropes = world.ropes().map((rope) => [rope.tension_N, ...rope.pulley_angle_rad]);
   return members;
 }
 
 /** Frame k ends at frame_ends_s[k] and is taken in steps / frames equal parts. */
 function frameTime({ frame_ends_s, steps }, n) {
-  const parts = steps / frame_ends_s.length, frame = Math.floor(n / parts), k = n - frame * parts;
+  const parts = steps / frame_ends_s.length,
+    frame = Math.floor(n / parts),
+    k = n - frame * parts;
   const begin_s = frame === 0 ? 0 : frame_ends_s[frame - 1];
   return k === 0 ? begin_s : begin_s + ((frame_ends_s[frame] - begin_s) * k) / parts;
 }
@@ -101,8 +118,15 @@ function relativeVelocity(touch, a, b) {
 function contactRows(stepper) {
   return stepper.world.touches().map((touch) => {
     const u = relativeVelocity(touch, stepper.motion(touch.body_a), stepper.motion(touch.body_b));
-    return [touch.body_a, touch.body_b, ...touch.x_m, ...touch.normal, touch.gap_m + stepper.h_s * dot(u, touch.normal),
-      touch.impulse_n_N_s / stepper.h_s, ...scaled(1 / stepper.h_s, touch.impulse_t_N_s)];
+    return [
+      touch.body_a,
+      touch.body_b,
+      ...touch.x_m,
+      ...touch.normal,
+      touch.gap_m + stepper.h_s * dot(u, touch.normal),
+      touch.impulse_n_N_s / stepper.h_s,
+      ...scaled(1 / stepper.h_s, touch.impulse_t_N_s),
+    ];
   });
 }
 
@@ -117,7 +141,8 @@ class ImpactLog {
     const met = new Map();
     for (const touch of stepper.world.touches()) {
       if (!(touch.impulse_n_N_s > 0)) continue;
-      const key = `${touch.body_a} ${touch.body_b}`, pair = met.get(key) ?? { touch, n: 0, t: 0 };
+      const key = `${touch.body_a} ${touch.body_b}`,
+        pair = met.get(key) ?? { touch, n: 0, t: 0 };
       if (touch.impulse_n_N_s > pair.touch.impulse_n_N_s) pair.touch = touch;
       pair.n += touch.impulse_n_N_s;
       pair.t += length(touch.impulse_t_N_s);
@@ -126,9 +151,18 @@ class ImpactLog {
     for (const [key, { touch, n, t }] of met) {
       if (this.last.has(key)) continue;
       const { body_a, body_b, x_m, normal } = touch;
-      this.events.push({ kind: "impact", t_s, body_a, body_b, x_m, normal, impulse_n_N_s: n, impulse_t_N_s: t,
+      this.events.push({
+        kind: "impact",
+        t_s,
+        body_a,
+        body_b,
+        x_m,
+        normal,
+        impulse_n_N_s: n,
+        impulse_t_N_s: t,
         vn_before_m_per_s: dot(relativeVelocity(touch, this.motions[body_a], this.motions[body_b]), normal),
-        vn_after_m_per_s: dot(relativeVelocity(touch, stepper.motion(body_a), stepper.motion(body_b)), normal) });
+        vn_after_m_per_s: dot(relativeVelocity(touch, stepper.motion(body_a), stepper.motion(body_b)), normal),
+      });
     }
     this.last = new Set(met.keys());
   }
@@ -138,12 +172,17 @@ class ImpactLog {
 }
 
 function accuracyPass(make, scene, plan, substeps, put) {
-  const world = make(true), stepper = new Stepper(scene, plan, substeps, world), stride = plan.steps / plan.samples;
+  const world = make(true),
+    stepper = new Stepper(scene, plan, substeps, world),
+    stride = plan.steps / plan.samples;
   const log = shapesMatter(scene) ? new ImpactLog() : null;
   stepper.follows = scene.joints.length > 0; // their angles are unwrapped
   const sample = (k) => {
-    const line = { t_s: (plan.t_end_s * k) / plan.samples,
-      bodies: stepper.motions().map((m) => [...m.p_WB, ...m.q_WB, ...m.v_WB, ...m.w_WB_B]), events: log?.take() ?? [] };
+    const line = {
+      t_s: (plan.t_end_s * k) / plan.samples,
+      bodies: stepper.motions().map((m) => [...m.p_WB, ...m.q_WB, ...m.v_WB, ...m.w_WB_B]),
+      events: log?.take() ?? [],
+    };
     Object.assign(line, jointMembers(stepper, line.t_s));
     if (k > 0 && log) line.contacts = contactRows(stepper);
     put(line);
@@ -156,7 +195,13 @@ function accuracyPass(make, scene, plan, substeps, put) {
       const reason = notFinite(stepper, n);
       if (reason) return { status: "not finite", reason, steps_taken: n, events: log?.take() ?? [] };
       const broken = world.broken?.();
-      if (broken) return { status: "diverged", reason: `${broken} at t = ${(plan.t_end_s * n) / plan.steps} s`, steps_taken: n, events: log?.take() ?? [] };
+      if (broken)
+        return {
+          status: "diverged",
+          reason: `${broken} at t = ${(plan.t_end_s * n) / plan.steps} s`,
+          steps_taken: n,
+          events: log?.take() ?? [],
+        };
       sample(n / stride);
     }
     return { status: "ok", reason: "", steps_taken: plan.steps, complaints: world.complaints?.() };
@@ -167,15 +212,22 @@ function accuracyPass(make, scene, plan, substeps, put) {
 
 /** Steps of one run, with the nanoseconds of all of them, or of each. */
 function timedRun(make, scene, plan, substeps, each) {
-  const world = make(false), stepper = new Stepper(scene, plan, substeps, world), ends = [];
+  const world = make(false),
+    stepper = new Stepper(scene, plan, substeps, world),
+    ends = [];
   try {
     const start = process.hrtime.bigint();
     for (let n = 0; n < plan.steps; ++n) {
       stepper.step(n);
       if (each) ends.push(process.hrtime.bigint());
     }
-    const stop = process.hrtime.bigint(), reason = notFinite(stepper, plan.steps);
-    return { busy_ns: Number(stop - start), step_ns: ends.map((t, k) => Number(t - (k === 0 ? start : ends[k - 1]))), reason };
+    const stop = process.hrtime.bigint(),
+      reason = notFinite(stepper, plan.steps);
+    return {
+      busy_ns: Number(stop - start),
+      step_ns: ends.map((t, k) => Number(t - (k === 0 ? start : ends[k - 1]))),
+      reason,
+    };
   } finally {
     world.free();
   }
@@ -192,7 +244,8 @@ export function runWorld(makeWorld, scene, request, substeps, put) {
     ownJointForces = world.ownJointForces ?? [];
     return world;
   };
-  const plan = request, count = request.pass === "timing" ? request.repeats + 1 : 1;
+  const plan = request,
+    count = request.pass === "timing" ? request.repeats + 1 : 1;
   let done = { status: "ok", reason: "", steps_taken: plan.steps, busy_ns: [] };
   if (request.pass === "accuracy") {
     done = { busy_ns: [], ...accuracyPass(make, scene, plan, substeps, put) };

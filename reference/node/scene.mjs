@@ -9,7 +9,10 @@ export const rotates = (body) => !isZero(body.inertia_kg_m2);
 export const hasShape = (body) => Object.keys(body.shape ?? {}).length > 0;
 export const shapeName = (body) => Object.keys(body.shape ?? { none: {} })[0];
 
-/** The request's scene with `indexOf(name)` and, of each force, the indices of its bodies; joints, ropes and joint forces name theirs by index, -1: the world. */
+/**
+ * The request's scene with `indexOf(name)`; forces have the indices of their bodies, joints those of parent and child (-1: the
+ * world).
+ */
 export function readScene(json) {
   const index = new Map(json.bodies.map((body, i) => [body.name, i]));
   const indexOf = (name) => (name === "world" ? -1 : index.get(name));
@@ -24,11 +27,18 @@ export function readScene(json) {
   return {
     ...json,
     forces: json.forces ?? [],
-    joints: (json.joints ?? []).map((joint) => ({ ...joint, parent: indexOf(joint.bodies[0]), child: indexOf(joint.bodies[1]) })),
+    joints: (json.joints ?? []).map((joint) => ({
+      ...joint,
+      parent: indexOf(joint.bodies[0]),
+      child: indexOf(joint.bodies[1]),
+    })),
     ropes: (json.ropes ?? []).map((rope) => ({ ...rope, bodies: rope.bodies.map(indexOf), over_m: rope.over_m ?? [] })),
     jointForces: (json.joint_forces ?? []).map((force) => ({ ...force, joint: jointIndex.get(force.joint) })),
     indexOf,
-    forcesByIndex: (json.forces ?? []).map((force) => ({ force, indices: (force.bodies ?? (force.body ? [force.body] : [])).map(indexOf) })),
+    forcesByIndex: (json.forces ?? []).map((force) => ({
+      force,
+      indices: (force.bodies ?? (force.body ? [force.body] : [])).map(indexOf),
+    })),
     /** The law of two bodies: restitution, friction, rolling_friction_m. */
     pairLaw: (a, b) => laws.get(`${materials[a]} ${materials[b]}`),
   };
@@ -42,7 +52,8 @@ export function shapesMatter(scene) {
 
 /** The laws of pairs of materials that two bodies with shapes have, at least one of them not fixed. */
 export function lawsInPlay(scene) {
-  const found = new Set(), kinds = new Map();
+  const found = new Set(),
+    kinds = new Map();
   scene.bodies.forEach((body, i) => {
     if (!hasShape(body)) return;
     const kind = kinds.get(body.material) ?? { fixed: [], mobile: [] };
@@ -60,14 +71,16 @@ export function lawsInPlay(scene) {
 
 /** Throws the Refusals of every adapter. `engine` is its name. */
 export function refuseScene(engine, scene) {
-  if (scene.problem) throw new Refusal(`${engine} simulates bodies and cannot integrate the bare equations \`${scene.problem}\``);
+  if (scene.problem)
+    throw new Refusal(`${engine} simulates bodies and cannot integrate the bare equations \`${scene.problem}\``);
   if (scene.fluids?.length) throw new Refusal(`${engine} simulates no fluids`);
   const force = uncoveredForce(scene);
   if (force) throw new Refusal(`${engine}'s adapter has ${force}`);
   const matter = shapesMatter(scene);
   for (const body of scene.bodies) {
     const moves = !isZero(body.velocity_m_per_s) || !isZero(body.angular_velocity_body_rad_per_s);
-    if (body.fixed && moves) throw new Refusal(`${engine}'s adapter has no prescribed motion of fixed bodies; \`${body.name}\` moves`);
+    if (body.fixed && moves)
+      throw new Refusal(`${engine}'s adapter has no prescribed motion of fixed bodies; \`${body.name}\` moves`);
     if (body.fixed) continue;
     if (!(body.mass_kg > 0)) throw new Refusal(`${engine} requires a mass of mobile bodies; \`${body.name}\` has none`);
     if (matter && body.shape?.plane) throw new Refusal(`${engine} has fixed planes only; \`${body.name}\` is mobile`);

@@ -20,7 +20,8 @@ export const jsonText = (value) =>
 export function parseMethodId(text) {
   const parts = /^([^/:+@{]+)\/([^:+@{]+)(?::([^+@{]+))?(?:\+([^@{]+))?(?:@([^{]+))?(?:\{(.*)\})?$/s.exec(text);
   if (!parts) throw new Refusal(`no method \`${text}\``);
-  const [, engine, scheme, tolerance, response, scalar, list] = parts, overrides = {};
+  const [, engine, scheme, tolerance, response, scalar, list] = parts,
+    overrides = {};
   for (const [, name, quoted, plain] of (list ?? "").matchAll(/([^=,]+)=(?:"((?:[^"\\]|\\.)*)"|([^,]*))(?:,|$)/gs))
     overrides[name] = quoted === undefined ? plain : quoted.replace(/\\(.)/gs, "$1");
   return { engine, scheme, tolerance, response, scalar, overrides };
@@ -28,7 +29,8 @@ export function parseMethodId(text) {
 
 /** What a setting is in `settings` and `setting_rules` of hello. A setting: {name, value, doc, unit, real, least, ...}. */
 export function describeSettings(settings) {
-  const values = {}, rules = {};
+  const values = {},
+    rules = {};
   for (const { name, value, real, printed, ...rule } of settings) {
     values[name] = real ? new Real(value) : value;
     for (const bound of ["least", "most"]) if (real && bound in rule) rule[bound] = new Real(rule[bound]);
@@ -41,7 +43,13 @@ function outside(setting, value) {
   const { least = -Infinity, most = Infinity, least_excluded, most_excluded, choices } = setting;
   if (choices) return !choices.includes(value);
   if (typeof value !== "number") return false;
-  return Number.isNaN(value) || value < least || value > most || (least_excluded && value === least) || (most_excluded && value === most);
+  return (
+    Number.isNaN(value) ||
+    value < least ||
+    value > most ||
+    (least_excluded && value === least) ||
+    (most_excluded && value === most)
+  );
 }
 
 function valueOf(method, setting, given) {

@@ -15,7 +15,8 @@ const rules = [
  * s = 1 or -1 and the first one x; a pair of two of the same s gives x, without such a pair it is free.
  */
 function byMean(count, pairs) {
-  const found = new Array(count).fill(undefined), terms = new Array(count).fill(undefined);
+  const found = new Array(count).fill(undefined),
+    terms = new Array(count).fill(undefined);
   for (const [first, , trial] of pairs) {
     if (terms[first]) continue;
     const group = [first];
@@ -46,13 +47,20 @@ const extreme = (count, pairs, pick) => {
 /** Coefficients under the product: those under the mean of the logarithms. */
 function byProduct(count, pairs) {
   const loose = pairs.filter(([, , e]) => e === 0);
-  const found = byMean(count, pairs.filter(([, , e]) => e > 0).map(([a, b, e]) => [a, b, Math.log(e) / 2]))
-    .map((x) => (x === undefined ? undefined : Math.exp(x)));
+  const found = byMean(
+    count,
+    pairs.filter(([, , e]) => e > 0).map(([a, b, e]) => [a, b, Math.log(e) / 2]),
+  ).map((x) => (x === undefined ? undefined : Math.exp(x)));
   for (const [a, b] of loose) for (const i of [b, a]) if (found[i] === undefined) found[i] = 0;
   return found;
 }
 
-const solvers = { Average: byMean, Max: (n, p) => extreme(n, p, Math.min), Min: (n, p) => extreme(n, p, Math.max), Multiply: byProduct };
+const solvers = {
+  Average: byMean,
+  Max: (n, p) => extreme(n, p, Math.min),
+  Min: (n, p) => extreme(n, p, Math.max),
+  Multiply: byProduct,
+};
 
 /**
  * Coefficients of `count` materials, for pairs [i, j, coefficient] of them: {rule, values}, or null where no rule gives
@@ -69,13 +77,22 @@ export function coefficientsOf(count, pairs) {
 
 /** Pairs [i, j, law] of materials of which bodies with shapes, not both fixed, can touch. */
 export function pairsInPlay(scene, hasShape) {
-  const index = new Map(scene.materials.map((each, i) => [each.name, i])), pairs = new Map();
+  const index = new Map(scene.materials.map((each, i) => [each.name, i])),
+    pairs = new Map();
   const kinds = scene.materials.map(() => ({ fixed: [], mobile: [] }));
-  scene.bodies.forEach((body, i) => hasShape(body) && kinds[index.get(body.material) ?? 0][body.fixed ? "fixed" : "mobile"].push(i));
-  kinds.forEach((one, a) => kinds.forEach((other, b) => {
-    const second = a === b ? (one.mobile[1] ?? one.fixed[0]) : (other.mobile[0] ?? other.fixed[0]);
-    if (one.mobile.length > 0 && second !== undefined)
-      pairs.set([a, b].sort((x, y) => x - y).join(), [Math.min(a, b), Math.max(a, b), scene.pairLaw(one.mobile[0], second)]);
-  }));
+  scene.bodies.forEach(
+    (body, i) => hasShape(body) && kinds[index.get(body.material) ?? 0][body.fixed ? "fixed" : "mobile"].push(i),
+  );
+  kinds.forEach((one, a) =>
+    kinds.forEach((other, b) => {
+      const second = a === b ? (one.mobile[1] ?? one.fixed[0]) : (other.mobile[0] ?? other.fixed[0]);
+      if (one.mobile.length > 0 && second !== undefined)
+        pairs.set([a, b].sort((x, y) => x - y).join(), [
+          Math.min(a, b),
+          Math.max(a, b),
+          scene.pairLaw(one.mobile[0], second),
+        ]);
+    }),
+  );
   return [...pairs.values()];
 }

@@ -20,16 +20,28 @@ const triangles = (rapier, points, corners, flags) =>
 
 /** [{description, p_B, q_B}]: the colliders of a body, where they are in its axes. */
 export function collidersOf(rapier, body, settings) {
-  const { ColliderDesc } = rapier, at = { p_B: [0, 0, 0], q_B: [1, 0, 0, 0] };
+  const { ColliderDesc } = rapier,
+    at = { p_B: [0, 0, 0], q_B: [1, 0, 0, 0] };
   if (!hasShape(body)) return [];
   const [[kind, shape]] = Object.entries(body.shape);
   const flags = settings.smooth_inner_edges ? rapier.TriMeshFlags.FIX_INTERNAL_EDGES : undefined;
   switch (kind) {
-    case "sphere": return [{ ...at, description: ColliderDesc.ball(shape.radius_m) }];
-    case "box": return [{ ...at, description: ColliderDesc.cuboid(...shape.half_extents_m) }];
-    case "plane": return [{ ...at, p_B: scaled(shape.offset_m ?? 0, shape.normal), description: new ColliderDesc(new rapier.HalfSpace(vector(shape.normal))) }];
-    case "capsule": return [{ ...at, q_B: yToZ, description: ColliderDesc.capsule(shape.half_length_m, shape.radius_m) }];
-    case "cylinder": return [{ ...at, q_B: yToZ, description: ColliderDesc.cylinder(shape.half_length_m, shape.radius_m) }];
+    case "sphere":
+      return [{ ...at, description: ColliderDesc.ball(shape.radius_m) }];
+    case "box":
+      return [{ ...at, description: ColliderDesc.cuboid(...shape.half_extents_m) }];
+    case "plane":
+      return [
+        {
+          ...at,
+          p_B: scaled(shape.offset_m ?? 0, shape.normal),
+          description: new ColliderDesc(new rapier.HalfSpace(vector(shape.normal))),
+        },
+      ];
+    case "capsule":
+      return [{ ...at, q_B: yToZ, description: ColliderDesc.capsule(shape.half_length_m, shape.radius_m) }];
+    case "cylinder":
+      return [{ ...at, q_B: yToZ, description: ColliderDesc.cylinder(shape.half_length_m, shape.radius_m) }];
     case "convex": {
       const description = ColliderDesc.convexHull(new Float32Array(shape.points_m.flat()));
       if (!description) throw new Refusal(`rapier: no hull of the points of \`${body.name}\``);
@@ -37,11 +49,36 @@ export function collidersOf(rapier, body, settings) {
     }
     case "rectangle": {
       const [a, b] = shape.half_extents_m;
-      return [{ ...at, description: triangles(rapier, [[-a, -b, 0], [a, -b, 0], [a, b, 0], [-a, b, 0]], [[0, 1, 2], [0, 2, 3]], flags) }];
+      return [
+        {
+          ...at,
+          description: triangles(
+            rapier,
+            [
+              [-a, -b, 0],
+              [a, -b, 0],
+              [a, b, 0],
+              [-a, b, 0],
+            ],
+            [
+              [0, 1, 2],
+              [0, 2, 3],
+            ],
+            flags,
+          ),
+        },
+      ];
     }
-    case "mesh": return [{ ...at, description: triangles(rapier, shape.points_m, shape.triangles, flags) }];
-    case "compound": return shape.boxes.map((box) => ({ p_B: box.position_body_m, q_B: box.orientation_wxyz, description: ColliderDesc.cuboid(...box.half_extents_m) }));
-    default: throw new Refusal(`rapier's adapter has no shape \`${kind}\``);
+    case "mesh":
+      return [{ ...at, description: triangles(rapier, shape.points_m, shape.triangles, flags) }];
+    case "compound":
+      return shape.boxes.map((box) => ({
+        p_B: box.position_body_m,
+        q_B: box.orientation_wxyz,
+        description: ColliderDesc.cuboid(...box.half_extents_m),
+      }));
+    default:
+      throw new Refusal(`rapier's adapter has no shape \`${kind}\``);
   }
 }
 

@@ -17,25 +17,34 @@ const rotation = ([w, x, y, z]) => ({ x, y, z, w });
 export function refusedMechanism(scene) {
   if (scene.ropes.length > 0) return `rapier's ropes bound a length and do not hold it; found \`${scene.ropes[0].name}\``;
   for (const joint of scene.joints) {
-    const limits = limitsOf(joint), named = `; found it on the joint \`${joint.name}\``;
-    if (limits && limits.restitution !== 0) return `rapier has no restitution of stops: expected stop_restitution = 0${named}`;
+    const limits = limitsOf(joint),
+      named = `; found it on the joint \`${joint.name}\``;
+    if (limits && limits.restitution !== 0)
+      return `rapier has no restitution of stops: expected stop_restitution = 0${named}`;
     if (joint.kind === "hinge" && limits && (limits.lower < -Math.PI || limits.upper > Math.PI))
       return `rapier's hinges have limits between -pi and pi${named}`;
-    if (joint.kind === "universal") return `rapier has no universal joint: one locked angle does not keep two axes orthogonal${named}`;
+    if (joint.kind === "universal")
+      return `rapier has no universal joint: one locked angle does not keep two axes orthogonal${named}`;
     if (drivenRate(joint) !== undefined) return `rapier's motors are springs that yield: no prescribed rate${named}`;
   }
-  const point = turningPointMass(scene), placing = placingJoints(scene);
-  const moved = scene.joints.flatMap(({ parent, child }) => [parent, child])
+  const point = turningPointMass(scene),
+    placing = placingJoints(scene);
+  const moved = scene.joints
+    .flatMap(({ parent, child }) => [parent, child])
     .find((i) => i >= 0 && placing[i] < 0 && !scene.bodies[i].fixed && !rotates(scene.bodies[i]));
   const found = point >= 0 ? point : moved;
-  return found === undefined ? "" : `rapier requires an inertia of the point mass \`${scene.bodies[found].name}\`, which turns with its joint`;
+  return found === undefined
+    ? ""
+    : `rapier requires an inertia of the point mass \`${scene.bodies[found].name}\`, which turns with its joint`;
 }
 
 /** A quaternion that turns x to a unit axis. */
 function frameAlong(axis) {
   const least = [0, 1, 2].reduce((a, b) => (Math.abs(axis[b]) < Math.abs(axis[a]) ? b : a));
-  const other = [0, 1, 2].map((k) => (k === least ? 1 : 0)), across = minus(other, scaled(dot(other, axis), axis));
-  const y = scaled(1 / length(across), across), z = cross(axis, y);
+  const other = [0, 1, 2].map((k) => (k === least ? 1 : 0)),
+    across = minus(other, scaled(dot(other, axis), axis));
+  const y = scaled(1 / length(across), across),
+    z = cross(axis, y);
   return quaternionOf([axis[0], y[0], z[0], axis[1], y[1], z[1], axis[2], y[2], z[2]]);
 }
 
@@ -48,14 +57,29 @@ const locked = {
 
 /** Adds joint j to a world (world.mjs); `ground`: the body that the scene's world and fixed planes are. */
 export function addJoint({ rapier, world, scene, bodies }, j, ground) {
-  const joint = scene.joints[j], [anchor, childAnchor] = joint.anchors_body_m, limits = limitsOf(joint), { JointData } = rapier;
+  const joint = scene.joints[j],
+    [anchor, childAnchor] = joint.anchors_body_m,
+    limits = limitsOf(joint),
+    { JointData } = rapier;
   const onGround = joint.parent < 0 || scene.bodies[joint.parent].fixed;
   const base = onGround ? motionAtStart(scene, joint.parent) : { p_WB: [0, 0, 0], q_WB: [1, 0, 0, 0] };
   const inChild = frameAlong(joint.axis_body ?? [1, 0, 0]);
-  const inParent = product(product(base.q_WB, joint.frame_wxyz), inChild), at = vector(plus(base.p_WB, toWorld(base.q_WB, anchor)));
-  const x = { x: 1, y: 0, z: 0 }, of = vector(childAnchor), mask = locked[joint.kind];
-  const data = joint.kind === "hinge" ? JointData.revolute(at, of, x) : joint.kind === "slider" ? JointData.prismatic(at, of, x)
-    : JointData.generic(at, of, x, mask.reduce((all, name) => all | rapier.JointAxesMask[name], 0));
+  const inParent = product(product(base.q_WB, joint.frame_wxyz), inChild),
+    at = vector(plus(base.p_WB, toWorld(base.q_WB, anchor)));
+  const x = { x: 1, y: 0, z: 0 },
+    of = vector(childAnchor),
+    mask = locked[joint.kind];
+  const data =
+    joint.kind === "hinge"
+      ? JointData.revolute(at, of, x)
+      : joint.kind === "slider"
+        ? JointData.prismatic(at, of, x)
+        : JointData.generic(
+            at,
+            of,
+            x,
+            mask.reduce((all, name) => all | rapier.JointAxesMask[name], 0),
+          );
   const made = world.createImpulseJoint(data, onGround ? ground : bodies[joint.parent], bodies[joint.child], true);
   made.setLocalFrame1(at, rotation(inParent));
   made.setLocalFrame2(of, rotation(inChild));

@@ -26,14 +26,29 @@ export const LARGEST_TURN_RAD = Math.PI / 4; // in a step
 
 /** {restitution, friction}, each {rule, values} of materials, null where Rapier has no coefficients that give the pairs' laws. */
 export function contactCoefficients(scene) {
-  const pairs = pairsInPlay(scene, hasShape), of = (name) => coefficientsOf(scene.materials.length, pairs.map(([a, b, law]) => [a, b, law[name]]));
+  const pairs = pairsInPlay(scene, hasShape),
+    of = (name) =>
+      coefficientsOf(
+        scene.materials.length,
+        pairs.map(([a, b, law]) => [a, b, law[name]]),
+      );
   return { restitution: of("restitution"), friction: of("friction") };
 }
 
 /** A world of `rapier` (the package's module) for a scene (node/scene.mjs); `observe`: what it cuts is told. */
 export class RapierWorld {
   constructor(rapier, scene, settings, observe) {
-    Object.assign(this, { rapier, scene, settings, observe, bodies: [], bodyOf: new Map(), colliders: [], pushed: [], cut: new Set() });
+    Object.assign(this, {
+      rapier,
+      scene,
+      settings,
+      observe,
+      bodies: [],
+      bodyOf: new Map(),
+      colliders: [],
+      pushed: [],
+      cut: new Set(),
+    });
     this.world = new rapier.World(vector(scene.gravity_m_per_s2));
     this.set(this.world.integrationParameters);
     this.coefficients = contactCoefficients(scene);
@@ -51,13 +66,18 @@ export class RapierWorld {
     parameters.normalizedAllowedLinearError = settings.allowed_linear_error;
     parameters.normalizedPredictionDistance = settings.prediction_distance;
     parameters.maxCcdSubsteps = settings.ccd_substeps;
-    if (settings.contact_natural_frequency_Hz !== 30) parameters.contact_natural_frequency = settings.contact_natural_frequency_Hz;
+    if (settings.contact_natural_frequency_Hz !== 30)
+      parameters.contact_natural_frequency = settings.contact_natural_frequency_Hz;
   }
 
   add(body, i) {
-    const { rapier, settings } = this, plane = Boolean(body.shape?.plane);
+    const { rapier, settings } = this,
+      plane = Boolean(body.shape?.plane);
     const description = body.fixed ? rapier.RigidBodyDesc.fixed() : rapier.RigidBodyDesc.dynamic();
-    description.setCanSleep(settings.sleeping).setCcdEnabled(settings.ccd).setSoftCcdPrediction(settings.soft_ccd_prediction_m);
+    description
+      .setCanSleep(settings.sleeping)
+      .setCcdEnabled(settings.ccd)
+      .setSoftCcdPrediction(settings.soft_ccd_prediction_m);
     if (!plane) description.setTranslation(...body.position_m).setRotation(rotation(body.orientation_wxyz));
     if (!body.fixed) this.setMass(description, body);
     this.bodies[i] = this.world.createRigidBody(description);
@@ -68,10 +88,17 @@ export class RapierWorld {
   }
 
   addCollider({ description, p_B, q_B }, i) {
-    const { CoefficientCombineRule } = this.rapier, { restitution, friction } = this.coefficients;
+    const { CoefficientCombineRule } = this.rapier,
+      { restitution, friction } = this.coefficients;
     const material = this.material.get(this.scene.bodies[i].material) ?? 0;
-    description.setDensity(0).setTranslation(...p_B).setRotation(rotation(q_B)).setContactSkin(this.settings.contact_skin_m);
-    description.setRestitution(restitution.values[material]).setRestitutionCombineRule(CoefficientCombineRule[restitution.rule]);
+    description
+      .setDensity(0)
+      .setTranslation(...p_B)
+      .setRotation(rotation(q_B))
+      .setContactSkin(this.settings.contact_skin_m);
+    description
+      .setRestitution(restitution.values[material])
+      .setRestitutionCombineRule(CoefficientCombineRule[restitution.rule]);
     description.setFriction(friction.values[material]).setFrictionCombineRule(CoefficientCombineRule[friction.rule]);
     const collider = this.world.createCollider(description, this.bodies[i]);
     this.bodyOf.set(collider.handle, i);
@@ -87,7 +114,8 @@ export class RapierWorld {
   setVelocity(i) {
     const body = this.scene.bodies[i];
     this.bodies[i].setLinvel(vector(body.velocity_m_per_s), true);
-    if (rotates(body)) this.bodies[i].setAngvel(vector(toWorld(body.orientation_wxyz, body.angular_velocity_body_rad_per_s)), true);
+    if (rotates(body))
+      this.bodies[i].setAngvel(vector(toWorld(body.orientation_wxyz, body.angular_velocity_body_rad_per_s)), true);
   }
 
   step(h_s, wrenches) {
@@ -110,10 +138,12 @@ export class RapierWorld {
 
   /** Whether Rapier cut a body's motion in this step. */
   watch() {
-    const fastest = 0.9999 * FASTEST * this.settings.length_unit_m, most = (0.9999 * LARGEST_TURN_RAD) / this.h_s;
+    const fastest = 0.9999 * FASTEST * this.settings.length_unit_m,
+      most = (0.9999 * LARGEST_TURN_RAD) / this.h_s;
     this.bodies.forEach((body, i) => {
       if (this.scene.bodies[i].fixed) return;
-      if (length(array(body.linvel())) > fastest) this.cut.add(`speeds are cut at ${FASTEST * this.settings.length_unit_m} m/s`);
+      if (length(array(body.linvel())) > fastest)
+        this.cut.add(`speeds are cut at ${FASTEST * this.settings.length_unit_m} m/s`);
       if (length(array(body.angvel())) > most) this.cut.add("rates are cut at a turn of pi/4 a step");
     });
   }
@@ -123,7 +153,9 @@ export class RapierWorld {
   }
 
   motion(i) {
-    const body = this.bodies[i], r = body.rotation(), q_WB = [r.w, r.x, r.y, r.z];
+    const body = this.bodies[i],
+      r = body.rotation(),
+      q_WB = [r.w, r.x, r.y, r.z];
     return { p_WB: array(body.translation()), q_WB, v_WB: array(body.linvel()), w_WB_B: toBody(q_WB, array(body.angvel())) };
   }
 
@@ -136,22 +168,35 @@ export class RapierWorld {
     const all = [];
     for (const one of this.colliders)
       this.world.contactPairsWith(one, (other) => {
-        if (one.handle < other.handle) this.world.contactPair(one, other, (manifold, flipped) => this.take(all, manifold, flipped ? [other, one] : [one, other]));
+        if (one.handle < other.handle)
+          this.world.contactPair(one, other, (manifold, flipped) =>
+            this.take(all, manifold, flipped ? [other, one] : [one, other]),
+          );
       });
     return all;
   }
 
   /** Points of a manifold between two colliders: its normal points from the first to the second. */
   take(all, manifold, [first, second]) {
-    const a = this.bodyOf.get(first.handle), b = this.bodyOf.get(second.handle), sign = a < b ? 1 : -1;
-    const normal = scaled(sign, array(manifold.normal())), whole = manifold.numSolverContacts() === manifold.numContacts();
+    const a = this.bodyOf.get(first.handle),
+      b = this.bodyOf.get(second.handle),
+      sign = a < b ? 1 : -1;
+    const normal = scaled(sign, array(manifold.normal())),
+      whole = manifold.numSolverContacts() === manifold.numContacts();
     for (let k = 0; k < manifold.numContacts(); ++k) {
       const impulse_n_N_s = manifold.contactImpulse(k);
       if (!(impulse_n_N_s > 0)) continue;
       const x_m = whole ? array(manifold.solverContactPoint(k)) : this.worldPoint(first, manifold.localContactPoint1(k));
       const smooth = this.scene.pairLaw(a, b).friction === 0;
-      all.push({ body_a: Math.min(a, b), body_b: Math.max(a, b), x_m, normal, gap_m: manifold.contactDist(k), impulse_n_N_s,
-        impulse_t_N_s: smooth ? [0, 0, 0] : [NaN, NaN, NaN] });
+      all.push({
+        body_a: Math.min(a, b),
+        body_b: Math.max(a, b),
+        x_m,
+        normal,
+        gap_m: manifold.contactDist(k),
+        impulse_n_N_s,
+        impulse_t_N_s: smooth ? [0, 0, 0] : [NaN, NaN, NaN],
+      });
     }
   }
 

@@ -4,14 +4,18 @@
 import { fileURLToPath } from "node:url";
 import { serve } from "../node/protocol.mjs";
 import { substepsSetting } from "../node/rival.mjs";
-import { cross, length, minus, normalised, plus, principalAxes, product, scaled, toBody, toWorld, turnAbout } from "../node/rotation.mjs";
+import * as so3 from "../node/rotation.mjs";
 import { rotates, shapesMatter } from "../node/scene.mjs";
+
+const { cross, length, minus, normalised, plus, principalAxes, product, scaled, toBody, toWorld, turnAbout } = so3;
 
 class World {
   constructor(scene) {
     this.gravity = scene.gravity_m_per_s2;
-    this.bodies = scene.bodies.map((body) => ({ body, ...principalAxes(body.inertia_kg_m2), held: body.fixed || body.release_s > 0,
-      x: body.position_m, q: body.orientation_wxyz, v: body.velocity_m_per_s, w: body.angular_velocity_body_rad_per_s }));
+    this.bodies = scene.bodies.map((body) => ({
+      body, ...principalAxes(body.inertia_kg_m2), held: body.fixed || body.release_s > 0,
+      x: body.position_m, q: body.orientation_wxyz, v: body.velocity_m_per_s, w: body.angular_velocity_body_rad_per_s,
+    }));
   }
 
   step(h, wrenches) { // wrenches: force and torque about the centre of mass, world axes, one a body; empty: none
@@ -43,7 +47,8 @@ class World {
 
 const nothing = { bodies: [], gravity_m_per_s2: [0, 0, 0] };
 await serve({
-  name: "javascript", version: process.version, scalar: "double", source: "", folder: fileURLToPath(new URL(".", import.meta.url)), files: [],
+  name: "javascript", version: process.version, scalar: "double", source: "", files: [],
+  folder: fileURLToPath(new URL(".", import.meta.url)),
   settings: [substepsSetting],
   presets: [{ scheme: "symplectic-euler", doc: "Symplectic Euler of free bodies, in JavaScript." }],
   refusal: (scene) => (shapesMatter(scene) ? "javascript has no contacts" : ""),
