@@ -33,8 +33,10 @@ export function describeSettings(settings) {
     rules = {};
   for (const { name, value, real, printed, ...rule } of settings) {
     values[name] = real ? new Real(value) : value;
+    if (printed && typeof value === "number") rule.least = rule.most = value;
+    else if (printed) rule.choices = [value];
     for (const bound of ["least", "most"]) if (real && bound in rule) rule[bound] = new Real(rule[bound]);
-    rules[name] = { unit: "", ...rule, ...(printed ? { choices: [value] } : {}) };
+    rules[name] = { unit: "", ...rule };
   }
   return { settings: values, setting_rules: rules };
 }

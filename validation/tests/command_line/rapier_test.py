@@ -249,6 +249,11 @@ class Words(unittest.TestCase):
         for method in hello["methods"]:
             self.assertEqual(set(method["settings"]), set(method["setting_rules"]))
             self.assertTrue(all(rule["doc"] for rule in method["setting_rules"].values()))
+            for name, rule in method["setting_rules"].items():  # choices are of words and flags, numbers have bounds
+                value = method["settings"][name]
+                self.assertFalse("choices" in rule and type(value) in (int, float), name)
+                self.assertTrue("choices" in rule or type(value) is bool or rule["least"] <= value <= rule["most"], name)
+            self.assertIsInstance(method["settings"]["contact_damping_ratio"], float)
 
     def test_times_are_marked_and_two_runs_are_the_same_to_the_bit(self):
         one = scene(body("a", angular_velocity_body_rad_per_s=[1, 2, 3], inertia_kg_m2=MIXED))
