@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <utility>
 
 #include "math/vector_width.hpp"
 
@@ -36,23 +37,30 @@ Neighbours<S>::Neighbours(const Domain& domain, S support, S skin)
   }
 }
 
+// work(range, part) for all points: one range, or one for each member of the team.
+template <class S> template <class Work> void Neighbours<S>::over_points(int count, Team* team, const Work& work) {
+  const int parts = parts_of(team, count);
+  if (parts == 1) return work(Share{0, count}, 0);
+  team->run(parts, [&](int part) { work(share(count, part, parts), part); });
+}
+
 template <class S> bool Neighbours<S>::update(const S* x, int count, Team* team) {
   if (built_count_ == count) {
     const S most2 = S(0.25) * skin_ * skin_;
-    const int parts = parts_of(team, count);
     std::atomic<bool> stale{false};
-    const auto check = [&](int part) {
-      const Share own = share(count, part, parts);
+    over_points(count, team, [&](Share own, int) {
       const bool far = dimensions_ == 2 ? beyond<2>(x, built_at_.data(), own.first, own.last, most2)
                                         : beyond<3>(x, built_at_.data(), own.first, own.last, most2);
       if (far) stale.store(true, std::memory_order_relaxed);
-    };
-    if (parts == 1) check(0);
-    else team->run(parts, check);
+    });
     if (!stale) return true;
   }
-  for (std::size_t i = 0; i < std::size_t(dimensions_) * count; ++i)
-    if (!real::is_finite(x[i])) return false;
+  std::atomic<bool> finite{true};
+  over_points(count, team, [&](Share own, int) {
+    for (std::ptrdiff_t i = std::ptrdiff_t(own.first) * dimensions_; i < std::ptrdiff_t(own.last) * dimensions_; ++i)
+      if (!real::is_finite(x[i])) return finite.store(false, std::memory_order_relaxed);
+  });
+  if (!finite) return false;
   build(x, count, team);
   return true;
 }
@@ -61,9 +69,8 @@ template <class S> void Neighbours<S>::build(const S* x, int count, Team* team) 
   ++builds_;
   built_count_ = count;
   const int padded = whole_blocks(count) * kLaneCount;
-  built_at_.assign(x, x + std::size_t(dimensions_) * count);
+  built_at_.resize(std::size_t(dimensions_) * count);
   wrapped_.resize(built_at_.size());
-  for (std::size_t i = 0; i < built_at_.size(); ++i) wrapped_[i] = wrapped(x[i], static_cast<int>(i) % dimensions_);
   order_.resize(count);
   slot_of_.resize(count);
   cell_of_.resize(count);
@@ -71,8 +78,16 @@ template <class S> void Neighbours<S>::build(const S* x, int count, Team* team) 
   counts_.resize(padded);
   block_longest_.resize(padded / kLaneCount);
   block_wraps_.resize(padded / kLaneCount);
+  over_points(count, team, [&](Share own, int) {
+    for (std::ptrdiff_t i = own.first; i < own.last; ++i)
+      for (int axis = 0; axis < dimensions_; ++axis) {
+        const std::ptrdiff_t at = i * dimensions_ + axis;
+        built_at_[at] = x[at];
+        wrapped_[at] = wrapped(x[at], axis);
+      }
+  });
   const Grid grid = make_grid();
-  sort_into_cells(grid);
+  sort_into_cells(grid, team);
   const int blocks = padded / kLaneCount, parts = parts_of(team, count);
   for (;;) {
     entries_.resize(std::size_t(padded) * capacity_);
@@ -127,30 +142,45 @@ template <class S> auto Neighbours<S>::make_grid() const -> Grid {
   return grid;
 }
 
-// Counting sort, the last axis fastest, as particles are placed; points of one cell keep their order.
-template <class S> void Neighbours<S>::sort_into_cells(const Grid& grid) {
+// Counting sort, the last axis fastest, as particles are placed; points of one cell keep their order. Each part of the
+// team counts and places the points of its own range: those of an earlier part come first in every cell.
+template <class S> void Neighbours<S>::sort_into_cells(const Grid& grid, Team* team) {
   const int count = static_cast<int>(order_.size()), cells = grid.cells[0] * grid.cells[1] * grid.cells[2];
-  cell_begin_.assign(cells + 1, 0);
-  for (int i = 0; i < count; ++i) {
-    int cell = 0;
-    for (int axis = 0; axis < dimensions_; ++axis) {
-      const S at = (wrapped_[std::size_t(i) * dimensions_ + axis] - grid.origin[axis]) * grid.per_metre[axis];
-      const int last = grid.cells[axis] - 1;
-      cell = cell * grid.cells[axis] + (at < S(last) ? (at > S(0) ? static_cast<int>(at) : 0) : last);
+  const int parts = parts_of(team, count);
+  next_slot_.assign(std::size_t(parts) * cells, 0);
+  over_points(count, team, [&](Share own, int part) {
+    int* const found = &next_slot_[std::size_t(part) * cells];
+    for (int i = own.first; i < own.last; ++i) {
+      int cell = 0;
+      for (int axis = 0; axis < dimensions_; ++axis) {
+        const S at = (wrapped_[std::size_t(i) * dimensions_ + axis] - grid.origin[axis]) * grid.per_metre[axis];
+        const int last = grid.cells[axis] - 1;
+        cell = cell * grid.cells[axis] + (at < S(last) ? (at > S(0) ? static_cast<int>(at) : 0) : last);
+      }
+      cell_of_[i] = cell;
+      ++found[cell];
     }
-    cell_of_[i] = cell;
-    ++cell_begin_[cell + 1];
+  });
+  cell_begin_.resize(cells + 1);
+  int slot = 0;
+  for (int cell = 0; cell < cells; ++cell) {
+    cell_begin_[cell] = slot;
+    for (int part = 0; part < parts; ++part) {
+      int& next = next_slot_[std::size_t(part) * cells + cell];
+      slot += std::exchange(next, slot);
+    }
   }
-  for (int cell = 0; cell < cells; ++cell) cell_begin_[cell + 1] += cell_begin_[cell];
-  std::vector<int>& next = slot_of_;  // slots are dealt out cell by cell; cell_begin_ is restored below
-  for (int i = 0; i < count; ++i) next[i] = cell_begin_[cell_of_[i]]++;
-  for (int cell = cells; cell > 0; --cell) cell_begin_[cell] = cell_begin_[cell - 1];
-  cell_begin_[0] = 0;
-  for (int i = 0; i < count; ++i) {
-    order_[slot_of_[i]] = i;
-    for (int axis = 0; axis < dimensions_; ++axis)
-      sorted_[axis * stride() + slot_of_[i]] = wrapped_[std::size_t(i) * dimensions_ + axis];
-  }
+  cell_begin_[cells] = slot;
+  over_points(count, team, [&](Share own, int part) {
+    int* const next = &next_slot_[std::size_t(part) * cells];
+    for (int i = own.first; i < own.last; ++i) {
+      const int to = next[cell_of_[i]]++;
+      slot_of_[i] = to;
+      order_[to] = i;
+      for (int axis = 0; axis < dimensions_; ++axis)
+        sorted_[axis * stride() + to] = wrapped_[std::size_t(i) * dimensions_ + axis];
+    }
+  });
 }
 
 // The cells of an axis that come within `reach` of x: `count` of them from `first` on, an index that continues beyond
@@ -192,8 +222,11 @@ template <int d>
 ATWOOD_INLINE bool Neighbours<S>::fill_lists(const Grid& grid, int first_slot, int last_slot) {
   const int count = static_cast<int>(order_.size());
   std::vector<int> near(count + 1);  // slots within reach of a point
+  const SlotRanges around = slots_around(grid, first_slot, last_slot);
   for (int j = 0; j < count; ++j) {
-    const int own = slot_of_[j], found = find_near<d>(grid, j, first_slot, last_slot, near.data());
+    const int own = slot_of_[j];
+    if (!around.hold(own)) continue;
+    const int found = find_near<d>(grid, j, first_slot, last_slot, near.data());
     for (int n = 0; n < found; ++n) {
       const int k = near[n], lane = k % kLaneCount;
       if (counts_[k] == capacity_) return false;
@@ -202,6 +235,21 @@ ATWOOD_INLINE bool Neighbours<S>::fill_lists(const Grid& grid, int first_slot, i
     }
   }
   return true;
+}
+
+// Slots that hold all points within reach of those of [first_slot, last_slot). Cells are as wide as the reach along
+// axis 0, or wider: they are those of the same sheets of cells across axis 0 and of two beside, the second for round-off.
+template <class S>
+auto Neighbours<S>::slots_around(const Grid& grid, int first_slot, int last_slot) const -> SlotRanges {
+  const int sheets = grid.cells[0], sheet_size = grid.cells[1] * grid.cells[2], count = static_cast<int>(order_.size());
+  const auto sheet_of = [&](int slot) { return cell_of_[order_[slot]] / sheet_size; };
+  const int low = sheet_of(first_slot) - 2, high = sheet_of(last_slot - 1) + 3;
+  const auto begin_of = [&](int sheet) { return cell_begin_[std::clamp(sheet, 0, sheets) * sheet_size]; };
+  SlotRanges around{begin_of(low), begin_of(high), 0, count};
+  if (grid.period[0] == S(0)) return around;
+  around.end_of_low = begin_of(high - sheets);
+  around.begin_of_high = begin_of(low + sheets);
+  return around;
 }
 
 // The slots of [first_slot, last_slot) within reach of point j, itself included; returns how many.

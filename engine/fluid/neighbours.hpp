@@ -71,9 +71,15 @@ template <class S> class Neighbours {
     }
     S shift(int cell, int axis) const { return cell < 0 ? -period[axis] : cell >= cells[axis] ? period[axis] : S(0); }
   };
+  struct SlotRanges {  // first .. last - 1, 0 .. end_of_low - 1 and from begin_of_high on (across a period)
+    int first, last, end_of_low, begin_of_high;
+    bool hold(int slot) const { return (slot >= first && slot < last) || slot < end_of_low || slot >= begin_of_high; }
+  };
+  template <class Work> static void over_points(int count, Team* team, const Work& work);
   void build(const S* x, int count, Team* team);
   Grid make_grid() const;
-  void sort_into_cells(const Grid& grid);
+  void sort_into_cells(const Grid& grid, Team* team);
+  SlotRanges slots_around(const Grid& grid, int first_slot, int last_slot) const;
   bool fill_lists(const Grid& grid, int first_slot, int last_slot);  // false: a list exceeds capacity_
   void finish_blocks(int first_block, int last_block);
   template <int d> bool fill_lists(const Grid& grid, int first_slot, int last_slot);
@@ -86,7 +92,7 @@ template <class S> class Neighbours {
   std::int64_t builds_ = 0;
   int built_count_ = -1, capacity_ = 2 * kLaneCount;
   std::vector<S> built_at_, wrapped_, sorted_;  // positions at the build; wrapped, by point and by slot
-  std::vector<int> order_, slot_of_, cell_of_, cell_begin_, counts_, block_longest_, entries_;
+  std::vector<int> order_, slot_of_, cell_of_, cell_begin_, next_slot_, counts_, block_longest_, entries_;
   std::vector<unsigned char> block_wraps_;
 };
 

@@ -83,6 +83,24 @@ TEST_CASE("lists hold all pairs within the support, in the order of the points")
     check_lists({2, {1, 1, 0}}, random_points(60, 2, 1, 9), support, 0.05, none);
 }
 
+TEST_CASE("any number of threads builds the same lists") {
+  Team two(2), five(5);
+  for (const int d : {2, 3})
+    for (const double period : {0.0, 1.0})
+      for (const double support : {0.04, 0.11, 0.2}) {
+        const Domain domain{d, {period, period, d == 3 ? period : 0.0}};
+        const std::vector<double> x = random_points(3000, d, 1, 11);
+        Neighbours<double> alone(domain, support, 0.02), shared(domain, support, 0.02);
+        REQUIRE(alone.update(x.data(), 3000, nullptr));
+        for (Team* team : {&two, &five}) {
+          shared.forget();
+          REQUIRE(shared.update(x.data(), 3000, team));
+          REQUIRE(shared.order() == alone.order());
+          for (int i = 0; i < 3000; ++i) REQUIRE(listed(shared, i) == listed(alone, i));
+        }
+      }
+}
+
 TEST_CASE("points outside the period, and points far away from all others, keep their pairs") {
   std::vector<double> x = random_points(300, 2, 1, 3);
   for (std::size_t i = 0; i < x.size(); i += 7) x[i] += 5 - static_cast<double>(i % 11);
