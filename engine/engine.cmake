@@ -20,6 +20,7 @@ add_library(atwood_engine STATIC
   fluid/spectrum.cpp
   fluid/stability.cpp
   fluid/sums.cpp
+  fluid/transport.cpp
   fluid/walls.cpp
   smooth/prepare.cpp
   smooth/run.cpp

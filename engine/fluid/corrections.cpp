@@ -1,7 +1,5 @@
 #include "fluid/corrections.hpp"
 
-#include <algorithm>
-
 namespace atwood::fluid {
 namespace {
 
@@ -70,53 +68,9 @@ template <class S> void add_corrected_gradients(const CorrectionData<S>& data, i
   }
 }
 
-template <class S>
-void set_transport_velocities(const CorrectionData<S>& data, S strength, int first, int last, S* transport) {
-  const int d = data.dimensions;
-  for (int i = first; i < last; ++i) {
-    S* const u = transport + std::ptrdiff_t(i) * d;
-    std::fill(u, u + d, S(0));
-    for_neighbours(data, i, [&](int, S weight, const S* x) {
-      for (int c = 0; c < d; ++c) u[c] -= strength * weight * x[c];
-    });
-  }
-}
-
-template <class S>
-void add_transport_fluxes(const CorrectionData<S>& data, const S* transport, const S* temperatures, int first, int last,
-                          S* sums, S* temperature_rates) {
-  const int d = data.dimensions;
-  for (int i = first; i < last; ++i) {
-    const S* const u = transport + std::ptrdiff_t(i) * d;
-    const S rho = data.densities[i];
-    S density{}, momentum[3]{}, warmth{};
-    for_neighbours(data, i, [&](int j, S weight, const S* x) {
-      const S* const other = transport + std::ptrdiff_t(j) * d;
-      S flux{}, spread{};
-      for (int c = 0; c < d; ++c) {
-        flux += x[c] * (rho * u[c] + data.densities[j] * other[c]);
-        spread += x[c] * (other[c] - u[c]);
-      }
-      density += weight * (flux - rho * spread);
-      const S carried = weight * flux / (S(2) * rho);
-      for (int c = 0; c < d; ++c) momentum[c] += carried * (velocity(data, j, c) - velocity(data, i, c));
-      if (temperatures != nullptr) warmth += carried * (temperatures[j] - temperatures[i]);
-    });
-    S* const out = sums + std::ptrdiff_t(i) * SumRecord::size;
-    for (int c = 0; c < d; ++c) out[SumRecord::acceleration + c] += momentum[c];
-    out[SumRecord::density] += density;
-    if (temperatures != nullptr) temperature_rates[i] = warmth;
-  }
-}
-
-#define ATWOOD_CORRECTIONS(S)                                                           \
-  template void add_corrected_gradients<S>(const CorrectionData<S>&, int, int, S*);     \
-  template void set_transport_velocities<S>(const CorrectionData<S>&, S, int, int, S*); \
-  template void add_transport_fluxes<S>(const CorrectionData<S>&, const S*, const S*, int, int, S*, S*);
-ATWOOD_CORRECTIONS(float)
-ATWOOD_CORRECTIONS(double)
-ATWOOD_CORRECTIONS(long double)
-ATWOOD_CORRECTIONS(Quad)
-#undef ATWOOD_CORRECTIONS
+template void add_corrected_gradients<float>(const CorrectionData<float>&, int, int, float*);
+template void add_corrected_gradients<double>(const CorrectionData<double>&, int, int, double*);
+template void add_corrected_gradients<long double>(const CorrectionData<long double>&, int, int, long double*);
+template void add_corrected_gradients<Quad>(const CorrectionData<Quad>&, int, int, Quad*);
 
 }  // namespace atwood::fluid

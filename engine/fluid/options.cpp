@@ -10,8 +10,8 @@ MethodInfo sph_info() {
   info.id = "+sph";
   info.doc =
       "Weakly compressible smoothed particle hydrodynamics by sums over pairs; equations in docs/fluids.md. Pressures "
-      "enter in the symmetric form, so that linear momentum is kept to round-off; angular momentum where viscosity is "
-      "central or absent; kinetic and elastic energy and heat to the error of time stepping, without density_diffusion, "
+      "enter in the symmetric form, so that with shift=0 linear momentum is kept to round-off; angular momentum where "
+      "viscosity is central or absent; kinetic and elastic energy and heat to the error of time stepping, without density_diffusion, "
       "shift and walls (rows of work of their own). At a fixed ratio of smoothing to spacing the error in space of "
       "disturbed particles has no fixed order: it reaches a plateau that falls with smoothing. Order in time: the "
       "method's own, at most that of the kernel (cubic 3, wendland-c2 4, quintic 5, wendland-c4 6, wendland-c6 8). "
@@ -36,8 +36,15 @@ MethodInfo sph_info() {
        {"viscosity",
         std::string("morris"),
         {one_of({"morris", "central", "none"}), "Form of the fluid's viscosity; central: Monaghan and Gingold's."}},
-       {"density_diffusion", 0.0, {between(0, 1), "Coefficient of Molteni and Colagrossi's diffusion of density."}},
-       {"shift", 0.0, {between(0, 10), "Coefficient of the transport velocity that keeps particles in order."}},
+       {"density_diffusion",
+        -1.0,
+        {between(-1, 1),
+         "Coefficient of Molteni and Colagrossi's diffusion of density; below 0: 0.1 with shift, else 0."}},
+       {"shift",
+        -1.0,
+        {between(-1, 10),
+         "Coefficient of the transport velocity that keeps particles in order; below 0: 1 where particles that move fill "
+         "a periodic domain without markers (density=continuity, corrected=false), else 0."}},
        {"corrected", false, {{}, "First-order exact gradients; momentum is then not kept."}},
        {"reversible",
         false,
@@ -97,6 +104,17 @@ MethodInfo polynomial_info() {
 }
 
 }  // namespace
+
+SphOptions resolved(SphOptions options, const Scene& scene) {
+  bool full = scene.fluid_boundaries.empty(), moves = false;
+  for (int c = 0; c < scene.domain.dimensions; ++c) full = full && scene.domain.periodic_m[c] > 0;
+  for (const FluidProbe& probe : scene.probes) full = full && probe.kind != ProbeKind::marker;
+  for (const Fluid& fluid : scene.fluids)
+    for (const Real3& v : fluid.particles.velocity_m_per_s) moves = moves || v != Real3{};
+  if (options.shift < 0) options.shift = full && moves && !options.summation && !options.corrected ? 1 : 0;
+  if (options.density_diffusion < 0) options.density_diffusion = options.shift > 0 ? 0.1 : 0;
+  return options;
+}
 
 Result<PolynomialOptions> polynomial_request(const MethodId& id) {
   const Result<Settings> settings = settings_of_response(*find_response("polynomial"), id);

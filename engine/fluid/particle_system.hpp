@@ -5,6 +5,7 @@
 
 #include "fluid/layout.hpp"
 #include "math/system.hpp"
+#include "parallel/team.hpp"
 #include "protocol/sample.hpp"
 
 namespace atwood::fluid {
@@ -25,6 +26,7 @@ template <class S> class ParticleSystem {
   // The rate is x' = v, v' = a(x): velocities are kicked at fixed positions, positions drift at fixed velocities. Empty:
   // it is; else why not.
   virtual std::string not_separable() const { return "has no kicks and drifts"; }
+  virtual Team* team() { return nullptr; }  // the threads that share the rates; null: one alone
   virtual void accelerations(S /*t_s*/, const S* /*y*/, S* /*acceleration*/) {}  // d numbers a particle
 };
 

@@ -9,6 +9,7 @@
 #include "fluid/stability.hpp"
 #include "integrators/adaptive.hpp"
 #include "integrators/catalogue.hpp"
+#include "integrators/runge_kutta.hpp"
 #include "protocol/refusal.hpp"
 #include "protocol/timed_passes.hpp"
 #include "smooth/run.hpp"
@@ -35,10 +36,16 @@ template <class S> struct March {
     outcome.reason = what + " at t = " + format_double(static_cast<double>(t_s)) + " s";
     return false;
   }
-  // After every step: is the state finite? Sums of all numbers are not, if one is not.
+  // After every step: is the state finite? Sums of all numbers are not, if one is not. Several sums, so that an addition
+  // need not wait for the one before.
   bool finite(const S* state, S t_s) {
-    S sum{};
-    for (int i = 0; i < particles.layout().size(); ++i) sum += real::abs(state[i]);
+    constexpr int kSums = 8;
+    S sums[kSums]{}, sum{};
+    const int size = particles.layout().size(), whole = size - size % kSums;
+    for (int i = 0; i < whole; i += kSums)
+      for (int k = 0; k < kSums; ++k) sums[k] += real::abs(state[i + k]);
+    for (int i = whole; i < size; ++i) sum += real::abs(state[i]);
+    for (const S part : sums) sum += part;
     return real::is_finite(sum) || fail(Status::not_finite, particles.fault(state), t_s);
   }
   bool observe(std::int64_t k, const S* state) {
@@ -201,12 +208,13 @@ Outcome run_sph(const MethodId& id, const Scene& asked, const Plan& plan, const 
   auto stepper = is_kick_drift(own.scheme) ? make_kick_drift<S>(own.scheme, particles, lattice, compensated)
                                            : make_stepper<S>(own.scheme, particles.system(), own.overrides);
   if (!stepper) return refused(stepper.fault());
+  if (auto* sums = dynamic_cast<ExplicitRungeKutta<S>*>(stepper->get())) sums->share_sums(particles.team());
   if (!own.rtol) {
     const double spacing = scene.fluids.front().spacing_m;
     const auto kernel =
         make_kernel<double>(request->options.kernel, scene.domain.dimensions, request->options.smoothing * spacing);
     const std::string why =
-        unstable(own.scheme, own.overrides, kernel, spacing, mode_rates(scene, request->options, kernel),
+        unstable(own.scheme, own.overrides, kernel, spacing, mode_rates(scene, particles.options(), kernel),
                  plan.t_end_s / static_cast<double>(plan.steps), plan.steps);
     if (!why.empty()) return refused(why);
   }

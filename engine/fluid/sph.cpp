@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "fluid/corrections.hpp"
+#include "fluid/transport.hpp"
 #include "fluid/walls.hpp"
 
 namespace atwood::fluid {
@@ -39,8 +40,9 @@ std::string scene_fault(const Scene& scene, const SphOptions& options) {
 }  // namespace
 
 template <class S>
-Sph<S>::Sph(const Scene& scene, const SphOptions& options)
-    : scene_(scene), options_(options), unsupported_(scene_fault(scene, options)) {
+Sph<S>::Sph(const Scene& scene, const SphOptions& asked)
+    : scene_(scene), options_(resolved(asked, scene)), unsupported_(scene_fault(scene, options_)) {
+  const SphOptions& options = options_;
   if (!unsupported_.empty()) return;
   if (!scene.bodies.empty()) {
     bodies_ = std::make_unique<RigidModel<S>>(scene);
@@ -169,15 +171,17 @@ template <class S> template <int d> void Sph<S>::pack(const S* y, int first_bloc
 
 // The points of walls have no mass here.
 template <class S> void Sph<S>::set_masses() {
-  const int slots = lists_->blocks() * kLaneCount, last = lists_->count() - 1;
+  const int slots = lists_->blocks() * kLaneCount, last_slot = lists_->count() - 1;
   masses_.resize(slots);
   if (options_.summation && walls_ != nullptr) wall_masses_.resize(slots);
-  for (int slot = 0; slot < slots; ++slot) {
-    const int i = lists_->order()[std::min(slot, last)];
-    const bool fluid = i < set_.layout.particles;
-    masses_[slot] = fluid ? set_.mass[i] : S(0);
-    if (!wall_masses_.empty()) wall_masses_[slot] = fluid ? set_.mass[i] : walls_->mass();
-  }
+  over_blocks([&](int first, int last) {
+    for (int slot = first * kLaneCount; slot < last * kLaneCount; ++slot) {
+      const int i = lists_->order()[std::min(slot, last_slot)];
+      const bool fluid = i < set_.layout.particles;
+      masses_[slot] = fluid ? set_.mass[i] : S(0);
+      if (!wall_masses_.empty()) wall_masses_[slot] = fluid ? set_.mass[i] : walls_->mass();
+    }
+  });
 }
 
 // What follows from density and temperature.
@@ -236,35 +240,38 @@ template <class S> void Sph<S>::set_sums(const S* y) {
     if (walls_ != nullptr)
       walls_->add_forces(*lists_, slot_data().records, densities_.data(), y, first, last, out_.data());
   });
-  if (options_.corrected || transport_strength_ > S(0)) set_corrections(y);
+  if (options_.corrected) set_corrections();
+  if (transport_strength_ > S(0)) set_transport(y);
 }
 
-template <class S> void Sph<S>::set_corrections(const S* y) {
-  const Layout& at = set_.layout;
+template <class S> void Sph<S>::set_corrections() {
   const std::size_t slots = masses_.size();
   pressures_.resize(slots);
-  transport_.resize(slots * at.dimensions);
-  if (at.temperature) temperatures_.resize(slots), carried_heat_.resize(slots);
-  const auto for_slots = [&](const auto& work) {
-    over_blocks([&](int first, int last) { work(first * kLaneCount, std::min(last * kLaneCount, lists_->count())); });
-  };
-  for_slots([&](int first, int last) {
-    for (int slot = first; slot < last; ++slot) {
-      const int i = lists_->order()[slot];
-      pressures_[slot] = set_.law(i).pressure(densities_[slot]);
-      if (at.temperature) temperatures_[slot] = y[at.temperatures() + i];
-    }
+  over_blocks([&](int first, int last) {
+    for (int slot = first * kLaneCount; slot < std::min(last * kLaneCount, lists_->count()); ++slot)
+      pressures_[slot] = set_.law(lists_->order()[slot]).pressure(densities_[slot]);
   });
-  const CorrectionData<S> data{*lists_,        sums_.kernel,      at.dimensions,    slot_data().records,
+  const CorrectionData<S> data{*lists_,        sums_.kernel,      set_.layout.dimensions, slot_data().records,
                                masses_.data(), densities_.data(), pressures_.data()};
-  if (options_.corrected)
-    for_slots([&](int first, int last) { add_corrected_gradients(data, first, last, out_.data()); });
-  if (transport_strength_ == S(0)) return;
-  for_slots([&](int first, int last) {
+  over_blocks([&](int first, int last) {
+    add_corrected_gradients(data, first * kLaneCount, std::min(last * kLaneCount, lists_->count()), out_.data());
+  });
+}
+
+template <class S> void Sph<S>::set_transport(const S* y) {
+  const Layout& at = set_.layout;
+  const std::size_t slots = masses_.size();
+  transport_.resize(slots * TransportRecord::size);
+  if (at.temperature) temperatures_.resize(slots), carried_heat_.resize(slots);
+  const TransportData<S> data{sums_, *lists_, at.dimensions, slot_data().records, masses_.data(), densities_.data()};
+  over_blocks([&](int first, int last) {
     set_transport_velocities(data, transport_strength_, first, last, transport_.data());
+    if (!at.temperature) return;
+    for (int slot = first * kLaneCount; slot < last * kLaneCount; ++slot)
+      temperatures_[slot] = y[at.temperatures() + lists_->order()[std::min(slot, lists_->count() - 1)]];
   });
   const S* const temperatures = at.temperature ? temperatures_.data() : nullptr;
-  for_slots([&](int first, int last) {
+  over_blocks([&](int first, int last) {
     add_transport_fluxes(data, transport_.data(), temperatures, first, last, out_.data(), carried_heat_.data());
   });
 }
@@ -284,7 +291,7 @@ void Sph<S>::rate_of_particles(S t_s, const S* y, S* dydt, int first_slot, int l
     if (law.expansion != S(0) && at.temperature)
       weight = S(1) - law.expansion * (y[at.temperatures() + i] - law.temperature0);
     for (int c = 0; c < d; ++c) {
-      const S carried = transport_strength_ > S(0) ? transport_[std::size_t(slot) * d + c] : S(0);
+      const S carried = transport_strength_ > S(0) ? transport_[std::size_t(slot) * TransportRecord::size + c] : S(0);
       dydt[at.positions() + i * d + c] = y[at.velocities() + i * d + c] + carried;
       dydt[at.velocities() + i * d + c] = sum[SumRecord::acceleration + c] + weight * gravity_[c];
     }

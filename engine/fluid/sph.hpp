@@ -20,16 +20,19 @@ struct SphOptions {
   double smoothing = 1.3;  // h over the particles' spacing
   bool summation = false;  // density by summation; else by continuity
   Viscosity viscosity = Viscosity::morris;
-  double density_diffusion = 0, shift = 0;
+  double density_diffusion = 0, shift = 0;  // below 0: by the scene
   bool corrected = false;
   int threads = 1;
   double skin = 0.12;         // of the support; results do not depend on it
   bool lane_by_lane = false;  // the scalar loop; the same bits
 };
 
+// With `shift` and `density_diffusion` below 0 replaced by what they stand for in this scene (docs/fluids.md).
+SphOptions resolved(SphOptions options, const Scene& scene);
+
 template <class S> class Sph final : public ParticleSystem<S> {
  public:
-  Sph(const Scene& scene, const SphOptions& options);
+  Sph(const Scene& scene, const SphOptions& asked);
   ~Sph() override;
   Sph(const Sph&) = delete;
   Sph& operator=(const Sph&) = delete;
@@ -41,6 +44,7 @@ template <class S> class Sph final : public ParticleSystem<S> {
   void write(S t_s, const S* y, Sample& sample) override;
   std::string fault(const S* y) const override;
   std::string not_separable() const override;
+  Team* team() override { return team_.get(); }
   void accelerations(S t_s, const S* y, S* acceleration) override;
 
   const ParticleSet<S>& particles() const { return set_; }
@@ -62,7 +66,8 @@ template <class S> class Sph final : public ParticleSystem<S> {
   template <class Work> void over_blocks(const Work& work);
   SlotData<S> slot_data() const;
   void set_sums(const S* y);  // after update(): what the pairs do to each slot
-  void set_corrections(const S* y);
+  void set_corrections();
+  void set_transport(const S* y);
 
   const Scene& scene_;
   SphOptions options_;

@@ -57,10 +57,12 @@ namespace {
 // For shorter states the call of a function compiled for wider vectors is slower than the loop it replaces.
 constexpr int kShortestWideState = 40;
 
+constexpr int kLeastShared = 20000;  // numbers: below, starting a team costs more than it saves
+
 // The sum first, so that y is rounded once. The number of terms is known to the compiler: the loop over components
 // then runs in vector lanes.
 template <class S, int terms>
-ATWOOD_INLINE void add_sum(const S* y, S h_s, const S* const* rates, const int* stage, const S* weights, int size,
+ATWOOD_INLINE void add_sum(const S* y, S h_s, const S* const* rates, const int* stage, const S* weights, Share own,
                            S* out) {
   const S* k[terms];
   S weight[terms];
@@ -69,7 +71,7 @@ ATWOOD_INLINE void add_sum(const S* y, S h_s, const S* const* rates, const int* 
     weight[j] = weights[j];
   }
   ATWOOD_INDEPENDENT
-  for (int i = 0; i < size; ++i) {
+  for (int i = own.first; i < own.last; ++i) {
     S slope = weight[0] * k[0][i];
     for (int j = 1; j < terms; ++j) slope += weight[j] * k[j][i];
     out[i] = y[i] + h_s * slope;
@@ -81,12 +83,17 @@ ATWOOD_INLINE void add_sum(const S* y, S h_s, const S* const* rates, const int* 
 template <class S>
 template <int terms>
 void ExplicitRungeKutta<S>::add_terms(const S* y, S h_s, const Combination& c, S* out) const {
-  const auto kernel = [&]() __attribute__((always_inline)) {
-    add_sum<S, terms>(y, h_s, k_, c.stage, c.weight, size_, out);
+  const auto add_share = [&](Share own) {
+    const auto kernel = [&]() __attribute__((always_inline)) {
+      add_sum<S, terms>(y, h_s, k_, c.stage, c.weight, own, out);
+    };
+    if constexpr (has_vector_lanes<S>)
+      if (size_ >= kShortestWideState) return at_width(width_, kernel);
+    kernel();
   };
-  if constexpr (has_vector_lanes<S>)
-    if (size_ >= kShortestWideState) return at_width(width_, kernel);
-  kernel();
+  if (team_ == nullptr || size_ < kLeastShared) return add_share({0, size_});
+  const int parts = 4 * team_->size();
+  team_->run(parts, [&](int part) { add_share(share(size_, part, parts)); });
 }
 
 template <class S> void ExplicitRungeKutta<S>::add(const S* y, S h_s, const Combination& c, S* out) const {

@@ -5,6 +5,7 @@
 #include "integrators/stepper.hpp"
 #include "integrators/tableaux.hpp"
 #include "math/vector_width.hpp"
+#include "parallel/team.hpp"
 
 namespace atwood {
 
@@ -13,6 +14,7 @@ template <class S> class ExplicitRungeKutta final : public Stepper<S> {
   ExplicitRungeKutta(System<S>& system, const Tableau& tableau, bool compensated = false);
 
   bool step(S t_s, S h_s, const S* y, S* y_new) override;
+  void share_sums(Team* team) { team_ = team; }  // over the stages of long states; the same bits. Null: one thread
   S error_norm(S rtol, S atol) const override;
   int estimate_order() const override { return estimate_order_; }
   void dense(S theta, S* y_at) override;
@@ -48,6 +50,7 @@ template <class S> class ExplicitRungeKutta final : public Stepper<S> {
   std::int64_t start_epoch_ = -1, last_epoch_ = -1;
   Compensation<S> compensation_;
   VectorWidth width_ = widest_vectors();
+  Team* team_ = nullptr;
 };
 
 }  // namespace atwood

@@ -55,6 +55,14 @@ template <class S> class Sph final : public FluidSystem<S> {
   S diffusion_{}, shift_{}, wall_volume_{};
 };
 
+// Where `shift` below 0 stands for 1: particles that move fill a periodic domain, and no marker follows them.
+bool shifted_unless_told(const Scene& scene, bool excluded, double largest_speed) {
+  for (const FluidProbe& probe : scene.probes) excluded = excluded || probe.kind == ProbeKind::marker;
+  const auto& period = scene.domain.periodic_m;
+  const bool periodic = period[0] > 0 && period[1] > 0 && (scene.domain.dimensions == 2 || period[2] > 0);
+  return !excluded && periodic && scene.fluid_boundaries.empty() && largest_speed > 0;
+}
+
 template <class S> Sph<S>::Sph(const Scene& scene, const Response& response) {
   for (const auto& [name, value] : response.settings) {
     const char* known[] = {"kernel", "smoothing", "density", "viscosity", "density_diffusion", "corrected",
@@ -78,8 +86,10 @@ template <class S> Sph<S>::Sph(const Scene& scene, const Response& response) {
           "expected viscosity=morris, central or none");
   viscosity_ = viscosity == "none" ? Viscosity::none : viscosity == "morris" ? Viscosity::morris : Viscosity::central;
   corrected_ = flag(response, "corrected", false);
-  diffusion_ = number(response, "density_diffusion", 0);
-  shift_ = number(response, "shift", 0);
+  const double shift = number(response, "shift", 0), diffusion = number(response, "density_diffusion", 0);
+  shift_ =
+      S(shift < 0 ? double(shifted_unless_told(scene, summation_ || corrected_, this->data.largest_speed)) : shift);
+  diffusion_ = S(diffusion < 0 ? (shift_ > 0 ? 0.1 : 0) : diffusion);
   points_ = fixed_points<S>(scene, reach);
   require(!(corrected_ && summation_), "corrected=true needs density=continuity");
   require(points_.empty() || (!corrected_ && shift_ == 0), "walls with `corrected` or `shift` are not covered");

@@ -266,6 +266,7 @@ TEST_CASE("lanes, threads and the time at which lists were built leave the bits"
       SphOptions options;
       options.summation = summation;
       options.viscosity = Viscosity::central;
+      options.shift = summation ? 0 : 0.7;
       Sph<double> sph(scene, options);
       const std::vector<double> y = start_of(sph), rate = rate_at(sph, y);
       SphOptions scalar = options;

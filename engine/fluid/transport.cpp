@@ -1,0 +1,122 @@
+#include "fluid/transport.hpp"
+
+#include "fluid/slot_lanes.hpp"
+
+namespace atwood::fluid {
+namespace {
+
+// each(row, x_ij, m_j V_j F_ij over the kernel's factor, record of j) for the neighbours of a block's lanes.
+template <int d, class S, class Lanes, class Each>
+ATWOOD_INLINE void over_neighbours(const TransportData<S>& data, const NeighbourBlock& block, const Lanes& lanes,
+                                   const typename Lanes::Value (&own)[kRecordSize], const Each& each) {
+  using V = typename Lanes::Value;
+  using R = Record<d>;
+  const NearestImages<d, V> nearest(data.lists, block.wraps);
+  const Kernel<S>& kernel = data.pairs.kernel;
+  for (int n = 0, rows = lanes.longest(block.counts); n < rows; ++n) {
+    const int* const row = block.entries + n * kLaneCount;
+    V other[kRecordSize], x[d];
+    lanes.read_records(data.records, row, other);
+    for (int c = 0; c < d; ++c) x[c] = nearest(V(own[R::position + c] - other[R::position + c]), c);
+    V r2 = x[0] * x[0];
+    for (int c = 1; c < d; ++c) r2 = r2 + x[c] * x[c];
+    const V F = kernel_slope<S>(kernel.shape, V(lanes.root_of(r2) * kernel.inverse_support));
+    each(row, x, V(lanes.read(data.masses, row, 1) * other[R::volume] * F), other);
+  }
+}
+
+template <int d, class S, class Lanes>
+ATWOOD_INLINE void block_velocities(const TransportData<S>& data, S strength, const NeighbourBlock& block, int first,
+                                    const Lanes& lanes, S* transport) {
+  using V = typename Lanes::Value;
+  V own[kRecordSize], u[d]{};
+  lanes.read_records(data.records + std::ptrdiff_t(first) * kRecordSize, kOwnRow, own);
+  over_neighbours<d>(data, block, lanes, own,
+                     [&](const int*, const V(&x)[d], const V& weight, const V*) ATWOOD_INLINED {
+                       for (int c = 0; c < d; ++c) u[c] = u[c] + weight * x[c];
+                     });
+  const S factor = -strength * data.pairs.kernel.slope_factor;
+  S* const out = transport + std::ptrdiff_t(first) * TransportRecord::size;
+  for (int c = 0; c < d; ++c) lanes.write(V(factor * u[c]), out + TransportRecord::velocity + c, TransportRecord::size);
+  lanes.write(lanes.read(data.densities + first, kOwnRow, 1), out + TransportRecord::density, TransportRecord::size);
+}
+
+template <int d, class S, class Lanes>
+ATWOOD_INLINE void block_fluxes(const TransportData<S>& data, const S* transport, const S* temperatures,
+                                const NeighbourBlock& block, int first, const Lanes& lanes, S* sums,
+                                S* temperature_rates) {
+  using V = typename Lanes::Value;
+  using R = Record<d>;
+  const auto transported = [&](const S* from, const int* row, int field)
+                               ATWOOD_INLINED { return lanes.read(from + field, row, TransportRecord::size); };
+  const S* const own_transport = transport + std::ptrdiff_t(first) * TransportRecord::size;
+  V own[kRecordSize], u[d], density{}, momentum[d]{}, warmth{}, T_i{};
+  lanes.read_records(data.records + std::ptrdiff_t(first) * kRecordSize, kOwnRow, own);
+  for (int c = 0; c < d; ++c) u[c] = transported(own_transport, kOwnRow, TransportRecord::velocity + c);
+  const V rho_i = transported(own_transport, kOwnRow, TransportRecord::density);
+  if (temperatures != nullptr) T_i = lanes.read(temperatures + first, kOwnRow, 1);
+  const auto add = [&](const int* row, const V(&x)[d], const V& weight, const V* other) ATWOOD_INLINED {
+    const V rho_j = transported(transport, row, TransportRecord::density);
+    V flux{}, spread{};
+    for (int c = 0; c < d; ++c) {
+      const V u_j = transported(transport, row, TransportRecord::velocity + c);
+      flux = flux + x[c] * (rho_i * u[c] + rho_j * u_j);
+      spread = spread + x[c] * (u_j - u[c]);
+    }
+    density = density + weight * (flux - rho_i * spread);
+    const V carried = weight * flux;
+    for (int c = 0; c < d; ++c) momentum[c] = momentum[c] + carried * (other[R::velocity + c] - own[R::velocity + c]);
+    if (temperatures != nullptr) warmth = warmth + carried * (lanes.read(temperatures, row, 1) - T_i);
+  };
+  over_neighbours<d>(data, block, lanes, own, add);
+  const S factor = data.pairs.kernel.slope_factor;
+  S* const out = sums + std::ptrdiff_t(first) * SumRecord::size;
+  const auto add_to = [&](const V& change, int field) ATWOOD_INLINED {
+    lanes.write(V(lanes.read(out + field, kOwnRow, SumRecord::size) + change), out + field, SumRecord::size);
+  };
+  for (int c = 0; c < d; ++c) add_to(V(S(0.5) * factor * (momentum[c] / rho_i)), SumRecord::acceleration + c);
+  add_to(V(factor * density), SumRecord::density);
+  if (temperatures != nullptr) lanes.write(V(S(0.5) * factor * (warmth / rho_i)), temperature_rates + first, 1);
+}
+
+template <class S, class BlockOf>
+void over_blocks(const TransportData<S>& data, int first, int last, const BlockOf& block_of) {
+  in_lanes<S>(data.pairs.width, [&](auto width) ATWOOD_INLINED {
+    for (int b = first; b < last; ++b) {
+      const NeighbourBlock block = data.lists.block(b);
+      over_lanes<S, decltype(width)::value>(
+          data.pairs.lane_by_lane, [&](const auto& lanes) ATWOOD_INLINED { block_of(block, b * kLaneCount, lanes); });
+    }
+  });
+}
+
+}  // namespace
+
+template <class S>
+void set_transport_velocities(const TransportData<S>& data, S strength, int first, int last, S* transport) {
+  over_blocks(data, first, last, [&](const NeighbourBlock& block, int slot, const auto& lanes) ATWOOD_INLINED {
+    if (data.dimensions == 2) block_velocities<2>(data, strength, block, slot, lanes, transport);
+    else block_velocities<3>(data, strength, block, slot, lanes, transport);
+  });
+}
+
+template <class S>
+void add_transport_fluxes(const TransportData<S>& data, const S* transport, const S* temperatures, int first, int last,
+                          S* sums, S* temperature_rates) {
+  over_blocks(data, first, last, [&](const NeighbourBlock& block, int slot, const auto& lanes) ATWOOD_INLINED {
+    if (data.dimensions == 2)
+      block_fluxes<2>(data, transport, temperatures, block, slot, lanes, sums, temperature_rates);
+    else block_fluxes<3>(data, transport, temperatures, block, slot, lanes, sums, temperature_rates);
+  });
+}
+
+#define ATWOOD_TRANSPORT(S)                                                            \
+  template void set_transport_velocities<S>(const TransportData<S>&, S, int, int, S*); \
+  template void add_transport_fluxes<S>(const TransportData<S>&, const S*, const S*, int, int, S*, S*);
+ATWOOD_TRANSPORT(float)
+ATWOOD_TRANSPORT(double)
+ATWOOD_TRANSPORT(long double)
+ATWOOD_TRANSPORT(Quad)
+#undef ATWOOD_TRANSPORT
+
+}  // namespace atwood::fluid
