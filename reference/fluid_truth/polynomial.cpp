@@ -1,11 +1,11 @@
-// The equations of `+polynomial` (docs/fluids.md) without walls, written from that page: derivatives by moving least squares.
+// The equations of `+polynomial` (docs/fluids.md), written from that page: derivatives by moving least squares.
 // P. Lancaster and K. Salkauskas, Math. Comp. 37 (1981) 141; T. Liszka and J. Orkisz, Comput. Struct. 11 (1980) 83.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
-#include "fluid_truth/particles.hpp"
+#include "fluid_truth/polynomial_walls.hpp"
 #include "fluid_truth/solution.hpp"
 #include "scene/fluid_surface.hpp"
 
@@ -14,72 +14,6 @@ namespace atwood::fluid_truth {
 namespace {
 
 constexpr double kLeastPivot = 1e-10;  // the page ends a run long before, at 0.004
-
-struct Monomial {
-  int power[3] = {0, 0, 0};
-};
-
-// All monomials of degree `least` ... P in d variables, by descending degree.
-std::vector<Monomial> monomials(int d, int P, int least) {
-  std::vector<Monomial> made;
-  for (int degree = P; degree >= least; --degree)
-    for (int a = degree; a >= 0; --a)
-      for (int b = degree - a; b >= 0; --b) {
-        const int e = degree - a - b;
-        if (d == 3 || e == 0) made.push_back({{a, b, e}});
-      }
-  return made;
-}
-
-template <class S> S raised(S x, int n) {
-  S made = 1;
-  for (int k = 0; k < n; ++k) made *= x;
-  return made;
-}
-
-// Cholesky's factor of a symmetric positive matrix scaled to a unit diagonal, and solutions by it.
-template <class S> class Fit {
- public:
-  Fit(const std::vector<S>& M, int n) : n_(n), scale_(n), L_(M) {
-    for (int k = 0; k < n; ++k) {
-      if (!(M[k * n + k] > 0)) return;
-      scale_[k] = 1 / sqrt(M[k * n + k]);
-    }
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j <= i; ++j) {
-        S sum = M[i * n + j] * scale_[i] * scale_[j];
-        for (int k = 0; k < j; ++k) sum -= L_[i * n + k] * L_[j * n + k];
-        if (i == j) {
-          if (!(sum >= S(kLeastPivot))) return;
-          L_[i * n + i] = sqrt(sum);
-        } else {
-          L_[i * n + j] = sum / L_[j * n + j];
-        }
-      }
-    regular_ = true;
-  }
-  bool regular() const { return regular_; }
-  std::vector<S> solve(const std::vector<S>& b) const {
-    std::vector<S> x(n_);
-    for (int i = 0; i < n_; ++i) {
-      S sum = b[i] * scale_[i];
-      for (int k = 0; k < i; ++k) sum -= L_[i * n_ + k] * x[k];
-      x[i] = sum / L_[i * n_ + i];
-    }
-    for (int i = n_ - 1; i >= 0; --i) {
-      S sum = x[i];
-      for (int k = i + 1; k < n_; ++k) sum -= L_[k * n_ + i] * x[k];
-      x[i] = sum / L_[i * n_ + i];
-    }
-    for (int i = 0; i < n_; ++i) x[i] *= scale_[i];
-    return x;
-  }
-
- private:
-  int n_;
-  std::vector<S> scale_, L_;
-  bool regular_ = false;
-};
 
 template <class S> struct Derivatives {  // of one field at one particle
   Vec<S> grad{};
@@ -97,12 +31,13 @@ template <class S> class Polynomial final : public FluidSystem<S> {
 
  private:
   Vec<S> transport(const std::vector<Neighbour<S>>& near) const;
-  std::vector<S> at_node(const std::vector<Neighbour<S>>& near, const std::vector<std::vector<S>>& values) const;
 
   Kernel<S> weight_, crowding_;
-  std::vector<Monomial> basis_, of_node_;
+  std::vector<Monomial> basis_;
+  NodeFit<S> of_wall_, of_surface_;
+  PolynomialWalls<S> walls_;
   int first_[3] = {-1, -1, -1}, second_[3] = {-1, -1, -1};  // monomials z_a and z_a^2
-  S H_{}, shift_{}, shift_speed_{}, filter_{};
+  S shift_{}, shift_speed_{}, filter_{};
 };
 
 // A setting of 0 stands for the default.
@@ -118,13 +53,11 @@ template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response&
     require(std::find(std::begin(known), std::end(known), name) != std::end(known),
             "the setting `" + name + "` of +polynomial is not covered");
   }
-  require(scene.fluid_boundaries.empty(), "boundaries are not covered with +polynomial");
   const double degree = number(response, "degree", 4);
   require(degree == 2 || degree == 4, "expected degree=2 or 4");
   const bool high = degree == 4;
   this->data = particle_data<S>(scene, true);
   const int d = this->data.layout.d;
-  of_node_ = monomials(d, 2, 0);
   try {
     this->data.layout.node_count = static_cast<int>(surface_points(scene).size());
   } catch (const std::invalid_argument& error) {
@@ -142,7 +75,9 @@ template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response&
                                       D * S(support_of(kind));
   weight_ = kernel_of<S>(kind, d, R);
   crowding_ = kernel_of<S>(KernelKind::wendland_c2, d, 2 * D);
-  H_ = R / 2;
+  walls_ = polynomial_walls<S>(scene, this->data.spacing, R);
+  of_wall_ = node_fit(weight_, d, high ? 3 : 2, this->data.layout.count);
+  of_surface_ = node_fit(weight_, d, 2, this->data.layout.count);
   const double shift = number(response, "shift", -1);
   shift_ = shift >= 0 ? shift : surface ? 0 : 1;
   const double filter = number(response, "filter", -1);
@@ -160,7 +95,7 @@ template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response&
     }
 }
 
-// u_i = 3 A U R_s sum_j D^d (-F_ij) x_ij over particles, times the product of 1 - (1 - (r / (2 D))^2)^3 over nodes
+// u_i = 3 A U R_s sum_j D^d (-F_ij) x_ij over particles and dummies, times the product of 1 - (1 - (r / (2 D))^2)^3 over nodes
 template <class S> Vec<S> Polynomial<S>::transport(const std::vector<Neighbour<S>>& near) const {
   const S D = this->data.spacing;
   S volume = D * D, open = 1;
@@ -168,36 +103,13 @@ template <class S> Vec<S> Polynomial<S>::transport(const std::vector<Neighbour<S
   Vec<S> sum{};
   for (const Neighbour<S>& each : near) {
     if (!(each.r < crowding_.R)) continue;
-    if (each.other < this->data.layout.count) sum = sum - (volume * crowding_.slope_over_r(each.r)) * each.x;
+    const int behind = each.other - this->data.layout.count;  // the nodes of walls, dummies, the nodes of the surface
+    const int nodes = static_cast<int>(walls_.nodes.size()), dummies = static_cast<int>(walls_.dummies.size());
+    if (behind >= 0 && behind < nodes) continue;
+    if (behind < nodes + dummies) sum = sum - (volume * crowding_.slope_over_r(each.r)) * each.x;
     else open *= 1 - raised(1 - each.r * each.r / (4 * D * D), 3);
   }
   return (3 * shift_ * shift_speed_ * crowding_.R * open) * sum;
-}
-
-// All fields' free values at a node, from particles within 1.4 R of it: the constants of polynomials of degree 2.
-template <class S>
-std::vector<S> Polynomial<S>::at_node(const std::vector<Neighbour<S>>& near,
-                                      const std::vector<std::vector<S>>& values) const {
-  const int n = static_cast<int>(of_node_.size()), d = this->data.layout.d;
-  const S reach = S(14) / 10 * weight_.R;
-  std::vector<S> M(static_cast<std::size_t>(n) * n, S(0)), p(n), made(values.size());
-  std::vector<std::vector<S>> B(values.size(), std::vector<S>(n, S(0)));
-  for (const Neighbour<S>& each : near) {
-    if (!(each.r < reach) || each.other >= this->data.layout.count) continue;
-    const S w = weight_.shape(each.r / reach);
-    for (int k = 0; k < n; ++k) {
-      p[k] = 1;
-      for (int a = 0; a < d; ++a) p[k] *= raised(-2 * each.x[a] / reach, of_node_[k].power[a]);
-    }
-    for (int k = 0; k < n; ++k) {
-      for (int l = 0; l <= k; ++l) M[k * n + l] += w * p[k] * p[l];
-      for (std::size_t f = 0; f < values.size(); ++f) B[f][k] += w * p[k] * values[f][each.other];
-    }
-  }
-  const Fit<S> fit(M, n);
-  for (std::size_t f = 0; f < values.size(); ++f)
-    made[f] = fit.regular() ? fit.solve(B[f])[n - 1] : S(std::numeric_limits<double>::quiet_NaN());
-  return made;
 }
 
 template <class S> void Polynomial<S>::rate(S t, const S* y, S* dydt) {
@@ -206,32 +118,48 @@ template <class S> void Polynomial<S>::rate(S t, const S* y, S* dydt) {
   const int d = layout.d, n = static_cast<int>(basis_.size()), fields = d + 1 + (layout.temperature >= 0 ? 1 : 0);
   std::vector<Vec<S>> x;
   for (int i = 0; i < layout.count; ++i) x.push_back(of.read(y, i));
+  const int wall_nodes = static_cast<int>(walls_.nodes.size());
+  for (const auto& node : walls_.nodes) x.push_back(node.x);
+  x.insert(x.end(), walls_.dummies.begin(), walls_.dummies.end());
+  const int surface = static_cast<int>(x.size());
   for (int k = 0; k < layout.node_count; ++k) x.push_back(of.read(y + layout.nodes, k));
-  const auto near =
-      neighbours_of(of, x, larger(layout.node_count > 0 ? S(14) / 10 * weight_.R : weight_.R, crowding_.R));
+  const bool particles_alone = static_cast<int>(x.size()) == layout.count;
+  const auto near = neighbours_of(of, x, larger(particles_alone ? weight_.R : of_wall_.reach, crowding_.R));
   // Velocity components, density, temperature of particles and nodes.
   std::vector<std::vector<S>> values(fields, std::vector<S>(x.size()));
+  std::vector<bool> counts(x.size(), true);  // in the fits
   for (int i = 0; i < layout.count; ++i)
     for (int f = 0; f < fields; ++f)
       values[f][i] = f < d ? y[layout.velocity + d * i + f] : y[(f == d ? layout.density : layout.temperature) + i];
-  for (int k = 0; k < layout.node_count; ++k) {
-    const std::vector<S> free = at_node(near[layout.count + k], values);
-    for (int f = 0; f < fields; ++f) values[f][layout.count + k] = f == d ? of.laws.front().rho0 : free[f];
-    for (int a = 0; a < d; ++a) dydt[layout.nodes + d * k + a] = free[a];
+  for (int j = layout.count; j < surface; ++j) {
+    counts[j] = false;
+    if (j >= layout.count + wall_nodes) continue;
+    const auto found = walls_.fields_at(j - layout.count, of_wall_, near[j], values);
+    if (!found) continue;
+    counts[j] = true;
+    for (int f = 0; f < fields; ++f) values[f][j] = (*found)[f];
   }
+  for (int k = 0; k < layout.node_count; ++k)
+    for (int f = 0; f < fields; ++f) {
+      const auto free = of_surface_.at_node(near[surface + k], -1, [&](int j, const Vec<S>&) { return values[f][j]; });
+      const S found = free ? *free : S(std::numeric_limits<double>::quiet_NaN());
+      values[f][surface + k] = f == d ? of.laws.front().rho0 : found;
+      if (f < d) dydt[layout.nodes + d * k + f] = found;
+    }
   const auto value = [&](int field, int i) { return values[field][i]; };
   for (int i = 0; i < layout.count; ++i) {
     std::vector<S> M(static_cast<std::size_t>(n) * n, S(0)), m(n, S(0)), p(n);
     std::vector<std::vector<S>> B(fields, std::vector<S>(n, S(0)));
     std::vector<S> differences(fields, S(0));
     S weights = 0;
+    const S R = walls_.support_at(x[i], weight_.R), H = R / 2;
     for (const Neighbour<S>& each : near[i]) {
-      if (!(each.r < weight_.R)) continue;
-      const S w = weight_.shape(each.r / weight_.R);
+      if (!(each.r < R) || !counts[each.other]) continue;
+      const S w = weight_.shape(each.r / R);
       weights += w;
       for (int k = 0; k < n; ++k) {
         p[k] = 1;
-        for (int a = 0; a < d; ++a) p[k] *= raised(-each.x[a] / H_, basis_[k].power[a]);
+        for (int a = 0; a < d; ++a) p[k] *= raised(-each.x[a] / H, basis_[k].power[a]);
       }
       for (int k = 0; k < n; ++k) {
         m[k] += w * p[k];
@@ -243,7 +171,7 @@ template <class S> void Polynomial<S>::rate(S t, const S* y, S* dydt) {
         for (int k = 0; k < n; ++k) B[f][k] += w * p[k] * difference;
       }
     }
-    const Fit<S> fit(M, n);
+    const Fit<S> fit(M, n, kLeastPivot);
     if (!fit.regular()) {
       const S none = std::numeric_limits<double>::quiet_NaN();
       for (int a = 0; a < d; ++a) dydt[d * i + a] = dydt[layout.velocity + d * i + a] = none;
@@ -261,8 +189,8 @@ template <class S> void Polynomial<S>::rate(S t, const S* y, S* dydt) {
       for (int k = 0; k < n; ++k) rest -= m[k] * c[k];
       at[f].filter = rest / own;
       for (int a = 0; a < d; ++a) {
-        at[f].grad[a] = c[first_[a]] / H_;
-        at[f].laplacian += 2 * c[second_[a]] / (H_ * H_);
+        at[f].grad[a] = c[first_[a]] / H;
+        at[f].laplacian += 2 * c[second_[a]] / (H * H);
       }
     }
     const FluidLaw<S>& law = of.laws[of.fluid[i]];

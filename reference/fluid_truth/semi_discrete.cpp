@@ -208,16 +208,9 @@ void by_ladder(const Request& request, const ParticleData<double>& data, Truth& 
                  ", less than 8: the bars are estimates";
 }
 
-// The equations of `+polynomial` at walls and free surfaces are not covered.
-void require_no_surface(const Request& request) {
-  if (parse_response(request.response).name != "polynomial") return;
-  for (int a = 0; a < request.scene.domain.dimensions; ++a)
-    require(request.scene.domain.periodic_m[a] > 0, "+polynomial where an axis is not periodic is not covered");
-}
-
 void solve(const Request& request, Truth& truth) {
-  require_no_surface(request);
   const auto data = fluid_system<double>(request.scene, request.response)->data;
+  require(data.layout.node_count == 0, "a free surface of +polynomial is not covered");
   if (data.layout.count > kMostCvode) {
     by_ladder(request, data, truth);
   } else if (data.layout.count > kMostExtended) {
