@@ -45,7 +45,7 @@ std::vector<std::string> spelled_out(const std::vector<std::string>& patterns, c
 }
 
 std::vector<Cell> plan_goal(const Goal& goal, const Scenario& scenario, const std::vector<std::string>& patterns,
-                            const std::vector<Worker>& workers, const std::string& cpu) {
+                            bool rivals, const std::vector<Worker>& workers, const std::string& cpu) {
   Study study{goal.id, {}};
   StudyCells equal, adaptive;
   for (const std::string& method : spelled_out(patterns, goal.tolerances)) {
@@ -54,7 +54,7 @@ std::vector<Cell> plan_goal(const Goal& goal, const Scenario& scenario, const st
   equal.scenarios = adaptive.scenarios = {"*"};
   equal.repeats = adaptive.repeats = 0;
   // A ladder of spacings takes its steps from the scenario, refined with the spacing.
-  if (goal.spacings_m.size() < 2) equal.steps = goal.steps;
+  if (goal.spacings_m.size() < 2) equal.steps = rivals && !goal.rival_steps.empty() ? goal.rival_steps : goal.steps;
   equal.spacings_m = adaptive.spacings_m = goal.spacings_m;
   if (goal.sound_speed_m_per_s > 0)
     equal.sound_speeds_m_per_s = adaptive.sound_speeds_m_per_s = {goal.sound_speed_m_per_s};
@@ -137,7 +137,8 @@ class GoalRun {
   GoalResult run(const Goal& goal);
 
  private:
-  std::vector<Candidate> measured(const Goal& goal, const Scenario& scenario, std::vector<Cell>& cells);
+  std::vector<Candidate> measured(const Goal& goal, const Scenario& scenario, bool with_rivals,
+                                  std::vector<Cell>& cells);
   void take_variants(const Goal& goal, const Scenario& scenario, std::vector<Candidate>& candidates);
   void time(const Goal& goal, std::vector<Candidate>& candidates);
   Contender contender(const Candidate& candidate) const {
@@ -155,15 +156,17 @@ class GoalRun {
   std::string refusal_;  // why the first of our candidates that did not run did not
 };
 
-std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scenario, std::vector<Cell>& cells) {
+std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scenario, bool with_rivals,
+                                         std::vector<Cell>& cells) {
   std::map<std::string, Side> sides;
   const std::vector<std::string> twins = twins_beside_libraries(goal);
   for (const auto& [side, patterns] : {std::pair{Side::uncounted, &goal.uncounted},
                                        {Side::ours, &goal.methods},
                                        {Side::rival, &goal.rivals},
                                        {Side::same_rate, &twins}}) {
-    if (patterns->empty()) continue;
-    for (Cell& cell : plan_goal(goal, scenario, *patterns, workers_, setup_.study.provenance.cpu)) {
+    if (patterns->empty() || (side == Side::rival && !with_rivals)) continue;
+    for (Cell& cell :
+         plan_goal(goal, scenario, *patterns, side == Side::rival, workers_, setup_.study.provenance.cpu)) {
       if (sides.emplace(cell.method + " " + std::to_string(cell.plan.steps), side).second)
         cells.push_back(std::move(cell));
     }
@@ -201,14 +204,15 @@ void GoalRun::take_variants(const Goal& goal, const Scenario& scenario, std::vec
   std::map<std::string, std::vector<double>> errors;
   const auto key = [](const Candidate& c) { return c.cell->method + " " + std::to_string(c.cell->plan.steps); };
   for (const Candidate& c : candidates) errors[key(c)].push_back(c.entrant.error);
-  for (std::int64_t k = 1; k < variant_count(goal); ++k) {
+  const std::int64_t count = variant_count(goal), of_rivals = goal.rival_seeds > 0 ? goal.rival_seeds : count;
+  for (std::int64_t k = 1; k < count; ++k) {
     std::vector<Cell> cells;
     cells.reserve(4096);
-    for (const Candidate& c : measured(goal, variant_of(goal, scenario, k), cells))
+    for (const Candidate& c : measured(goal, variant_of(goal, scenario, k), k < of_rivals, cells))
       errors[key(c)].push_back(c.entrant.error);
   }
   for (Candidate& c : candidates) {
-    c.entrant.error = combined_error(goal, errors[key(c)]);
+    c.entrant.error = combined_error(goal, errors[key(c)], is_rival(c.side) ? of_rivals : count);
     judge(c.entrant, goal);
   }
   std::erase_if(candidates, [](const Candidate& c) { return !std::isfinite(c.entrant.error); });
@@ -324,7 +328,7 @@ GoalResult GoalRun::run(const Goal& asked) {
   std::vector<Cell> cells;
   cells.reserve(4096);  // candidates keep pointers to them
   stopwatch_.allow(std::max(setup_.study.cell_limit_s, goal.limit_s));
-  std::vector<Candidate> candidates = measured(goal, scenario, cells);
+  std::vector<Candidate> candidates = measured(goal, scenario, true, cells);
   if (variant_count(goal) > 1) take_variants(goal, scenario, candidates);
   if (goal.error_ratio > 0) ask_by_rivals(goal, candidates);
   result.wanted_error = goal.error;

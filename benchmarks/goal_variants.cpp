@@ -49,8 +49,8 @@ Scenario variant_of(const Goal& goal, Scenario scenario, std::int64_t k) {
   return from_start(std::move(scenario), k);
 }
 
-double combined_error(const Goal& goal, std::vector<double> errors) {
-  if (std::ssize(errors) != variant_count(goal)) return std::numeric_limits<double>::quiet_NaN();
+double combined_error(const Goal& goal, std::vector<double> errors, std::int64_t count) {
+  if (std::ssize(errors) != count) return std::numeric_limits<double>::quiet_NaN();
   if (goal.phases > 1) return *std::max_element(errors.begin(), errors.end());
   if (goal.starts > 1) {
     double squares = 0;

@@ -20,7 +20,7 @@ std::int64_t variant_count(const Goal& goal);
 Scenario variant_of(const Goal& goal, Scenario scenario, std::int64_t k);
 
 // The goal's error from those of all variants: the median over seeds, the largest over phases, the root mean square over
-// starts. NaN where one is missing.
-double combined_error(const Goal& goal, std::vector<double> errors);
+// starts. NaN unless there are `count` of them.
+double combined_error(const Goal& goal, std::vector<double> errors, std::int64_t count);
 
 }  // namespace atwood

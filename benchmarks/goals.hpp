@@ -29,10 +29,12 @@ struct Goal {
   // Of fluids. Several spacings: a ladder, for an order. 0, empty: the scenario's own.
   std::vector<double> spacings_m;
   double sound_speed_m_per_s = 0, t_end_s = 0;
-  std::int64_t seeds = 1;   // of disturbed particles: the error is the median over seeds 1, 2 ..
-  std::int64_t phases = 1;  // the error is the largest over this many phases (goal_variants.hpp)
-  std::int64_t starts = 1;  // the error is the root mean square over this many starts (goal_variants.hpp)
-  double at_s = 0;          // the figure at this instant; 0: of the whole run
+  std::vector<std::int64_t> rival_steps;  // of rivals without a tolerance; empty: those of `steps`
+  std::int64_t seeds = 1;                 // of disturbed particles: the error is the median over seeds 1, 2 ..
+  std::int64_t rival_seeds = 0;           // of rivals, whose runs take minutes; 0: as many
+  std::int64_t phases = 1;                // the error is the largest over this many phases (goal_variants.hpp)
+  std::int64_t starts = 1;                // the error is the root mean square over this many starts (goal_variants.hpp)
+  double at_s = 0;                        // the figure at this instant; 0: of the whole run
   double low = std::numeric_limits<double>::quiet_NaN(), high = low;  // instead of `error`: the figure lies between
   std::string table, row, column;  // instead of a scenario: a figure of `atwood bench TABLE`, at most `error`
 };

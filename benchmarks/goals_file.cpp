@@ -81,7 +81,8 @@ struct GoalsFile {
                                              "spacings_m",  "t_end_s",
                                              "seeds",       "at_s",
                                              "phases",      "starts",
-                                             "within",      "sound_speed_m_per_s"};
+                                             "within",      "sound_speed_m_per_s",
+                                             "rival_steps", "rival_seeds"};
     const toml::table* table = node.as_table();
     if (table == nullptr) refuse(node.source(), "expected [[goal]] to be tables");
     for (const auto& [key, value] : *table) {
@@ -117,6 +118,10 @@ struct GoalsFile {
     goal.sound_speed_m_per_s = number(*table, "sound_speed_m_per_s", 0);
     goal.t_end_s = number(*table, "t_end_s", 0);
     goal.seeds = static_cast<std::int64_t>(number(*table, "seeds", 1));
+    goal.rival_steps = list<std::int64_t>(*table, "rival_steps", "a list of step counts");
+    goal.rival_seeds = static_cast<std::int64_t>(number(*table, "rival_seeds", 0));
+    if (goal.rival_seeds > goal.seeds)
+      refuse(table->get("rival_seeds")->source(), "`rival_seeds`: expected at most `seeds`");
     goal.phases = static_cast<std::int64_t>(number(*table, "phases", 1));
     goal.starts = static_cast<std::int64_t>(number(*table, "starts", 1));
     if ((goal.seeds > 1) + (goal.phases > 1) + (goal.starts > 1) > 1)
@@ -141,10 +146,10 @@ struct GoalsFile {
       refuse(table->source(), "goal `" + goal.id + "`: an `error_ratio` needs its `metric`, and no `error` beside it");
     if ((std::isfinite(goal.error) || std::isfinite(goal.low)) && goal.metric.empty())
       refuse(table->source(), "goal `" + goal.id + "`: an `error` or `within` needs its `metric`");
-    for (const std::int64_t n : goal.steps) {
-      if (n <= 0 || n % goal.samples != 0)
-        refuse(table->get("steps")->source(), "`steps`: expected multiples of `samples`");
-    }
+    for (const auto& [key, steps] : {std::pair{"steps", &goal.steps}, {"rival_steps", &goal.rival_steps}})
+      for (const std::int64_t n : *steps)
+        if (n <= 0 || n % goal.samples != 0)
+          refuse(table->get(key)->source(), std::string("`") + key + "`: expected multiples of `samples`");
     return goal;
   }
 };

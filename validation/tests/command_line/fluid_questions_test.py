@@ -126,7 +126,9 @@ steps = [10]
 methods = ["known/vortices{{space=1.0}}"]
 """
         scene = self.path("scene.toml")
-        self.path("goals.toml", goal.format(id="met", scene=scene, metric="velocity-l1", asked="error = 0.08\nspacings_m = [0.25]\nseeds = 3")
+        self.path("goals.toml", goal.format(id="met", scene=scene, metric="velocity-l1", 
+                                    asked='error = 0.08\nspacings_m = [0.25]\nseeds = 3\nrivals = ["known/vortices{space=2.0}"]\n'
+                                    "rival_steps = [20]\nrival_seeds = 1")
                   + goal.format(id="missed", scene=scene, metric="velocity-l1", asked="error = 0.01\nspacings_m = [0.125]\nat_s = 0.05")
                   + goal.format(id="order", scene=scene, metric="order-space",
                                 asked="within = [1.8, 2.3]\nspacings_m = [0.25, 0.125, 0.0625, 0.03125]")
@@ -137,9 +139,15 @@ methods = ["known/vortices{{space=1.0}}"]
         self.assertEqual({name: g["reached"] for name, g in goals.items()},
                          {"met": True, "missed": False, "order": True, "no-order": False})
         self.assertAlmostEqual(goals["met"]["ours"]["error"], 0.25**2 * 1.25, delta=1e-6)
+        self.assertEqual((goals["met"]["ours"]["steps"], goals["met"]["rival"]["steps"]), (10, 20))
+        self.assertAlmostEqual(goals["met"]["rival"]["error"], 2 * 0.25**2 * 1.25, delta=2e-6)
         self.assertAlmostEqual(goals["missed"]["ours"]["error"], 0.125**2 * 1.125, delta=1e-7)
         self.assertIn("times too large", goals["missed"]["why"])
         self.assertIn("is outside", goals["no-order"]["why"])
+        for asked, word in (("seeds = 2\nrival_seeds = 3", "`rival_seeds`: expected at most `seeds`"),
+                            ("rival_steps = [3]", "`rival_steps`: expected multiples of `samples`")):
+            self.path("goals.toml", goal.format(id="odd", scene=scene, metric="velocity-l1", asked="error = 1\n" + asked))
+            self.known("bench", "goals", "--goals", "goals.toml", "--no-timing", code=2, told=[word])
 
 
 class Words(Case):
