@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 #include <tuple>
 
@@ -60,6 +61,12 @@ std::string failing_gate(const Verdict& verdict, const Palette& palette, std::si
   return out;
 }
 
+// A cell: scenario, method, steps; of fluids the spacing and the sound speed too.
+using CellKey = std::tuple<std::string, std::string, std::int64_t, std::optional<double>, std::optional<double>>;
+CellKey cell_of(const Row& row) {
+  return {row.scenario, row.method, row.steps, row.spacing_m, row.sound_speed_m_per_s};
+}
+
 struct Line {
   JudgementCounts gates;
   std::int64_t cells = 0, not_ok = 0;
@@ -76,10 +83,10 @@ ScenarioLines lines_of(const std::vector<Verdict>& verdicts, const std::vector<R
     if (is_new) result.order.push_back(scenario);
     return where->second;
   };
-  std::set<std::tuple<std::string, std::string, std::int64_t>> cells, bad;
+  std::set<CellKey> cells, bad;
   for (const Row& row : rows) {
     if (row.steps == 0 || row.metric == "truth") continue;  // a figure of a whole ladder is no cell, nor is a truth
-    const auto cell = std::make_tuple(row.scenario, row.method, row.steps);
+    const CellKey cell = cell_of(row);
     Line& where = line(row.scenario);
     if (cells.insert(cell).second) ++where.cells;
     if (row.status != Status::ok && bad.insert(cell).second) ++where.not_ok;
@@ -97,11 +104,11 @@ ScenarioLines lines_of(const std::vector<Verdict>& verdicts, const std::vector<R
 }
 
 std::string status_words(const std::vector<Row>& rows) {
-  std::map<Status, std::set<std::tuple<std::string, std::string, std::int64_t>>> cells;
-  std::set<std::tuple<std::string, std::string, std::int64_t>> all;
+  std::map<Status, std::set<CellKey>> cells;
+  std::set<CellKey> all;
   for (const Row& row : rows) {
     if (row.steps == 0 || row.metric == "truth") continue;
-    const auto cell = std::make_tuple(row.scenario, row.method, row.steps);
+    const CellKey cell = cell_of(row);
     all.insert(cell);
     if (row.status != Status::ok) cells[row.status].insert(cell);
   }
