@@ -139,7 +139,9 @@ template <class S> Field<S> solve_ritter(const Asked& asked) {
   require(up.axis != 0, "expected gravity across x");
   const auto* box = std::get_if<BoxRegion>(&fluid.region);
   require(box != nullptr, "expected the region of a box");
-  require(fluid.initial.name.empty() && fluid.initial.velocity_m_per_s == Real3{} &&
+  const bool at_rest = fluid.initial.name == "hydrostatic" ? parameter(fluid.initial, "knock_m_per_s", 0) == 0
+                                                           : fluid.initial.name.empty();
+  require(at_rest && fluid.initial.velocity_m_per_s == Real3{} &&
               fluid.initial.velocity_gradient_per_s == std::array<double, 9>{},
           "expected a fluid at rest at t = 0");
   const S g = up.g, sign = up.sign, dam = box->max_m[0], back = box->min_m[0], rho0 = fluid.density_kg_per_m3,
