@@ -6,7 +6,11 @@ import { refusedShape } from "./shapes.mjs";
 import { JoltWorld, makeInterface } from "./world.mjs";
 
 const presets = [
-  { scheme: "default", doc: "Jolt with the library's default settings, but with the scene's physics: no damping, no limits of velocity, the gyroscopic term, no sleeping." },
+  {
+    scheme: "default",
+    doc: "Jolt with the library's default settings, but with the scene's physics: no damping, no limits of velocity, " +
+      "the gyroscopic term, no sleeping.",
+  },
   { scheme: "tuned", doc: "Jolt with the settings that a recorded search found for the class of the scene.", byClass: true },
 ];
 
@@ -15,16 +19,24 @@ export function refusal(scene) {
   const mechanism = refusedMechanism(scene);
   if (mechanism || !shapesMatter(scene)) return mechanism;
   for (const body of scene.bodies) if (refusedShape(body)) return refusedShape(body);
-  if (lawsInPlay(scene).some((law) => law.rolling_friction_m > 0)) return "Jolt has no rolling friction: expected rolling_friction_m = 0";
+  if (lawsInPlay(scene).some((law) => law.rolling_friction_m > 0))
+    return "Jolt has no rolling friction: expected rolling_friction_m = 0";
   return "";
 }
 
 /** The rival (node/rival.mjs) of the loaded module; `entry`: the package's file; `folder`: that of these sources. */
 export function joltRival(jolt, { entry, version }, folder) {
   return {
-    name: "jolt", version, scalar: "float", folder, files: [entry], joints: true,
+    name: "jolt",
+    version,
+    scalar: "float",
+    folder,
+    files: [entry],
+    joints: true,
     source: "Jolt Physics, https://jrouwe.github.io/JoltPhysics; the package jolt-physics, in float (it has no double build)",
-    settings, presets, refusal,
+    settings,
+    presets,
+    refusal,
     make: (scene, chosen, observe) => new JoltWorld(jolt, scene, chosen, observe),
     emptyStep() {
       const empty = makeInterface(jolt, 0);

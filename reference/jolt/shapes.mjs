@@ -45,12 +45,26 @@ export class Shapes {
     return new this.jolt.PlaneShapeSettings(plane, null, PLANE_HALF_EXTENT_M);
   }
   mesh(points_m, triangles) {
-    const { jolt } = this, list = new jolt.TriangleList();
+    const { jolt } = this,
+      list = new jolt.TriangleList();
     for (const corners of triangles) list.push_back(new jolt.Triangle(...corners.map((k) => this.vector(points_m[k]))));
     return new jolt.MeshShapeSettings(list);
   }
   rectangle({ half_extents_m: [a, b] }) {
-    return this.mesh([[-a, -b, 0], [a, -b, 0], [a, b, 0], [-a, b, 0]], [[0, 1, 2], [0, 2, 3], [0, 2, 1], [0, 3, 2]]);
+    return this.mesh(
+      [
+        [-a, -b, 0],
+        [a, -b, 0],
+        [a, b, 0],
+        [-a, b, 0],
+      ],
+      [
+        [0, 1, 2],
+        [0, 2, 3],
+        [0, 2, 1],
+        [0, 3, 2],
+      ],
+    );
   }
   convex({ points_m }) {
     const made = new this.jolt.ConvexHullShapeSettings();
@@ -62,7 +76,12 @@ export class Shapes {
   compound({ boxes }) {
     const made = new this.jolt.StaticCompoundShapeSettings();
     for (const part of boxes)
-      made.AddShapeShapeSettings(this.vector(part.position_body_m), this.quaternion(part.orientation_wxyz), this.box(part.half_extents_m), 0);
+      made.AddShapeShapeSettings(
+        this.vector(part.position_body_m),
+        this.quaternion(part.orientation_wxyz),
+        this.box(part.half_extents_m),
+        0,
+      );
     return made;
   }
 
@@ -87,7 +106,8 @@ export class Shapes {
     if (Object.keys(body.shape ?? {}).length === 0) return this.created(new this.jolt.SphereShapeSettings(1e-3), body);
     const shape = this.created(this.settingsOf(body.shape), body);
     if (body.shape.plane || body.shape.mesh || body.shape.rectangle) return shape;
-    const c = shape.GetCenterOfMass(), center = [c.GetX(), c.GetY(), c.GetZ()];
+    const c = shape.GetCenterOfMass(),
+      center = [c.GetX(), c.GetY(), c.GetZ()];
     return length(center) === 0 ? shape : new this.jolt.OffsetCenterOfMassShape(shape, this.vector(scaled(-1, center)));
   }
 }
@@ -95,5 +115,7 @@ export class Shapes {
 /** Why Jolt cannot represent a body's shape; empty when it can. */
 export function refusedShape(body) {
   const fixedOnly = ["mesh", "rectangle"].find((kind) => body.shape?.[kind]);
-  return fixedOnly && !body.fixed ? `Jolt's ${fixedOnly === "mesh" ? "mesh" : "rectangle (two triangles)"} must be fixed: \`${body.name}\`` : "";
+  return fixedOnly && !body.fixed
+    ? `Jolt's ${fixedOnly === "mesh" ? "mesh" : "rectangle (two triangles)"} must be fixed: \`${body.name}\``
+    : "";
 }

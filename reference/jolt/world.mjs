@@ -14,7 +14,9 @@ import { Refusal, hasShape, lawsInPlay, rotates, shapesMatter } from "../node/sc
 import { addConstraint } from "./joints.mjs";
 import { Shapes } from "./shapes.mjs";
 
-const FIXED = 0, MOVING = 1, TOUCHES_NOTHING = 2;
+const FIXED = 0,
+  MOVING = 1,
+  TOUCHES_NOTHING = 2;
 const array = (v) => [v.GetX(), v.GetY(), v.GetZ()];
 
 /** The tables of layers: FIXED touches MOVING, MOVING both, TOUCHES_NOTHING none. */
@@ -23,7 +25,8 @@ function layers(jolt, made) {
   filter.EnableCollision(FIXED, MOVING);
   filter.EnableCollision(MOVING, MOVING);
   const broad = new jolt.BroadPhaseLayerInterfaceTable(3, 3);
-  for (const layer of [FIXED, MOVING, TOUCHES_NOTHING]) broad.MapObjectToBroadPhaseLayer(layer, new jolt.BroadPhaseLayer(layer));
+  for (const layer of [FIXED, MOVING, TOUCHES_NOTHING])
+    broad.MapObjectToBroadPhaseLayer(layer, new jolt.BroadPhaseLayer(layer));
   made.mObjectLayerPairFilter = filter;
   made.mBroadPhaseLayerInterface = broad;
   made.mObjectVsBroadPhaseLayerFilter = new jolt.ObjectVsBroadPhaseLayerFilterTable(broad, 3, filter, 3);
@@ -44,12 +47,21 @@ export function makeInterface(jolt, count) {
 
 function setPhysics(system, s) {
   const physics = system.GetPhysicsSettings();
-  Object.assign(physics, { mNumVelocitySteps: s.velocity_steps, mNumPositionSteps: s.position_steps, mBaumgarte: s.baumgarte,
-    mPenetrationSlop: s.penetration_slop_m, mSpeculativeContactDistance: s.speculative_contact_distance_m,
-    mMinVelocityForRestitution: s.min_velocity_for_restitution_m_per_s, mManifoldTolerance: s.manifold_tolerance_m,
-    mMaxPenetrationDistance: s.max_penetration_distance_m, mConstraintWarmStart: s.warm_start,
-    mUseBodyPairContactCache: s.body_pair_cache, mUseManifoldReduction: s.manifold_reduction, mAllowSleeping: s.sleeping,
-    mDeterministicSimulation: true });
+  Object.assign(physics, {
+    mNumVelocitySteps: s.velocity_steps,
+    mNumPositionSteps: s.position_steps,
+    mBaumgarte: s.baumgarte,
+    mPenetrationSlop: s.penetration_slop_m,
+    mSpeculativeContactDistance: s.speculative_contact_distance_m,
+    mMinVelocityForRestitution: s.min_velocity_for_restitution_m_per_s,
+    mManifoldTolerance: s.manifold_tolerance_m,
+    mMaxPenetrationDistance: s.max_penetration_distance_m,
+    mConstraintWarmStart: s.warm_start,
+    mUseBodyPairContactCache: s.body_pair_cache,
+    mUseManifoldReduction: s.manifold_reduction,
+    mAllowSleeping: s.sleeping,
+    mDeterministicSimulation: true,
+  });
   system.SetPhysicsSettings(physics);
 }
 
@@ -78,28 +90,48 @@ export class JoltWorld {
 
   /** Bodies with a common joint do not collide. */
   groups() {
-    const count = this.scene.bodies.length, table = new this.jolt.GroupFilterTable(count);
+    const count = this.scene.bodies.length,
+      table = new this.jolt.GroupFilterTable(count);
     table.AddRef?.();
     for (let a = 0; a < count; ++a) for (let b = 0; b < a; ++b) if (joined(this.scene, a, b)) table.DisableCollision(a, b);
     return table;
   }
 
   add(body, i) {
-    const { jolt, settings } = this, { EMotionType_Static, EMotionType_Dynamic, EMotionQuality_Discrete } = jolt;
+    const { jolt, settings } = this,
+      { EMotionType_Static, EMotionType_Dynamic, EMotionQuality_Discrete } = jolt;
     const plane = Boolean(body.shape?.plane); // in world axes, for every pose of its body
-    const [w, x, y, z] = plane ? [1, 0, 0, 0] : body.orientation_wxyz, [px, py, pz] = plane ? [0, 0, 0] : body.position_m;
+    const [w, x, y, z] = plane ? [1, 0, 0, 0] : body.orientation_wxyz,
+      [px, py, pz] = plane ? [0, 0, 0] : body.position_m;
     const layer = !this.collide || !hasShape(body) ? TOUCHES_NOTHING : body.fixed ? FIXED : MOVING;
-    const shape = this.shapes.of(body), held = !body.fixed && body.release_s > 0, stands = body.fixed || held;
-    const made = new jolt.BodyCreationSettings(shape, new jolt.RVec3(px, py, pz), new jolt.Quat(x, y, z, w).Normalized(),
-      stands ? EMotionType_Static : EMotionType_Dynamic, layer);
-    Object.assign(made, { mLinearDamping: settings.linear_damping_per_s, mAngularDamping: settings.angular_damping_per_s,
-      mMaxLinearVelocity: settings.max_linear_velocity_m_per_s, mMaxAngularVelocity: settings.max_angular_velocity_rad_per_s,
-      mApplyGyroscopicForce: settings.gyroscopic, mAllowSleeping: settings.sleeping, mMotionQuality: EMotionQuality_Discrete, mAllowDynamicOrKinematic: held,
-      mEnhancedInternalEdgeRemoval: settings.enhanced_internal_edge_removal, mUserData: i });
-    if (!body.fixed) { // whatever the shape's density says, the scene's mass follows below
+    const shape = this.shapes.of(body),
+      held = !body.fixed && body.release_s > 0,
+      stands = body.fixed || held;
+    const made = new jolt.BodyCreationSettings(
+      shape,
+      new jolt.RVec3(px, py, pz),
+      new jolt.Quat(x, y, z, w).Normalized(),
+      stands ? EMotionType_Static : EMotionType_Dynamic,
+      layer,
+    );
+    Object.assign(made, {
+      mLinearDamping: settings.linear_damping_per_s,
+      mAngularDamping: settings.angular_damping_per_s,
+      mMaxLinearVelocity: settings.max_linear_velocity_m_per_s,
+      mMaxAngularVelocity: settings.max_angular_velocity_rad_per_s,
+      mApplyGyroscopicForce: settings.gyroscopic,
+      mAllowSleeping: settings.sleeping,
+      mMotionQuality: EMotionQuality_Discrete,
+      mAllowDynamicOrKinematic: held,
+      mEnhancedInternalEdgeRemoval: settings.enhanced_internal_edge_removal,
+      mUserData: i,
+    });
+    if (!body.fixed) {
+      // whatever the shape's density says, the scene's mass follows below
       made.mOverrideMassProperties = jolt.EOverrideMassProperties_MassAndInertiaProvided;
       made.mMassPropertiesOverride.SetMassAndInertiaOfSolidBox(this.vector([1, 1, 1]), 1);
-      if (!rotates(body)) made.mAllowedDOFs = jolt.EAllowedDOFs_TranslationX | jolt.EAllowedDOFs_TranslationY | jolt.EAllowedDOFs_TranslationZ;
+      if (!rotates(body))
+        made.mAllowedDOFs = jolt.EAllowedDOFs_TranslationX | jolt.EAllowedDOFs_TranslationY | jolt.EAllowedDOFs_TranslationZ;
     }
     if (this.filter) made.mCollisionGroup = new jolt.CollisionGroup(this.filter, 0, i);
     const one = this.bodyInterface.CreateBody(made);
@@ -112,23 +144,31 @@ export class JoltWorld {
   }
 
   setMass(i) {
-    const body = this.scene.bodies[i], properties = this.bodies[i].GetMotionProperties();
+    const body = this.scene.bodies[i],
+      properties = this.bodies[i].GetMotionProperties();
     properties.SetInverseMass(1 / body.mass_kg);
     if (!rotates(body)) return;
-    const { moments_kg_m2, q_BP: [w, x, y, z] } = principalAxes(body.inertia_kg_m2);
+    const {
+      moments_kg_m2,
+      q_BP: [w, x, y, z],
+    } = principalAxes(body.inertia_kg_m2);
     properties.SetInverseInertia(this.vector(moments_kg_m2.map((moment) => 1 / moment)), new this.jolt.Quat(x, y, z, w));
   }
   setVelocity(i) {
     const body = this.scene.bodies[i];
     this.bodies[i].SetLinearVelocity(this.vector(body.velocity_m_per_s));
-    if (rotates(body)) this.bodies[i].SetAngularVelocity(this.vector(toWorld(body.orientation_wxyz, body.angular_velocity_body_rad_per_s)));
+    if (rotates(body))
+      this.bodies[i].SetAngularVelocity(this.vector(toWorld(body.orientation_wxyz, body.angular_velocity_body_rad_per_s)));
   }
 
   /** Gives pairs their laws, and notes contacts where `observe`. */
   listen(observe) {
-    const { jolt, scene } = this, laws = this.collide ? lawsInPlay(scene) : [];
-    const [law] = laws, friction = Math.fround(law?.friction ?? 0);
-    const one = laws.every((each) => each.friction === law.friction && each.restitution === law.restitution) &&
+    const { jolt, scene } = this,
+      laws = this.collide ? lawsInPlay(scene) : [];
+    const [law] = laws,
+      friction = Math.fround(law?.friction ?? 0);
+    const one =
+      laws.every((each) => each.friction === law.friction && each.restitution === law.restitution) &&
       Math.fround(Math.sqrt(Math.fround(friction * friction))) === friction;
     for (const body of one && law ? this.bodies : []) {
       body.SetFriction(law.friction);
@@ -140,9 +180,11 @@ export class JoltWorld {
     listener.OnContactValidate = () => jolt.ValidateResult_AcceptAllContactsForThisBodyPair;
     listener.OnContactRemoved = () => {};
     listener.OnContactAdded = listener.OnContactPersisted = (first, second, manifold, ioSettings) => {
-      const a = index.get(first), b = index.get(second);
+      const a = index.get(first),
+        b = index.get(second);
       if (!one) {
-        const own = scene.pairLaw(a, b), combined = jolt.wrapPointer(ioSettings, jolt.ContactSettings);
+        const own = scene.pairLaw(a, b),
+          combined = jolt.wrapPointer(ioSettings, jolt.ContactSettings);
         combined.mCombinedFriction = own.friction;
         combined.mCombinedRestitution = own.restitution;
       }
@@ -153,13 +195,20 @@ export class JoltWorld {
 
   /** A manifold of the step, as {a, b, x_m, normal (from a to b), gap_m} with a < b; the deepest of a pair's is kept. */
   note(a, b, manifold) {
-    const gap_m = -manifold.mPenetrationDepth, key = `${Math.min(a, b)} ${Math.max(a, b)}`, known = this.met.get(key);
+    const gap_m = -manifold.mPenetrationDepth,
+      key = `${Math.min(a, b)} ${Math.max(a, b)}`,
+      known = this.met.get(key);
     if (known && known.gap_m <= gap_m) return;
     const points = manifold.mRelativeContactPointsOn1.size();
     let sum = [0, 0, 0];
     for (let k = 0; k < points; ++k) sum = plus(sum, array(manifold.GetWorldSpaceContactPointOn1(k)));
-    this.met.set(key, { a: Math.min(a, b), b: Math.max(a, b), x_m: scaled(1 / points, sum), gap_m,
-      normal: scaled(a < b ? 1 : -1, array(manifold.mWorldSpaceNormal)) });
+    this.met.set(key, {
+      a: Math.min(a, b),
+      b: Math.max(a, b),
+      x_m: scaled(1 / points, sum),
+      gap_m,
+      normal: scaled(a < b ? 1 : -1, array(manifold.mWorldSpaceNormal)),
+    });
   }
 
   step(h_s, wrenches) {
@@ -178,8 +227,15 @@ export class JoltWorld {
   }
 
   motion(i) {
-    const body = this.bodies[i], r = body.GetRotation(), q_WB = [r.GetW(), r.GetX(), r.GetY(), r.GetZ()];
-    return { p_WB: array(body.GetCenterOfMassPosition()), q_WB, v_WB: array(body.GetLinearVelocity()), w_WB_B: toBody(q_WB, array(body.GetAngularVelocity())) };
+    const body = this.bodies[i],
+      r = body.GetRotation(),
+      q_WB = [r.GetW(), r.GetX(), r.GetY(), r.GetZ()];
+    return {
+      p_WB: array(body.GetCenterOfMassPosition()),
+      q_WB,
+      v_WB: array(body.GetLinearVelocity()),
+      w_WB_B: toBody(q_WB, array(body.GetAngularVelocity())),
+    };
   }
 
   release(i) {
@@ -190,7 +246,8 @@ export class JoltWorld {
 
   /** What the contacts of the last step gave body i [N s], world axes: its change of momentum less that of all else. */
   impulseOn(i) {
-    const { h_s, wrenches, v } = this.before, m = this.scene.bodies[i].mass_kg;
+    const { h_s, wrenches, v } = this.before,
+      m = this.scene.bodies[i].mass_kg;
     const gained = scaled(m, minus(array(this.bodies[i].GetLinearVelocity()), v[i]));
     const applied = plus(scaled(m * h_s, this.scene.gravity_m_per_s2), scaled(h_s, wrenches[i]?.force_N ?? [0, 0, 0]));
     return minus(gained, applied);
@@ -198,15 +255,28 @@ export class JoltWorld {
 
   touches() {
     if (!this.before || this.scene.joints.length > 0) return [];
-    const count = this.scene.bodies.map(() => 0), all = [];
+    const count = this.scene.bodies.map(() => 0),
+      all = [];
     for (const { a, b } of this.met.values()) for (const i of [a, b]) ++count[i];
     for (const { a, b, x_m, normal, gap_m } of this.met.values()) {
       const decides = [b, a].find((i) => !this.scene.bodies[i].fixed && count[i] === 1);
       if (decides === undefined) return [];
-      const onB = scaled(decides === b ? 1 : -1, this.impulseOn(decides)), impulse_n_N_s = dot(onB, normal);
-      const weight = this.scene.bodies[decides].mass_kg * (length(this.before.v[decides]) + length(scaled(this.before.h_s, this.scene.gravity_m_per_s2)));
-      if (impulse_n_N_s > 4 * 2 ** -23 * weight) // round-off of the velocities is no impulse
-        all.push({ body_a: a, body_b: b, x_m, normal, gap_m, impulse_n_N_s, impulse_t_N_s: minus(onB, scaled(impulse_n_N_s, normal)) });
+      const onB = scaled(decides === b ? 1 : -1, this.impulseOn(decides)),
+        impulse_n_N_s = dot(onB, normal);
+      const weight =
+        this.scene.bodies[decides].mass_kg *
+        (length(this.before.v[decides]) + length(scaled(this.before.h_s, this.scene.gravity_m_per_s2)));
+      if (impulse_n_N_s > 4 * 2 ** -23 * weight)
+        // round-off of the velocities is no impulse
+        all.push({
+          body_a: a,
+          body_b: b,
+          x_m,
+          normal,
+          gap_m,
+          impulse_n_N_s,
+          impulse_t_N_s: minus(onB, scaled(impulse_n_N_s, normal)),
+        });
     }
     return all;
   }

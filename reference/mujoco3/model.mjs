@@ -16,12 +16,14 @@ const dimension = ({ friction, rolling_friction_m }) => (rolling_friction_m > 0 
 
 function options(scene, s) {
   const tolerance = scene.joints.length + scene.ropes.length > 0 ? s.mechanism_tolerance : s.tolerance;
-  return `<option gravity="${text(scene.gravity_m_per_s2)}" integrator="${s.integrator}" cone="${s.cone}" solver="${s.solver}" ` +
+  return (
+    `<option gravity="${text(scene.gravity_m_per_s2)}" integrator="${s.integrator}" cone="${s.cone}" solver="${s.solver}" ` +
     `jacobian="${s.jacobian}" iterations="${s.iterations}" tolerance="${tolerance}" ls_iterations="${s.ls_iterations}" ` +
     `ls_tolerance="${s.ls_tolerance}" noslip_iterations="${s.noslip_iterations}" noslip_tolerance="${s.noslip_tolerance}" ` +
     `impratio="${s.impratio}" ccd_iterations="${s.ccd_iterations}" ccd_tolerance="${s.ccd_tolerance}">\n` +
     `<flag warmstart="${on(s.warm_start)}" refsafe="${on(s.refsafe)}" multiccd="${on(s.multiccd)}" island="${on(s.islands)}" ` +
-    `nativeccd="${on(s.nativeccd)}" eulerdamp="${on(s.eulerdamp)}" autoreset="disable"/>\n</option>\n`;
+    `nativeccd="${on(s.nativeccd)}" eulerdamp="${on(s.eulerdamp)}" autoreset="disable"/>\n</option>\n`
+  );
 }
 
 const softness = (s) =>
@@ -38,14 +40,25 @@ function geoms(body, i, law) {
   if (capsule) return geom(`type="capsule" size="${capsule.radius_m} ${capsule.half_length_m}"`);
   if (cylinder) return geom(`type="cylinder" size="${cylinder.radius_m} ${cylinder.half_length_m}"`);
   if (convex) return geom(`type="mesh" mesh="m${i}"`);
-  return (compound?.boxes ?? []).map((part) =>
-    `<geom type="box" size="${text(part.half_extents_m)}" pos="${text(part.position_body_m)}" ` +
-    `quat="${text(part.orientation_wxyz)}"${law}/>`).join("");
+  return (compound?.boxes ?? [])
+    .map(
+      (part) =>
+        `<geom type="box" size="${text(part.half_extents_m)}" pos="${text(part.position_body_m)}" ` +
+        `quat="${text(part.orientation_wxyz)}"${law}/>`,
+    )
+    .join("");
 }
 
 class Writer {
   constructor(scene, settings, held) {
-    Object.assign(this, { scene, settings, held, order: precedences(scene), placing: placingJoints(scene), collide: shapesMatter(scene) });
+    Object.assign(this, {
+      scene,
+      settings,
+      held,
+      order: precedences(scene),
+      placing: placingJoints(scene),
+      collide: shapesMatter(scene),
+    });
     this.children = scene.bodies.map(() => []);
     scene.bodies.forEach((_, i) => this.parentOf(i) >= 0 && this.children[this.parentOf(i)].push(i));
   }
@@ -57,25 +70,35 @@ class Writer {
   }
 
   write() {
-    const { scene, settings } = this, words = softness(settings);
+    const { scene, settings } = this,
+      words = softness(settings);
     const bodies = scene.bodies.map((_, i) => (this.parentOf(i) < 0 ? this.body(i) : "")).join("");
-    return `<mujoco>\n<compiler angle="radian" inertiafromgeom="false"/>\n${options(scene, settings)}` +
+    return (
+      `<mujoco>\n<compiler angle="radian" inertiafromgeom="false"/>\n${options(scene, settings)}` +
       `<default><geom ${words}/><pair ${words}/></default>\n<asset>\n${this.meshes()}</asset>\n` +
       `<worldbody>\n${ropeSites(scene, -1)}${bodies}</worldbody>\n` +
       `<contact>\n${this.collide ? excludedPairs(scene) : ""}${this.pairs()}</contact>\n` +
-      `${constraintElements(scene, settings)}</mujoco>\n`;
+      `${constraintElements(scene, settings)}</mujoco>\n`
+    );
   }
 
   meshes() {
     const points = (body) => body.shape.convex.points_m.map(text).join(" ");
-    return this.scene.bodies.map((body, i) => (this.collide && body.shape?.convex
-      ? `<mesh name="m${i}" inertia="convex" vertex="${points(body)}"/>\n` : "")).join("");
+    return this.scene.bodies
+      .map((body, i) =>
+        this.collide && body.shape?.convex ? `<mesh name="m${i}" inertia="convex" vertex="${points(body)}"/>\n` : "",
+      )
+      .join("");
   }
 
   body(i) {
-    const { scene } = this, body = scene.bodies[i], plane = body.shape?.plane;
-    let position = body.position_m, attitude = body.orientation_wxyz;
-    if (plane) { // in world axes, for every pose of its body
+    const { scene } = this,
+      body = scene.bodies[i],
+      plane = body.shape?.plane;
+    let position = body.position_m,
+      attitude = body.orientation_wxyz;
+    if (plane) {
+      // in world axes, for every pose of its body
       const n = scaled(1 / length(plane.normal), plane.normal);
       position = scaled(plane.offset_m / length(plane.normal), n);
       attitude = fromZ(n);
@@ -85,10 +108,13 @@ class Writer {
       position = at.p;
       attitude = at.q;
     }
-    const moves = !body.fixed && !this.held[i], law = this.collide && hasShape(body) ? this.law(body) : "";
-    return `<body name="b${i}" pos="${text(position)}" quat="${text(attitude)}">${moves ? this.inertia(i) : ""}` +
+    const moves = !body.fixed && !this.held[i],
+      law = this.collide && hasShape(body) ? this.law(body) : "";
+    return (
+      `<body name="b${i}" pos="${text(position)}" quat="${text(attitude)}">${moves ? this.inertia(i) : ""}` +
       `${this.collide && hasShape(body) ? geoms(body, i, law) : ""}${ropeSites(scene, i)}` +
-      `${this.children[i].map((child) => this.body(child)).join("")}</body>\n`;
+      `${this.children[i].map((child) => this.body(child)).join("")}</body>\n`
+    );
   }
 
   law(body) {
@@ -100,30 +126,45 @@ class Writer {
   // A point mass that translates has slide joints along the world's axes, and any inertia. Below a turning body its own is
   // zero, which MuJoCo admits for bodies without joints.
   inertia(i) {
-    const body = this.scene.bodies[i], placed = this.placing[i] >= 0;
+    const body = this.scene.bodies[i],
+      placed = this.placing[i] >= 0;
     const joints = placed ? jointElements(this.scene, this.settings, this.placing[i]) : "";
     if (rotates(body)) {
       const { moments_kg_m2, q_BP } = principalAxes(body.inertia_kg_m2);
-      return `${joints}${placed ? "" : "<freejoint/>"}<inertial pos="0 0 0" mass="${body.mass_kg}" quat="${text(q_BP)}" ` +
-        `diaginertia="${text(moments_kg_m2)}"/>`;
+      return (
+        `${joints}${placed ? "" : "<freejoint/>"}<inertial pos="0 0 0" mass="${body.mass_kg}" quat="${text(q_BP)}" ` +
+        `diaginertia="${text(moments_kg_m2)}"/>`
+      );
     }
-    const slides = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((axis) =>
-      `<joint type="slide" axis="${text(toBody(body.orientation_wxyz, axis))}"/>`).join("");
+    const slides = [
+      [1, 0, 0],
+      [0, 1, 0],
+      [0, 0, 1],
+    ]
+      .map((axis) => `<joint type="slide" axis="${text(toBody(body.orientation_wxyz, axis))}"/>`)
+      .join("");
     const welded = placed && this.scene.joints[this.placing[i]].kind === "fixed";
-    return `${joints}${placed ? "" : slides}<inertial pos="0 0 0" mass="${body.mass_kg}" diaginertia="${welded ? "0 0 0" : "1 1 1"}"/>`;
+    return `${joints}${placed ? "" : slides}<inertial pos="0 0 0" mass="${body.mass_kg}" ` +
+      `diaginertia="${welded ? "0 0 0" : "1 1 1"}"/>`;
   }
 
   /** An explicit list of pairs, where no order of materials says their laws. */
   pairs() {
-    const { scene } = this, tied = (i, j) => scene.joints.some(({ parent, child }) => (parent === i && child === j) || (parent === j && child === i));
+    const { scene } = this,
+      tied = (i, j) => scene.joints.some(({ parent, child }) => (parent === i && child === j) || (parent === j && child === i));
     if (this.order || !this.collide) return "";
     const lines = [];
-    scene.bodies.forEach((a, i) => scene.bodies.slice(0, i).forEach((b, j) => {
-      if (!hasShape(a) || !hasShape(b) || (a.fixed && b.fixed) || tied(i, j)) return;
-      const law = scene.pairLaw(j, i), { friction, rolling_friction_m } = law;
-      lines.push(`<pair geom1="g${j}" geom2="g${i}" condim="${dimension(law)}" ` +
-        `friction="${friction} ${friction} 0 ${rolling_friction_m} ${rolling_friction_m}"/>\n`);
-    }));
+    scene.bodies.forEach((a, i) =>
+      scene.bodies.slice(0, i).forEach((b, j) => {
+        if (!hasShape(a) || !hasShape(b) || (a.fixed && b.fixed) || tied(i, j)) return;
+        const law = scene.pairLaw(j, i),
+          { friction, rolling_friction_m } = law;
+        lines.push(
+          `<pair geom1="g${j}" geom2="g${i}" condim="${dimension(law)}" ` +
+            `friction="${friction} ${friction} 0 ${rolling_friction_m} ${rolling_friction_m}"/>\n`,
+        );
+      }),
+    );
     return lines.join("");
   }
 }

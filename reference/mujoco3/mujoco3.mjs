@@ -6,11 +6,33 @@ import { settings, tuned } from "./settings.mjs";
 import { MujocoWorld } from "./world.mjs";
 
 const presets = [
-  { scheme: "default", doc: "MuJoCo 3 with default options: semi-implicit Euler, soft contacts by a convex problem that Newton's method solves, a friction pyramid. No restitution: scenes with restitution are refused." },
-  { scheme: "tuned", doc: "MuJoCo 3 with its Runge-Kutta method of order 4, the elliptic cone, friction a hundred times stiffer than the normal (impratio), stiffer contacts and a tighter solver: the settings of MuJoCo 2.2.2's tuned.", changes: tuned },
-  { scheme: "rk4", doc: "MuJoCo 3 with its Runge-Kutta method of order 4, all else as in default. Forces that the adapter evaluates stay constant over the step.", changes: { integrator: "RK4" } },
-  { scheme: "implicit", doc: "MuJoCo 3 with its integrator that is implicit in velocity, all else as in default.", changes: { integrator: "implicit" } },
-  { scheme: "implicitfast", doc: "The same without the derivatives of Coriolis and centripetal forces.", changes: { integrator: "implicitfast" } },
+  {
+    scheme: "default",
+    doc: "MuJoCo 3 with default options: semi-implicit Euler, soft contacts by a convex problem that Newton's " +
+      "method solves, a friction pyramid. No restitution: scenes with restitution are refused.",
+  },
+  {
+    scheme: "tuned",
+    doc: "MuJoCo 3 with its Runge-Kutta method of order 4, the elliptic cone, friction a hundred times stiffer " +
+      "than the normal (impratio), stiffer contacts and a tighter solver: the settings of MuJoCo 2.2.2's tuned.",
+    changes: tuned,
+  },
+  {
+    scheme: "rk4",
+    doc: "MuJoCo 3 with its Runge-Kutta method of order 4, all else as in default. Forces that the adapter " +
+      "evaluates stay constant over the step.",
+    changes: { integrator: "RK4" },
+  },
+  {
+    scheme: "implicit",
+    doc: "MuJoCo 3 with its integrator that is implicit in velocity, all else as in default.",
+    changes: { integrator: "implicit" },
+  },
+  {
+    scheme: "implicitfast",
+    doc: "The same without the derivatives of Coriolis and centripetal forces.",
+    changes: { integrator: "implicitfast" },
+  },
 ];
 
 function refusedShape(body) {
@@ -36,12 +58,20 @@ export function refusal(scene) {
 /** The rival (node/rival.mjs) of the loaded module; `entry`: the package's file; `folder`: that of these sources. */
 export function mujocoRival(mujoco, { entry, version }, folder) {
   return {
-    name: "mujoco3", version, scalar: "double", folder, files: [entry, entry.replace(/\.js$/, ".wasm")], joints: true,
+    name: "mujoco3",
+    version,
+    scalar: "double",
+    folder,
+    files: [entry, entry.replace(/\.js$/, ".wasm")],
+    joints: true,
     source: "MuJoCo documentation, https://mujoco.readthedocs.io; the package @mujoco/mujoco, in double",
-    settings, presets, refusal,
+    settings,
+    presets,
+    refusal,
     make: (scene, chosen) => new MujocoWorld(mujoco, scene, chosen),
     emptyStep() {
-      const model = mujoco.MjModel.from_xml_string("<mujoco/>"), data = new mujoco.MjData(model);
+      const model = mujoco.MjModel.from_xml_string("<mujoco/>"),
+        data = new mujoco.MjData(model);
       const free = () => [data, model].forEach((each) => each.delete());
       return Object.assign(() => mujoco.mj_step(model, data), { free });
     },

@@ -11,10 +11,12 @@ export function precedences(scene) {
   const all = new Map();
   // From the highest priority: a material with the same law for all remaining ones determines these laws and is removed.
   for (let priority = scene.materials.length; left.length > 0; --priority) {
-    const decided = scene.materials.map(({ name }) => name).find((name) => {
-      const its = left.filter((law) => law.between.includes(name));
-      return its.length > 0 && its.every((law) => same(law, its[0]));
-    });
+    const decided = scene.materials
+      .map(({ name }) => name)
+      .find((name) => {
+        const its = left.filter((law) => law.between.includes(name));
+        return its.length > 0 && its.every((law) => same(law, its[0]));
+      });
     if (decided === undefined) return null;
     const { friction, rolling_friction_m } = left.find((law) => law.between.includes(decided));
     all.set(decided, { priority, friction, rolling_friction_m });
@@ -25,7 +27,8 @@ export function precedences(scene) {
 
 /** Number of pairs of bodies that can touch: the length of an explicit list. */
 export function listedPairs(bodies) {
-  const fixed = bodies.filter((body) => body.fixed).length, moving = bodies.length - fixed;
+  const fixed = bodies.filter((body) => body.fixed).length,
+    moving = bodies.length - fixed;
   return (moving * (moving - 1)) / 2 + moving * fixed;
 }
 export const MOST_LISTED_PAIRS = 5000;

@@ -60,7 +60,15 @@ export const settings = [
 
 // Those of MuJoCo 2.2.2's `tuned` preset.
 export const tuned = {
-  integrator: "RK4", cone: "elliptic", impratio: 100, tolerance: 1e-10, solref_time_constant_s: 0.01,
-  solimp_least: 0.99, solimp_most: 0.999, mechanism_tolerance: 0, joint_solref_time_constant_steps: 2,
-  joint_solimp_least: 0.9999, joint_solimp_most: 0.9999,
+  integrator: "RK4",
+  cone: "elliptic",
+  impratio: 100,
+  tolerance: 1e-10,
+  solref_time_constant_s: 0.01,
+  solimp_least: 0.99,
+  solimp_most: 0.999,
+  mechanism_tolerance: 0,
+  joint_solref_time_constant_steps: 2,
+  joint_solimp_least: 0.9999,
+  joint_solimp_most: 0.9999,
 };

@@ -25,16 +25,24 @@ export class MujocoWorld {
     this.buffer = new mujoco.DoubleBuffer(6);
     this.build();
     scene.bodies.forEach((_, i) => this.floats(i) && this.setMotion(i, motionAtStart(scene, i)));
-    scene.joints.forEach((joint, j) => this.jointIds[j] >= 0 && this.setJoint(j, { q: joint.coordinates ?? [], u: joint.rates ?? [] }));
+    scene.joints.forEach(
+      (joint, j) => this.jointIds[j] >= 0 && this.setJoint(j, { q: joint.coordinates ?? [], u: joint.rates ?? [] }),
+    );
     setConstraints(mujoco, scene, this.model, this.data);
   }
 
   build() {
-    const { mujoco } = this, { mjOBJ_BODY, mjOBJ_JOINT } = mujoco.mjtObj;
+    const { mujoco } = this,
+      { mjOBJ_BODY, mjOBJ_JOINT } = mujoco.mjtObj;
     try {
       this.model = mujoco.MjModel.from_xml_string(xmlOf(this.scene, this.settings, this.held));
     } catch (error) {
-      throw new Refusal(`mujoco3: ${String(error?.message ?? error).split("\n").filter(Boolean).join(" ")}`);
+      throw new Refusal(
+        `mujoco3: ${String(error?.message ?? error)
+          .split("\n")
+          .filter(Boolean)
+          .join(" ")}`,
+      );
     }
     this.data = new mujoco.MjData(this.model);
     this.option = this.model.opt;
@@ -42,9 +50,11 @@ export class MujocoWorld {
     const id = (kind, name) => mujoco.mj_name2id(this.model, kind.value, name);
     this.ids = this.scene.bodies.map((_, i) => id(mjOBJ_BODY, `b${i}`));
     this.jointIds = this.scene.joints.map((_, j) => id(mjOBJ_JOINT, `j${j}`));
-    const owners = new Map(this.ids.map((each, i) => [each, i])), firstJoint = this.model.body_jntadr;
+    const owners = new Map(this.ids.map((each, i) => [each, i])),
+      firstJoint = this.model.body_jntadr;
     this.owners = Array.from(this.model.geom_bodyid, (each) => owners.get(each));
-    const positions = this.model.jnt_qposadr, velocities = this.model.jnt_dofadr;
+    const positions = this.model.jnt_qposadr,
+      velocities = this.model.jnt_dofadr;
     this.at = this.ids.map((each) => ({ q: positions[firstJoint[each]], v: velocities[firstJoint[each]] }));
     this.jointAt = this.jointIds.map((each) => ({ q: positions[each], v: velocities[each] }));
   }
@@ -88,12 +98,28 @@ export class MujocoWorld {
   motion(i) {
     if (!this.moves(i)) return motionAtStart(this.scene, i);
     if (this.placing[i] >= 0) return this.placedMotion(i);
-    const body = this.scene.bodies[i], { q, v } = this.at[i], qpos = this.array("qpos"), qvel = this.array("qvel");
-    if (!rotates(body)) return { p_WB: plus(body.position_m, three(qpos, q)), q_WB: body.orientation_wxyz, v_WB: three(qvel, v), w_WB_B: [0, 0, 0] };
-    return { p_WB: three(qpos, q), q_WB: [qpos[q + 3], ...three(qpos, q + 4)], v_WB: three(qvel, v), w_WB_B: three(qvel, v + 3) };
+    const body = this.scene.bodies[i],
+      { q, v } = this.at[i],
+      qpos = this.array("qpos"),
+      qvel = this.array("qvel");
+    if (!rotates(body))
+      return {
+        p_WB: plus(body.position_m, three(qpos, q)),
+        q_WB: body.orientation_wxyz,
+        v_WB: three(qvel, v),
+        w_WB_B: [0, 0, 0],
+      };
+    return {
+      p_WB: three(qpos, q),
+      q_WB: [qpos[q + 3], ...three(qpos, q + 4)],
+      v_WB: three(qvel, v),
+      w_WB_B: three(qvel, v + 3),
+    };
   }
   setMotion(i, m) {
-    const body = this.scene.bodies[i], { q, v } = this.at[i], turns = rotates(body);
+    const body = this.scene.bodies[i],
+      { q, v } = this.at[i],
+      turns = rotates(body);
     this.array("qpos").set(turns ? [...m.p_WB, ...m.q_WB] : minus(m.p_WB, body.position_m), q);
     this.array("qvel").set(turns ? [...m.v_WB, ...m.w_WB_B] : m.v_WB, v);
   }
@@ -113,7 +139,9 @@ export class MujocoWorld {
     return this.other;
   }
   placedMotion(i) {
-    const other = this.view(), id = this.ids[i], q_WB = Array.from(other.xquat.subarray(4 * id, 4 * id + 4));
+    const other = this.view(),
+      id = this.ids[i],
+      q_WB = Array.from(other.xquat.subarray(4 * id, 4 * id + 4));
     this.mujoco.mj_objectVelocity(this.model, other, this.mujoco.mjtObj.mjOBJ_XBODY.value, id, this.buffer, 0);
     const velocity = this.buffer.GetView();
     return { p_WB: three(other.xpos, 3 * id), q_WB, v_WB: three(velocity, 3), w_WB_B: toBody(q_WB, three(velocity)) };
@@ -123,7 +151,8 @@ export class MujocoWorld {
   release(i) {
     const motions = this.scene.bodies.map((_, k) => (this.floats(k) ? this.motion(k) : null));
     const joints = this.scene.joints.map((_, j) => this.joint(j));
-    const t_s = this.data.time, lengths = this.scene.ropes.length > 0 ? Array.from(this.model.tendon_length0) : null;
+    const t_s = this.data.time,
+      lengths = this.scene.ropes.length > 0 ? Array.from(this.model.tendon_length0) : null;
     this.drop();
     motions[i] = motionAtStart(this.scene, i);
     this.held[i] = false;
@@ -140,21 +169,33 @@ export class MujocoWorld {
   }
 
   touches() {
-    const { data } = this, all = [];
+    const { data } = this,
+      all = [];
     if (data.ncon === 0) return all;
     const contacts = data.contact;
     for (let c = 0; c < contacts.size(); ++c) {
       const contact = contacts.get(c);
       if (contact.efc_address >= 0) {
         this.mujoco.mj_contactForce(this.model, data, c, this.buffer);
-        const force = Array.from(this.buffer.GetView()), frame = contact.frame, geom = contact.geom;
-        const first = this.owners[geom[0]], second = this.owners[geom[1]], toB = first < second ? 1 : -1;
+        const force = Array.from(this.buffer.GetView()),
+          frame = contact.frame,
+          geom = contact.geom;
+        const first = this.owners[geom[0]],
+          second = this.owners[geom[1]],
+          toB = first < second ? 1 : -1;
         const friction = plus(scaled(force[1], three(frame, 3)), scaled(force[2], three(frame, 6)));
         if (force[0] > 0)
-          all.push({ body_a: Math.min(first, second), body_b: Math.max(first, second), x_m: three(contact.pos),
-            normal: scaled(toB, three(frame)), gap_m: contact.dist, impulse_n_N_s: force[0] * this.h_s,
-            impulse_t_N_s: scaled(toB * this.h_s, friction), torque_N_m: [0, 1, 2].map((k) =>
-              force[3] * frame[k] + force[4] * frame[3 + k] + force[5] * frame[6 + k]), second });
+          all.push({
+            body_a: Math.min(first, second),
+            body_b: Math.max(first, second),
+            x_m: three(contact.pos),
+            normal: scaled(toB, three(frame)),
+            gap_m: contact.dist,
+            impulse_n_N_s: force[0] * this.h_s,
+            impulse_t_N_s: scaled(toB * this.h_s, friction),
+            torque_N_m: [0, 1, 2].map((k) => force[3] * frame[k] + force[4] * frame[3 + k] + force[5] * frame[6 + k]),
+            second,
+          });
       }
       contact.delete();
     }
@@ -165,8 +206,12 @@ export class MujocoWorld {
   // ---- joints -------------------------------------------------------------------------------------------------------
   joint(j) {
     if (this.jointIds[j] < 0) return null;
-    const { kind } = this.scene.joints[j], { q, v } = this.jointAt[j];
-    return { q: Array.from(this.array("qpos").subarray(q, q + COORDINATES[kind])), u: Array.from(this.array("qvel").subarray(v, v + RATES[kind])) };
+    const { kind } = this.scene.joints[j],
+      { q, v } = this.jointAt[j];
+    return {
+      q: Array.from(this.array("qpos").subarray(q, q + COORDINATES[kind])),
+      u: Array.from(this.array("qvel").subarray(v, v + RATES[kind])),
+    };
   }
   setJoint(j, { q, u }) {
     this.array("qpos").set(q, this.jointAt[j].q);
@@ -181,10 +226,15 @@ export class MujocoWorld {
 
   // m a = f + gravity + reactions; mj_objectAcceleration is a - gravity, of the centre of mass.
   reactions(t_s, wrenches) {
-    const { mujoco, scene } = this, of = (motions, i) => (i < 0 ? motionAtStart(scene, -1) : motions[i]);
+    const { mujoco, scene } = this,
+      of = (motions, i) => (i < 0 ? motionAtStart(scene, -1) : motions[i]);
     this.put(wrenches, t_s, this.view());
-    const other = this.forces(), motions = scene.bodies.map((_, i) => this.motion(i));
-    const outer = scene.bodies.map((_, i) => ({ force_N: wrenches[i]?.force_N ?? [0, 0, 0], torque_N_m: wrenches[i]?.torque_N_m ?? [0, 0, 0] }));
+    const other = this.forces(),
+      motions = scene.bodies.map((_, i) => this.motion(i));
+    const outer = scene.bodies.map((_, i) => ({
+      force_N: wrenches[i]?.force_N ?? [0, 0, 0],
+      torque_N_m: wrenches[i]?.torque_N_m ?? [0, 0, 0],
+    }));
     const add = (i, at, force, torque = [0, 0, 0]) => {
       if (i < 0) return;
       outer[i].force_N = plus(outer[i].force_N, force);
@@ -192,7 +242,8 @@ export class MujocoWorld {
     };
     const closing = scene.joints.map((joint, j) => {
       if (!joint.closes_loop) return { force_N: [0, 0, 0], torque_N_m: [0, 0, 0] };
-      const child = motions[joint.child], at = plus(child.p_WB, toWorld(child.q_WB, joint.anchors_body_m[1]));
+      const child = motions[joint.child],
+        at = plus(child.p_WB, toWorld(child.q_WB, joint.anchors_body_m[1]));
       const on = closingReaction(mujoco, scene, j, of(motions, joint.parent), child, other);
       add(joint.child, at, on.force_N, on.torque_N_m);
       add(joint.parent, at, scaled(-1, on.force_N), scaled(-1, on.torque_N_m));
@@ -202,9 +253,14 @@ export class MujocoWorld {
     this.addRopes(other, motions, add);
     const missing = scene.bodies.map((body, i) => {
       mujoco.mj_objectAcceleration(this.model, other, mujoco.mjtObj.mjOBJ_BODY.value, this.ids[i], this.buffer, 0);
-      const acceleration = Array.from(this.buffer.GetView()), { q_WB, w_WB_B: w } = motions[i], inertia = body.inertia_kg_m2;
+      const acceleration = Array.from(this.buffer.GetView()),
+        { q_WB, w_WB_B: w } = motions[i],
+        inertia = body.inertia_kg_m2;
       const rate = plus(times(inertia, toBody(q_WB, three(acceleration))), cross(w, times(inertia, w)));
-      return { force_N: minus(scaled(body.mass_kg, three(acceleration, 3)), outer[i].force_N), torque_N_m: minus(toWorld(q_WB, rate), outer[i].torque_N_m) };
+      return {
+        force_N: minus(scaled(body.mass_kg, three(acceleration, 3)), outer[i].force_N),
+        torque_N_m: minus(toWorld(q_WB, rate), outer[i].torque_N_m),
+      };
     });
     return subtreeReactions(scene, motions, missing, closing);
   }
@@ -214,7 +270,8 @@ export class MujocoWorld {
     const touches = this.touches();
     this.data = mine;
     for (const { body_a, body_b, x_m, normal, impulse_n_N_s, impulse_t_N_s, torque_N_m, second } of touches) {
-      const force = scaled(1 / this.h_s, plus(scaled(impulse_n_N_s, normal), impulse_t_N_s)), sign = second === body_b ? 1 : -1;
+      const force = scaled(1 / this.h_s, plus(scaled(impulse_n_N_s, normal), impulse_t_N_s)),
+        sign = second === body_b ? 1 : -1;
       add(body_b, x_m, force, scaled(sign, torque_N_m));
       add(body_a, x_m, scaled(-1, force), scaled(-sign, torque_N_m));
     }
@@ -222,7 +279,8 @@ export class MujocoWorld {
   addRopes(other, motions, add) {
     this.scene.ropes.forEach((rope, r) => {
       const ends = rope.bodies.map((i, k) => plus(motions[i].p_WB, toWorld(motions[i].q_WB, rope.points_body_m[k])));
-      const over = rope.over_m.map((pulley) => pulley.axle_m), next = [over[0] ?? ends[1], over.at(-1) ?? ends[0]];
+      const over = rope.over_m.map((pulley) => pulley.axle_m),
+        next = [over[0] ?? ends[1], over.at(-1) ?? ends[0]];
       const tension = tensionOf(this.mujoco, this.scene, r, other);
       rope.bodies.forEach((i, k) => {
         const along = minus(next[k], ends[k]);
@@ -232,7 +290,10 @@ export class MujocoWorld {
   }
   ropes() {
     const other = this.forces();
-    return this.scene.ropes.map((rope, r) => ({ tension_N: tensionOf(this.mujoco, this.scene, r, other), pulley_angle_rad: rope.over_m.map((pulley) => pulley.angle_rad ?? 0) }));
+    return this.scene.ropes.map((rope, r) => ({
+      tension_N: tensionOf(this.mujoco, this.scene, r, other),
+      pulley_angle_rad: rope.over_m.map((pulley) => pulley.angle_rad ?? 0),
+    }));
   }
   broken() {
     const slack = this.scene.ropes.length > 0 ? this.ropes().findIndex(({ tension_N }) => tension_N < 0) : -1;
@@ -241,7 +302,8 @@ export class MujocoWorld {
 
   /** MuJoCo's warnings: buffers too small for all contacts are the ones that change a motion in silence. */
   complaints() {
-    const kinds = Object.keys(this.mujoco.mjtWarning).filter((name) => name.startsWith("mjWARN")), found = [];
+    const kinds = Object.keys(this.mujoco.mjtWarning).filter((name) => name.startsWith("mjWARN")),
+      found = [];
     const list = this.data.warning; // the data's own: it is not to be deleted
     kinds.forEach((name, k) => {
       const each = list.get(this.mujoco.mjtWarning[name].value ?? k);

@@ -13,7 +13,12 @@ const ANGLES = { hinge: 1, cylindrical: 1, universal: 2 };
 export const motionAtStart = (scene, i) => {
   if (i < 0) return WORLD;
   const body = scene.bodies[i];
-  return { p_WB: body.position_m, q_WB: body.orientation_wxyz, v_WB: body.velocity_m_per_s, w_WB_B: body.angular_velocity_body_rad_per_s };
+  return {
+    p_WB: body.position_m,
+    q_WB: body.orientation_wxyz,
+    v_WB: body.velocity_m_per_s,
+    w_WB_B: body.angular_velocity_body_rad_per_s,
+  };
 };
 
 /** {lower, upper, restitution} of a hinge or slider with stops; null: it has none. */
@@ -35,7 +40,8 @@ export function placingJoints(scene) {
 
 /** All bodies, the parent of a placed body ahead of it. */
 function parentsFirst(scene, placing) {
-  const order = [], listed = scene.bodies.map(() => false);
+  const order = [],
+    listed = scene.bodies.map(() => false);
   scene.bodies.forEach((_, i) => {
     const path = [];
     for (let b = i; b >= 0 && !listed[b]; b = placing[b] < 0 ? -1 : scene.joints[placing[b]].parent) {
@@ -53,7 +59,8 @@ export const joined = (scene, a, b) =>
 
 /** A point mass that turns with its parent, whose inertia of zero few engines admit; -1: none. */
 export function turningPointMass(scene) {
-  const placing = placingJoints(scene), turns = [];
+  const placing = placingJoints(scene),
+    turns = [];
   for (const i of parentsFirst(scene, placing)) {
     const body = scene.bodies[i];
     if (placing[i] < 0) {
@@ -70,8 +77,13 @@ export function turningPointMass(scene) {
 /** Anchors and axes in world axes: of hinge, slider and cylindrical one axis, of universal two. */
 export function placeOf(joint, parent, child) {
   const [a, b] = joint.anchors_body_m;
-  const place = { parentAnchor: plus(parent.p_WB, toWorld(parent.q_WB, a)), childAnchor: plus(child.p_WB, toWorld(child.q_WB, b)), axes: [] };
-  if (joint.kind === "universal") place.axes = [toWorld(parent.q_WB, joint.axes_body[0]), toWorld(child.q_WB, joint.axes_body[1])];
+  const place = {
+    parentAnchor: plus(parent.p_WB, toWorld(parent.q_WB, a)),
+    childAnchor: plus(child.p_WB, toWorld(child.q_WB, b)),
+    axes: [],
+  };
+  if (joint.kind === "universal")
+    place.axes = [toWorld(parent.q_WB, joint.axes_body[0]), toWorld(child.q_WB, joint.axes_body[1])];
   else if (joint.axis_body) place.axes = [toWorld(child.q_WB, joint.axis_body)];
   return place;
 }
@@ -85,7 +97,8 @@ const angleFromTo = (axis, a, b) => Math.atan2(dot(axis, cross(a, b)), dot(a, b)
 
 // The slide s = axis . d with the axis fixed in the child: s' = axis . (d' - w_child x d).
 function slideOf(place, parent, child, w_parent, w_child) {
-  const axis = place.axes[0], d = minus(place.childAnchor, place.parentAnchor);
+  const axis = place.axes[0],
+    d = minus(place.childAnchor, place.parentAnchor);
   const v_child = plus(child.v_WB, cross(w_child, minus(place.childAnchor, child.p_WB)));
   const v_parent = plus(parent.v_WB, cross(w_parent, minus(place.parentAnchor, parent.p_WB)));
   return { q: dot(axis, d), u: dot(axis, minus(minus(v_child, v_parent), cross(w_child, d))) };
@@ -93,9 +106,13 @@ function slideOf(place, parent, child, w_parent, w_child) {
 
 /** Coordinates and rates that the motions of its bodies give a joint. Angles lie in [-pi, pi]. */
 export function stateFromMotions(joint, parent, child) {
-  const place = placeOf(joint, parent, child), [axis, second] = place.axes, frame = joint.frame_wxyz;
+  const place = placeOf(joint, parent, child),
+    [axis, second] = place.axes,
+    frame = joint.frame_wxyz;
   const turn = product(conjugate(frame), product(conjugate(parent.q_WB), child.q_WB));
-  const w_parent = toWorld(parent.q_WB, parent.w_WB_B), w_child = toWorld(child.q_WB, child.w_WB_B), w = minus(w_child, w_parent);
+  const w_parent = toWorld(parent.q_WB, parent.w_WB_B),
+    w_child = toWorld(child.q_WB, child.w_WB_B),
+    w = minus(w_child, w_parent);
   const slide = () => slideOf(place, parent, child, w_parent, w_child);
   const angle = () => ({ q: angleAbout(joint.axis_body, turn), u: dot(axis, w) });
   const of = (...parts) => ({ q: parts.map((part) => part.q), u: parts.map((part) => part.u) });
@@ -105,9 +122,12 @@ export function stateFromMotions(joint, parent, child) {
   if (joint.kind === "ball") return { q: turn, u: toBody(child.q_WB, w) };
   if (joint.kind !== "universal") return { q: [], u: [] };
   const secondAtZero = toWorld(parent.q_WB, toWorld(frame, joint.axes_body[1]));
-  const firstInChild = toBody(child.q_WB, axis), firstAtZero = toBody(frame, joint.axes_body[0]);
-  return { q: [angleFromTo(axis, secondAtZero, second), angleFromTo(joint.axes_body[1], firstInChild, firstAtZero)],
-    u: [dot(axis, w), dot(second, w)] };
+  const firstInChild = toBody(child.q_WB, axis),
+    firstAtZero = toBody(frame, joint.axes_body[0]);
+  return {
+    q: [angleFromTo(axis, secondAtZero, second), angleFromTo(joint.axes_body[1], firstInChild, firstAtZero)],
+    u: [dot(axis, w), dot(second, w)],
+  };
 }
 
 /** `now` continued from `last`: whole turns are added to angles, and the sign of a ball's quaternion is kept. */
@@ -174,7 +194,8 @@ export function jointEfforts(scene, t_s, switch_s, states) {
   const efforts = motorEfforts(scene, t_s, switch_s);
   for (const f of scene.jointForces) {
     if (f.kind !== "joint-spring") continue;
-    const { q, u } = states[f.joint], k = f.coordinate ?? 0;
+    const { q, u } = states[f.joint],
+      k = f.coordinate ?? 0;
     if (scene.joints[f.joint].kind === "ball") efforts[f.joint] = minus(efforts[f.joint], scaled(dampingOf(f), u));
     else efforts[f.joint][k] -= stiffnessOf(f) * (q[k] - restOf(f)) + dampingOf(f) * u[k];
   }
@@ -188,11 +209,15 @@ function push(wrench, force, torque) {
 
 /** Adds the efforts to the wrenches of both bodies of each joint, for engines without forces along coordinates. */
 export function jointWrenches(scene, t_s, switch_s, states, motions, wrenches) {
-  const efforts = jointEfforts(scene, t_s, switch_s, states), of = (i) => (i < 0 ? WORLD : motions[i]);
+  const efforts = jointEfforts(scene, t_s, switch_s, states),
+    of = (i) => (i < 0 ? WORLD : motions[i]);
   scene.joints.forEach((joint, j) => {
     if (efforts[j].every((x) => x === 0)) return;
-    const parent = of(joint.parent), child = of(joint.child), { axes, childAnchor } = placeOf(joint, parent, child);
-    const [first, second] = efforts[j], along = joint.kind === "slider" ? first : joint.kind === "cylindrical" ? second : 0;
+    const parent = of(joint.parent),
+      child = of(joint.child),
+      { axes, childAnchor } = placeOf(joint, parent, child);
+    const [first, second] = efforts[j],
+      along = joint.kind === "slider" ? first : joint.kind === "cylindrical" ? second : 0;
     const force = along === 0 ? NOTHING : scaled(along, axes[0]);
     let torque = NOTHING;
     if (joint.kind === "ball") torque = toWorld(child.q_WB, efforts[j]);
@@ -206,13 +231,17 @@ export function jointWrenches(scene, t_s, switch_s, states, motions, wrenches) {
 
 /** The kinds of the scene's joint forces but `own`, as "joint-spring, joint-torque"; empty: none. */
 export const namesOfJointForces = (scene, own = []) =>
-  [...new Set(scene.jointForces.map((f) => f.kind))].filter((kind) => !own.includes(kind)).sort().join(", ");
+  [...new Set(scene.jointForces.map((f) => f.kind))]
+    .filter((kind) => !own.includes(kind))
+    .sort()
+    .join(", ");
 
 // ---- reactions ------------------------------------------------------------------------------------------------------
 /** Of all that a joint transmits to its child the constraint's part: what has no power along the free rates. */
 function constraintPart(joint, place, total) {
   if (drivenRate(joint) !== undefined) return total;
-  const [axis, second] = place.axes, without = (v) => minus(v, scaled(dot(axis, v), axis));
+  const [axis, second] = place.axes,
+    without = (v) => minus(v, scaled(dot(axis, v), axis));
   let { force_N, torque_N_m } = total;
   if (joint.kind === "slider" || joint.kind === "cylindrical") force_N = without(force_N);
   if (joint.kind === "hinge" || joint.kind === "cylindrical") torque_N_m = without(torque_N_m);
@@ -230,14 +259,18 @@ function constraintPart(joint, place, total) {
  * tree. `closing`: reactions of the joints that close loops. {force_N, torque_N_m} on the child at its anchor, world axes.
  */
 export function subtreeReactions(scene, motions, missing, closing) {
-  const placing = placingJoints(scene), reactions = [...closing];
+  const placing = placingJoints(scene),
+    reactions = [...closing];
   for (const i of parentsFirst(scene, placing).reverse()) {
     if (placing[i] < 0) continue;
-    const joint = scene.joints[placing[i]], parent = joint.parent < 0 ? WORLD : motions[joint.parent];
-    const place = placeOf(joint, parent, motions[i]), { force_N } = missing[i];
+    const joint = scene.joints[placing[i]],
+      parent = joint.parent < 0 ? WORLD : motions[joint.parent];
+    const place = placeOf(joint, parent, motions[i]),
+      { force_N } = missing[i];
     const torque_N_m = minus(missing[i].torque_N_m, cross(minus(place.childAnchor, motions[i].p_WB), force_N));
     reactions[placing[i]] = constraintPart(joint, place, { force_N, torque_N_m });
-    if (joint.parent >= 0) push(missing[joint.parent], force_N, plus(torque_N_m, cross(minus(place.childAnchor, parent.p_WB), force_N)));
+    if (joint.parent >= 0)
+      push(missing[joint.parent], force_N, plus(torque_N_m, cross(minus(place.childAnchor, parent.p_WB), force_N)));
   }
   return reactions;
 }

@@ -167,6 +167,8 @@ class Tune(Case):
                     steps = next(f["steps"] for key, f in worth.items() if key[0] == scenario)
                     rows = json.loads(self.ask("run", "--scenario", scenario, "--method", engine + "/default", "--method", engine + "/tuned", "--steps",
                                                str(steps), "--no-timing", "--json", "--limit", "120").stdout)["rows"]
+                    if all(r["status"] == "not built" for r in rows):
+                        continue
                     figures = {(r["method"].split("/")[1], r["metric"]): r["value"] for r in rows
                                if r["steps"] == steps and not r["body"] and r["metric"] in SPECIAL}
                     for metric in SPECIAL:
