@@ -16,6 +16,7 @@
 import { readFileSync } from "node:fs";
 import { Refusal, readScene, refuseScene } from "./scene.mjs";
 import { describeSettings, mergedSettings, parseMethodId } from "./settings.mjs";
+import { sceneClass } from "./scene_class.mjs";
 import { runWorld } from "./run.mjs";
 
 export const substepsSetting = {
@@ -68,7 +69,7 @@ export const describeRival = (rival) => ({
   methods: rival.presets.map((preset) => describe(rival, preset)),
 });
 
-function settingsOf(rival, id, request) {
+function settingsOf(rival, id, scene) {
   const preset = rival.presets.find((each) => each.scheme === id.scheme);
   if (id.engine !== rival.name || !preset)
     throw new Refusal(
@@ -78,7 +79,7 @@ function settingsOf(rival, id, request) {
   if (id.response) throw new Refusal(`${rival.name} has its own contact response: +${id.response} is not available`);
   if (id.scalar && id.scalar !== rival.scalar)
     throw new Refusal(`${rival.name} computes in ${rival.scalar}; found the scalar \`${id.scalar}\``);
-  const ofClass = preset.byClass ? tunedChanges(rival.name, request.scene_class) : {};
+  const ofClass = preset.byClass ? tunedChanges(rival.name, sceneClass(scene)) : {};
   return mergedSettings(`${rival.name}/${preset.scheme}`, settingsTable(rival, preset), ofClass, id.overrides);
 }
 
@@ -98,7 +99,7 @@ function emptyStepTime(step) {
 export async function runRival(rival, request, put) {
   const id = parseMethodId(request.method),
     scene = readScene(request.scene),
-    settings = settingsOf(rival, id, request);
+    settings = settingsOf(rival, id, scene);
   refuseScene(rival.name, scene);
   if (!rival.joints && (scene.joints.length > 0 || scene.ropes.length > 0))
     throw new Refusal(`${rival.name}'s adapter takes no joints or ropes`);
