@@ -50,6 +50,7 @@ std::vector<MethodInfo> make_responses() {
       "refused. Where Coulomb's law has no contact force (Painleve), an impact without collision follows under poisson "
       "and stronge; under newton, and where the law has several solutions, the run ends unsupported. For methods that "
       "split forces or expand them in series, rk4 (with a tolerance: dopri5) integrates lasting contacts.";
+  event.doc += " Bodies on joints or ropes are refused.";
   event.source = "Hairer, Norsett, Wanner (1993), II.6; Pfeiffer and Glocker (1996); Stronge, Impact Mechanics (2000)";
   declare_settings(
       event, {{"restitution", std::string("newton"), {one_of({"newton", "poisson", "stronge"}), "Law of restitution."}},
@@ -67,6 +68,7 @@ std::vector<MethodInfo> make_responses() {
       "Friction: a tangential spring of `tangential_ratio` of the normal stiffness, limited by Coulomb's cone. Steps "
       "beyond the method's stability limit on the stiffest contact are refused. Impacts last and have no instant: a "
       "scene with simultaneous_impacts is refused, unless all its pairs have a contact_law.";
+  penalty.doc += " Mechanisms are taken, ropes and loops too; bodies that a joint ties together do not collide.";
   penalty.source =
       "Cundall and Strack, Geotechnique 29 (1979) 47; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; "
       "Schwager and Poeschel, Granular Matter 9 (2007) 465";
