@@ -24,7 +24,7 @@ const std::vector<Solution>& catalogue() {
                                          bounce(), sphere_impact(), slide_or_roll(), steady_roll(),
                                          ball_flights(), friction_cone(), struck_rod(),
                                          penalty(), rest(), pendulum(), heavy_top(), linear_joint(), joint_stop(), turning_rod(),
-                                         slider_crank(), four_bar(), atwood_machine()};
+                                         slider_crank(), hooke_shaft(), welded_bodies(), four_bar(), atwood_machine()};
   // clang-format on
   return all;
 }
@@ -154,6 +154,7 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
       places = larger(places, of.p.scale);
       speeds = larger(speeds, of.v.scale);
       rates = larger(rates, of.w.scale);
+      if (!scene.joints.empty()) speeds = larger(speeds, rates * places);  // a centre may rest on the axis of a turn
       if (k > 0 && (!of.p.is_measure(of.v.scale * t_s[k] + noise * places) || !of.q.is_measure(1) ||
                     !of.v.is_measure(of.v.scale + noise * speeds) || !of.w.is_measure(of.w.scale + noise * rates)))
         return scene.bodies[i].name;

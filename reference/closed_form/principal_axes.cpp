@@ -28,9 +28,15 @@ template <class S> void swap_axes(PrincipalAxes<S>& axes, int i, int j) {
 }  // namespace
 
 template <class S> PrincipalAxes<S> principal_axes(const Real33& inertia) {
+  std::array<S, 9> wide;
+  for (std::size_t k = 0; k < 9; ++k) wide[k] = S(inertia[k]);
+  return principal_axes_of(wide);
+}
+
+template <class S> PrincipalAxes<S> principal_axes_of(const std::array<S, 9>& inertia) {
   Eigen::Matrix<S, 3, 3> m;
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) m(i, j) = (S(inertia[3 * i + j]) + S(inertia[3 * j + i])) / 2;
+    for (int j = 0; j < 3; ++j) m(i, j) = (inertia[3 * i + j] + inertia[3 * j + i]) / 2;
   PrincipalAxes<S> axes;
   bool converged = false;
   for (int sweep = 0; sweep < 60 && !converged; ++sweep) {
@@ -58,5 +64,7 @@ template <class S> PrincipalAxes<S> principal_axes(const Real33& inertia) {
 
 template PrincipalAxes<Narrow> principal_axes(const Real33&);
 template PrincipalAxes<Wide> principal_axes(const Real33&);
+template PrincipalAxes<Narrow> principal_axes_of(const std::array<Narrow, 9>&);
+template PrincipalAxes<Wide> principal_axes_of(const std::array<Wide, 9>&);
 
 }  // namespace atwood::closed_form

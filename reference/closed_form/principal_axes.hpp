@@ -13,5 +13,6 @@ template <class S> struct PrincipalAxes {
 // A diagonal matrix is only reordered; any other symmetric matrix is diagonalised. Moments that are not numbers: 60 sweeps
 // of rotations did not converge.
 template <class S> PrincipalAxes<S> principal_axes(const Real33& inertia);
+template <class S> PrincipalAxes<S> principal_axes_of(const std::array<S, 9>& inertia);
 
 }  // namespace atwood::closed_form

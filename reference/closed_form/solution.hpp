@@ -93,6 +93,9 @@ template <class S> struct RotationSolution {
   RotationAt<S> at;
 };
 template <class S> RotationSolution<S> free_rotation(const Body& body, S angular_drag_N_m_s);
+// The same without torque of a rigid body whose inertia (row-major, about its centre of mass, body axes) is given in S.
+template <class S>
+RotationAt<S> torque_free(const std::array<S, 9>& inertia, const Quat<S>& q_WB, const Vec<S>& w_WB_B);
 
 // The pose at t = 0.
 template <class S> Pose<S> initial_pose(const Body& body);
@@ -147,6 +150,8 @@ Solution linear_joint();
 Solution joint_stop();
 Solution turning_rod();
 Solution slider_crank();
+Solution hooke_shaft();
+Solution welded_bodies();
 Solution four_bar();
 Solution atwood_machine();
 

@@ -152,6 +152,25 @@ template <class S> RotationSolution<S> free_rotation(const Body& body, S angular
   return {"", [=](S t) { return top.at(t); }};
 }
 
+template <class S>
+RotationAt<S> torque_free(const std::array<S, 9>& inertia, const Quat<S>& q_WB, const Vec<S>& w_WB_B) {
+  if (is_zero(w_WB_B)) return steady(q_WB, w_WB_B);
+  const PrincipalAxes<S> axes = principal_axes_of<S>(inertia);
+  const Vec<S> w = rotate(conjugate(axes.q_BP), w_WB_B);
+  bool straight = true;  // see keeps_its_axis()
+  const bool middle = magnitude(w[1]) > magnitude(w[0]) && magnitude(w[1]) > magnitude(w[2]);
+  const S least = middle ? S(0) : 4 * unit_round_off<S>() * axes.moment[2] * dot(w, w);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    if (magnitude((axes.moment[i] - axes.moment[j]) * w[i] * w[j]) > least) straight = false;
+  }
+  if (straight) return steady(q_WB, w_WB_B);
+  const Top<S> top = make_top(axes.q_BP, axes.moment, w, q_WB);
+  return [=](S t) { return top.at(t); };
+}
+
+template RotationAt<Narrow> torque_free(const std::array<Narrow, 9>&, const Quat<Narrow>&, const Vec<Narrow>&);
+template RotationAt<Wide> torque_free(const std::array<Wide, 9>&, const Quat<Wide>&, const Vec<Wide>&);
 template RotationSolution<Narrow> free_rotation(const Body&, Narrow);
 template RotationSolution<Wide> free_rotation(const Body&, Wide);
 

@@ -19,7 +19,8 @@ Engine cvode_engine();
 // the runs share (dynamics/shared_errors.hpp). Contacts: spheres with spheres, planes and fixed rectangles and boxes.
 // Where an outcome is not decided within the bars, or the runs disagree on an impact, the truth ends as extended_truth
 // does: Status::unsupported, a reason with the time, and the samples and events before it. Absolute tolerances are
-// relative to the size of each kind of value. Never throws on a scene.
+// relative to the size of each kind of value. Mechanisms are integrated in the coordinates of a spanning tree, loops and
+// ropes by their multipliers; stops of joints are refused. Never throws on a scene.
 Truth cvode_truth(const Scenario& scenario, std::int64_t samples);
 
 }  // namespace atwood

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "cvode/cvode.hpp"
+#include "cvode/mechanism.hpp"
 #include "cvode/run.hpp"
 #include "dynamics/arithmetic.hpp"
 #include "dynamics/error_growth.hpp"
@@ -243,14 +244,8 @@ std::vector<std::vector<Wide>> add_shared_errors(const Scenario& scenario, Truth
 }  // namespace
 
 Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
+  if (!scenario.scene.joints.empty() || !scenario.scene.ropes.empty()) return cvode::mechanism_truth(scenario, samples);
   Truth truth;
-  if (!scenario.scene.joints.empty() || !scenario.scene.ropes.empty()) {
-    truth.outcome.status = Status::unsupported;
-    truth.outcome.reason =
-        "CVODE: joints and ropes are covered by its methods and not by its truth; expected kind = "
-        "\"extended\"";
-    return truth;
-  }
   std::vector<Solved> runs;
   const bool known = dynamics::unsupported(scenario.scene).empty();
   if (known && dynamics::contacts_possible(scenario.scene) &&

@@ -37,6 +37,9 @@ template <class Formulation> class Common : public MechanismMotion {
     return wide_.response(t_s, y, joint, other);
   }
   Wide off_plane(const Wide* y) const override { return mechanism::off_pulley_planes(wide_.model(), wide_.motions(y)); }
+  mechanism::RopeMargins<Wide> rope_margins(const Wide* y, int rope) const override {
+    return mechanism::rope_margins(wide_.model(), rope, wide_.motions(y), wide_.choice.memory);
+  }
 
  protected:
   Wide longest_step_of(const Wide* y, bool closing_alone) const {

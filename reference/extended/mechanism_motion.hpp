@@ -34,6 +34,7 @@ class MechanismMotion {
   virtual Wide longest_step(const Wide* y) const = 0;
   // Largest distance of a rope's ends from the planes of their pulleys [m].
   virtual Wide off_plane(const Wide* y) const = 0;
+  virtual mechanism::RopeMargins<Wide> rope_margins(const Wide* y, int rope) const = 0;
 };
 
 // Of the steps: an instant that must be located more closely than long double resolves needs quad.

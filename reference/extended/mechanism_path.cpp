@@ -5,6 +5,8 @@
 #include <optional>
 
 #include "dynamics/arithmetic.hpp"
+#include "extended/mechanism_ropes.hpp"
+#include "extended/mechanism_stop.hpp"
 
 namespace atwood::extended {
 
@@ -14,28 +16,12 @@ using dynamics::magnitude;
 
 constexpr double kSingular = 1e-10;       // of the smallest scaled pivot: a squared sine of 1e-5
 constexpr double kContradiction = 1e-11;  // of the size: redundant constraints that contradict the others by more
-constexpr double kAtStop = 1e-26;         // of the coordinate's scale: a stop's gap at a located impact
+constexpr double kShortStep = 1e-15;      // of the run
+constexpr int kMostShortSteps = 40;
+constexpr std::int64_t kMostWork = 400'000'000;  // evaluations of the rates, times the size of the state
+constexpr double kAtStop = 1e-26;                // of the coordinate's scale: a stop's gap at a located impact
 
 std::string at_time(Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; }
-
-// One side of a joint's limits.
-struct Stop {
-  int joint = 0;
-  int side = 1;  // 1: lower, -1: upper
-  double limit = 0;
-  Wide restitution = 0;
-  Wide gap(const std::array<Wide, 2>& qu) const { return side * (qu[0] - Wide(limit)); }
-  Wide speed(const std::array<Wide, 2>& qu) const { return side * qu[1]; }
-};
-
-// The cubic through a gap and its rate at both ends of a step, x in [0, 1].
-struct Hermite {
-  Wide g0, g1, r0, r1;  // rates times the step
-  Wide operator()(Wide x) const {
-    const Wide y = 1 - x;
-    return g0 * y * y * (1 + 2 * x) + r0 * x * y * y + g1 * x * x * (3 - 2 * x) - r1 * x * x * y;
-  }
-};
 
 struct Integration {
   MechanismMotion& motion;
@@ -47,10 +33,13 @@ struct Integration {
   double size_m = 1;
   int interval = 0, rank = -1;
   Wide cap = 0;  // largest step; 0: none
+  RopeWatch ropes;
+  int short_steps = 0;  // in a row
   MechanismPath path;
 
   Integration(MechanismMotion& of, const Sample& start, const MechanismRun& given)
-      : motion(of), run(given), stepper(of.make_stepper(given.tolerance)), y(of.initial(start)) {
+      : motion(of), run(given), stepper(of.make_stepper(given.tolerance)),
+        y(of.initial(start)), ropes{of, static_cast<int>(given.scene.ropes.size()), {}} {
     for (std::size_t j = 0; j < run.scene.joints.size(); ++j) {
       const Joint& joint = run.scene.joints[j];
       for (const auto& anchor : joint.anchors_body_m)
@@ -318,22 +307,39 @@ struct Integration {
   bool check_ropes(const std::vector<Wide>& before, Wide taken) {
     if (run.scene.ropes.empty()) return true;
     if (motion.off_plane(y.data()) > Wide(1e-12) * size_m) return fail("a rope leaves the plane of its pulley", t);
+    std::optional<Wide> earliest;
+    std::string why;
+    const auto note = [&](const std::optional<Wide>& tau, const std::string& what) {
+      if (tau && (!earliest || *tau < *earliest)) earliest = tau, why = what;
+    };
     for (std::size_t k = 0; k < run.scene.ropes.size(); ++k) {
-      const auto slack = first_positive(
-          before, taken, [&](const Wide* state, Wide t_s) { return -motion.sample(t_s, state).ropes[k].tension_N; });
-      if (slack) return fail("rope `" + run.scene.ropes[k].name + "` is slack", t + *slack);
+      const std::string rope = "rope `" + run.scene.ropes[k].name + "`";
+      const int index = static_cast<int>(k);
+      if (ropes.reaches_pulley(y.data(), index)) note(taken, rope + ": an end reaches its pulley");
+      note(first_positive(before, taken, [&](const Wide* state, Wide) { return ropes.uncovered(state, index); }),
+           rope + " leaves its pulley");
+      note(first_positive(before, taken,
+                          [&](const Wide* state, Wide t_s) { return -motion.sample(t_s, state).ropes[k].tension_N; }),
+           rope + " is slack");
     }
-    return true;
+    return earliest ? fail(why, t + *earliest) : true;
   }
-
   bool step_to(Wide target) {
     if (!choose()) return false;
     const std::vector<Wide> before = y;
     const Wide left = target - t, longest = motion.longest_step(y.data());
     Wide limit = cap > 0 && cap < left ? cap : left;
     if (longest > 0 && longest < limit) limit = longest;
+    limit = ropes.limit(y.data(), limit);
     Wide taken = stepper->step(t, y.data(), limit);
     if (!(taken > 0)) return fail_singular();
+    // Steps that shrink towards a singularity would go on until the clock has no digit left.
+    short_steps = taken < limit && taken < Wide(kShortStep) * run.t_end_s ? short_steps + 1 : 0;
+    if (short_steps > kMostShortSteps) return fail_singular();
+    if (stepper->evaluations > kMostWork / std::max<std::int64_t>(1, motion.size()))
+      return fail("the truth has taken the " + std::to_string(stepper->evaluations) +
+                      " evaluations of the rates that it is limited to",
+                  t);
     const Wide residual = motion.project(t + taken, y.data());
     if (!std::all_of(y.begin(), y.end(), [](Wide x) { return x - x == 0; })) return fail_singular();
     if (!(residual <= Wide(kContradiction) * size_m))
@@ -390,11 +396,12 @@ struct Integration {
     if (!choose()) return;
     motion.project(t, y.data());
     if (!take_sample() || !settle_at_stops()) return;
-    for (std::size_t k = 0; k < run.scene.ropes.size(); ++k)
-      if (path.samples[0].ropes[k].tension_N < 0) {
-        fail("rope `" + run.scene.ropes[k].name + "` is slack", t);
-        return;
-      }
+    ropes.begin(y.data());
+    for (std::size_t k = 0; k < run.scene.ropes.size(); ++k) {
+      const std::string rope = "rope `" + run.scene.ropes[k].name + "`";
+      if (path.samples[0].ropes[k].tension_N < 0) return void(fail(rope + " is slack", t));
+      if (ropes.uncovered(y.data(), static_cast<int>(k)) > 0) return void(fail(rope + " leaves its pulley", t));
+    }
     for (std::int64_t k = 1; k <= run.samples; ++k) {
       const Wide target = Wide(run.t_end_s) * Wide(k) / Wide(run.samples);
       for (; interval < static_cast<int>(switches.size()) && switches[interval] <= target;) {

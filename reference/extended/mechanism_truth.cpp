@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <initializer_list>
 #include <optional>
 
 #include "dynamics/rates.hpp"
 #include "extended/mechanism_path.hpp"
 #include "mechanism/start.hpp"
+#include "mechanism/values.hpp"
 #include "scene/mechanism.hpp"
 
 namespace atwood {
@@ -16,6 +16,7 @@ namespace atwood {
 namespace {
 
 using namespace extended;
+using namespace mechanism;
 using dynamics::magnitude;
 
 constexpr double kTargetBar = 1e-20;  // of the scale
@@ -33,67 +34,8 @@ constexpr double kLongDoubleTolerance = 3e-16, kVeryManyRatesTolerance = 1e-15, 
 // of its kind so far.
 constexpr double kShareOfLargest = 0.1;
 
-enum ValueKind {
-  position,
-  attitude,
-  velocity,
-  turning,
-  coordinate_angle,
-  coordinate_length,
-  rate_turning,
-  rate_speed,
-  force,
-  torque,
-  applied,
-  tension,
-  pulley,
-  kinds
-};
-
-// Calls value(number, kind, whether its sign belongs to a quaternion of 4) for every number of a sample, in a fixed order.
-template <class SampleType, class Value> void each_value(const Scene& scene, SampleType& sample, Value value) {
-  for (auto& body : sample.bodies) {
-    for (auto& x : body.p_m) value(x, position);
-    for (auto& x : body.q_wxyz) value(x, attitude);
-    for (auto& x : body.v_m_per_s) value(x, velocity);
-    for (auto& x : body.w_rad_per_s) value(x, turning);
-  }
-  for (std::size_t j = 0; j < sample.joints.size(); ++j) {
-    const JointKind kind = scene.joints[j].kind;
-    auto& joint = sample.joints[j];
-    const auto slides = [&](int k) { return kind == JointKind::slider || (kind == JointKind::cylindrical && k == 1); };
-    for (int k = 0; k < 4; ++k)
-      value(joint.q[k], kind == JointKind::ball ? attitude : slides(k) ? coordinate_length : coordinate_angle);
-    for (int k = 0; k < 3; ++k) value(joint.u[k], slides(k) ? rate_speed : rate_turning);
-    for (auto& x : joint.force_N) value(x, force);
-    for (auto& x : joint.torque_N_m) value(x, torque);
-    for (auto& x : joint.applied) value(x, applied);
-  }
-  for (auto& rope : sample.ropes) {
-    value(rope.tension_N, tension);
-    for (auto& x : rope.pulley_angle_rad) value(x, pulley);
-  }
-}
-
-std::vector<Wide> values_of(const Scene& scene, const Sample& sample) {
-  std::vector<Wide> made;
-  each_value(scene, sample, [&](const Wide& x, ValueKind) { made.push_back(x); });
-  return made;
-}
-
-// Bits of not_unique as flags of the same order: true: the value is open.
-std::vector<char> open_values(const Scene& scene, const Sample& sample) {
-  Sample marks = sample;
-  each_value(scene, marks, [](Wide& x, ValueKind) { x = 0; });
-  for (JointSample& joint : marks.joints)
-    for (int k = 0; k < 3; ++k) {
-      joint.force_N[k] = (joint.not_unique >> k) & 1u;
-      joint.torque_N_m[k] = (joint.not_unique >> (k + 3)) & 1u;
-    }
-  std::vector<char> made;
-  each_value(scene, marks, [&](const Wide& x, ValueKind) { made.push_back(x != 0); });
-  return made;
-}
+constexpr double kConditionTolerance = 1e-14, kPerturbation = 1e-9;
+constexpr int kMostPerturbations = 48;
 
 struct Trial {
   MechanismPath tight, loose, maximal;  // the values are those of `tight`, marked as those of `maximal`
@@ -140,63 +82,11 @@ std::optional<End> find_end(const Trial& trial, double t_end_s) {
   return end;
 }
 
-Wide sign_between(const std::vector<Wide>& a, const std::vector<Wide>& b, std::size_t at) {
-  Wide along = 0;
-  for (std::size_t k = at; k < at + 4; ++k) along += a[k] * b[k];
-  return along < 0 ? -1 : 1;
-}
-
-// The largest value of each kind over the run. Kinds of one unit share theirs, and forces with torques, speeds with turning
-// rates by way of the mechanism's size: a torque that is zero but for round-off has the scale of the forces' moments.
-std::vector<Wide> scales(const Scene& scene, const MechanismPath& path) {
-  std::vector<Wide> made(kinds, Wide(0));
-  for (const Sample& sample : path.samples)
-    each_value(scene, sample, [&](const Wide& x, ValueKind kind) { made[kind] = std::max(made[kind], magnitude(x)); });
-  Wide size = 0;
-  for (const Joint& joint : scene.joints)
-    for (const auto& anchor : joint.anchors_body_m)
-      for (const double x : anchor) size = std::max(size, magnitude(Wide(x)));
-  if (size == 0) size = made[position];
-  if (size == 0) size = 1;
-  const auto share = [&](std::initializer_list<std::pair<ValueKind, bool>> group) {  // true: times a length
-    Wide largest = 0;
-    for (const auto& [kind, long_unit] : group) largest = std::max(largest, long_unit ? made[kind] / size : made[kind]);
-    for (const auto& [kind, long_unit] : group) made[kind] = long_unit ? largest * size : largest;
-  };
-  made[position] = std::max(made[position], size);
-  made[coordinate_length] = made[position];
-  made[coordinate_angle] = std::max(made[coordinate_angle], Wide(1));
-  share({{velocity, true}, {rate_speed, true}, {turning, false}, {rate_turning, false}});
-  share({{force, false}, {tension, false}, {torque, true}, {applied, true}});
-  for (Wide& s : made)
-    if (s == 0) s = 1;
-  return made;
-}
-
-// The largest distance of each number from those of the others; infinite when one is not a number. Quaternions of either
-// sign are the same attitude.
-std::vector<Wide> differences(const Scene& scene, const Sample& sample, std::initializer_list<const Sample*> others) {
-  const std::vector<Wide> value = values_of(scene, sample);
-  std::vector<Wide> made(value.size(), Wide(0));
-  for (const Sample* other : others) {
-    const std::vector<Wide> theirs = values_of(scene, *other);
-    std::size_t i = 0, in_quaternion = 0;
-    Wide sign = 1;
-    each_value(scene, sample, [&](const Wide&, ValueKind kind) {
-      if (kind == attitude && in_quaternion++ % 4 == 0) sign = sign_between(value, theirs, i);
-      const Wide apart = magnitude(value[i] - (kind == attitude ? sign : Wide(1)) * theirs[i]);
-      if (!(apart <= made[i])) made[i] = apart == apart ? apart : Wide(HUGE_VAL);
-      ++i;
-    });
-  }
-  return made;
-}
-
 Bars compare(const Scenario& scenario, std::int64_t samples, const Trial& trial) {
   const Scene& scene = scenario.scene;
   Bars made;
   made.end = find_end(trial, scenario.t_end_s);
-  const std::vector<Wide> scale = scales(scene, trial.tight);
+  const std::vector<Wide> scale = scales(scene, trial.tight.samples);
   const std::size_t count =
       std::min({trial.tight.samples.size(), trial.loose.samples.size(), trial.maximal.samples.size()});
   made.bounded = made.certified = count;
@@ -256,6 +146,63 @@ MechanismPath maximal_path(const Scenario& scenario, std::int64_t samples, const
   const Scene& scene = scenario.scene;
   const auto motion = maximal_motion(scene, scenario.t_end_s, start);
   return integrate_mechanism(*motion, start, {scene, scenario.t_end_s, samples, tolerance, 1e-12 * scenario.t_end_s});
+}
+
+// As flow_condition() of scenes without joints, over the coordinates and rates of all joints and floating bodies. 0: too many
+// of them, or a perturbed motion ended early or has other impacts.
+double condition_of(const Scenario& scenario, std::int64_t samples, const Sample& start) {
+  const Scene& scene = scenario.scene;
+  const auto run = [&](const Sample& from) {
+    const auto motion = reduced_motion(scene, scenario.t_end_s, start, Arithmetic::long_double);
+    return integrate_mechanism(*motion, from, {scene, scenario.t_end_s, samples, kConditionTolerance, 1e-9});
+  };
+  const MechanismPath base = run(start);
+  if (!base.failure.empty()) return 0;
+  const std::vector<Wide> scale = scales(scene, base.samples);
+  const std::vector<int> placing = placing_joints(scene);
+  std::vector<char> is_start, is_motion;  // of each number of the start, of a sample (which has ropes besides)
+  Sample marks = start;
+  each_value(scene, marks, [](Wide& x, ValueKind) { x = 0; });
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+    if (!scene.bodies[i].fixed && placing[i] < 0) {
+      marks.bodies[i].p_m.fill(1), marks.bodies[i].v_m_per_s.fill(1);
+      if (rotates(scene.bodies[i])) marks.bodies[i].q_wxyz.fill(1), marks.bodies[i].w_rad_per_s.fill(1);
+    }
+  for (std::size_t j = 0; j < scene.joints.size(); ++j) {
+    const Joint& joint = scene.joints[j];
+    if (joint.closes_loop || joint.driven_rate) continue;
+    std::fill_n(marks.joints[j].q.begin(), coordinate_count(joint.kind), Wide(1));
+    std::fill_n(marks.joints[j].u.begin(), rate_count(joint.kind), Wide(1));
+  }
+  each_value(scene, marks, [&](const Wide& x, ValueKind) { is_start.push_back(x != 0); });
+  each_value(scene, base.samples.front(), [&](const Wide&, ValueKind kind) { is_motion.push_back(kind < force); });
+  if (std::count(is_start.begin(), is_start.end(), 1) > kMostPerturbations) return 0;
+  const auto events_until = [](const MechanismPath& path, Wide t_s) {
+    return std::count_if(path.events.begin(), path.events.end(), [&](const Event& e) { return e.t_s <= t_s; });
+  };
+  std::vector<std::vector<double>> growth(base.samples.size(), std::vector<double>(is_motion.size(), 0.0));
+  for (std::size_t perturbed = 0; perturbed < is_start.size(); ++perturbed) {
+    if (!is_start[perturbed]) continue;
+    Sample from = start;
+    std::size_t i = 0;
+    each_value(scene, from, [&](Wide& x, ValueKind kind) {
+      if (i++ == perturbed) x += Wide(kPerturbation) * scale[kind];
+    });
+    const MechanismPath path = run(from);
+    if (path.samples.size() != base.samples.size() || path.events.size() != base.events.size()) return 0;
+    for (std::size_t k = 1; k < base.samples.size(); ++k) {
+      if (events_until(base, base.samples[k].t_s) != events_until(path, base.samples[k].t_s)) continue;
+      const std::vector<Wide> moved = differences(scene, base.samples[k], {&path.samples[k]});
+      i = 0;
+      each_value(scene, base.samples[k], [&](const Wide&, ValueKind kind) {
+        if (is_motion[i]) growth[k][i] += static_cast<double>(moved[i] / (Wide(kPerturbation) * scale[kind]));
+        ++i;
+      });
+    }
+  }
+  double largest = 0;
+  for (const auto& row : growth) largest = std::max(largest, *std::max_element(row.begin(), row.end()));
+  return std::isfinite(largest) ? largest : 0;
 }
 
 Trial attempt(const Scenario& scenario, std::int64_t samples, const Sample& start, double tolerance, bool with_loose) {
@@ -324,6 +271,7 @@ Truth solve(const Scenario& scenario, std::int64_t samples) {
       bars = std::move(smaller);
     }
   }
+  if (small) truth.condition = condition_of(scenario, samples, start);
   if (bars.largest > kTargetBar) {
     if (bars.bounded < bars.certified)
       truth.note =

@@ -120,12 +120,7 @@ Maximal<S>::Maximal(const Scene& scene, double t_end_s, const Sample& start)
   choice.memory = begin_at(model_, start);
   std::vector<S> y = dynamics::pack<S>(scene, start);
   y.resize(size_, S(0));
-  const std::vector<Motion<S>> now = motions(y.data());
-  for (std::size_t k = 0; k < model_.ropes.size(); ++k) {
-    const std::array<S, 2> lengths = rope_lengths(model_, static_cast<int>(k), now, choice.memory);
-    model_.ropes[k].length_a = lengths[0];
-    model_.ropes[k].length_b = lengths[1];
-  }
+  begin_ropes(model_, motions(y.data()), choice.memory);
 }
 
 template <class S> std::vector<S> Maximal<S>::initial(const Sample& start) const {

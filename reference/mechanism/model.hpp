@@ -61,6 +61,16 @@ template <class S> struct RopeModel {
   S inertia{};               // sum of I / r^2 over the pulleys [kg]; 0: one constraint, no coordinate
   std::vector<S> radii;      // of all pulleys
   S length_a{}, length_b{};  // at the start; without inertia their sum is constant
+  // Where the rope goes on from its first pulley, and comes to its last: the angle of that point of the pulley, in the
+  // branch in which what it covers at the start lies in [-pi / 4, 7 pi / 4). With one pulley both are 2 pi k.
+  S onward_first{}, inward_last{};
+  bool one_pulley = false;
+};
+
+// What has to stay positive while the rope's constraint holds: its free parts at both ends [m], and the angles that it
+// covers on its first and on its last pulley [rad]; 1 where it runs over a point or over nothing. closing: -d(free)/dt.
+template <class S> struct RopeMargins {
+  std::array<S, 2> free_m{S(1), S(1)}, closing_m_per_s{S(0), S(0)}, covered_rad{S(1), S(1)};
 };
 
 // Branches of angles and signs of quaternions: those nearest to these values are taken.
@@ -113,6 +123,11 @@ void add_rope_rows(const Model<S>& model, int rope, const std::vector<Motion<S>>
 template <class S>
 std::array<S, 2> rope_lengths(const Model<S>& model, int rope, const std::vector<Motion<S>>& motions,
                               const Memory& memory);
+// Fixes lengths and branches of all ropes at the start.
+template <class S> void begin_ropes(Model<S>& model, const std::vector<Motion<S>>& motions, const Memory& memory);
+template <class S>
+RopeMargins<S> rope_margins(const Model<S>& model, int rope, const std::vector<Motion<S>>& motions,
+                            const Memory& memory);
 // Largest distance of a rope's end from the plane of its pulley, where the pulley has a radius [m].
 template <class S> S off_pulley_planes(const Model<S>& model, const std::vector<Motion<S>>& motions);
 // The branches of these motions.

@@ -68,12 +68,7 @@ Reduced<S>::Reduced(const Scene& scene, double t_end_s, const Sample& start)
     if (model_.joints[j].driven) driven_[joint_u_[j]] = 1;
   choice.memory = begin_at(model_, start);
   std::vector<S> y = initial(start);
-  const std::vector<Motion<S>> now = motions(y.data());
-  for (std::size_t k = 0; k < model_.ropes.size(); ++k) {
-    const std::array<S, 2> at_start = rope_lengths(model_, static_cast<int>(k), now, choice.memory);
-    model_.ropes[k].length_a = at_start[0];
-    model_.ropes[k].length_b = at_start[1];
-  }
+  begin_ropes(model_, motions(y.data()), choice.memory);
 }
 
 template <class S> std::vector<S> Reduced<S>::initial(const Sample& start) const {

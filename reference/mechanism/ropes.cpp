@@ -6,6 +6,7 @@
 // is the length up to a constant, its gradient in x is e = d (last), -d (first), and (e . v)' = e . a + |v_perp|^2 / l.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "mechanism/model.hpp"
 
@@ -14,7 +15,7 @@ namespace atwood::mechanism {
 namespace {
 
 template <class S> struct Side {
-  S length{}, theta{};
+  S length{}, free{}, free_rate{}, theta{};
   Triple<S> e{};
   S gamma{};
 };
@@ -28,10 +29,11 @@ template <class S>
 Side<S> side_of(const RopeEnd<S>& end, bool last, const Triple<S>& x, const Triple<S>& v, double reference) {
   Side<S> made;
   const Triple<S> from_axle = x - end.axle;
-  S free{};
+  S& free = made.free;
   if (!(end.radius > 0)) {
     free = made.length = dynamics::sqrt(dot(from_axle, from_axle));
     made.e = (S(1) / free) * from_axle;
+    made.free_rate = dot(made.e, v);
   } else {
     const S x1 = dot(end.b1, from_axle), x2 = dot(end.b2, from_axle), sign = last ? 1 : -1;
     free = dynamics::sqrt(x1 * x1 + x2 * x2 - end.radius * end.radius);
@@ -39,6 +41,7 @@ Side<S> side_of(const RopeEnd<S>& end, bool last, const Triple<S>& x, const Trip
     const S c = dynamics::cos(made.theta), s = dynamics::sin(made.theta);
     made.e = sign * (c * end.b2 - s * end.b1);
     made.length = free + sign * end.radius * made.theta;
+    made.free_rate = (x1 * dot(end.b1, v) + x2 * dot(end.b2, v)) / free;
   }
   const S along = dot(made.e, v);
   made.gamma = (dot(v, v) - along * along) / free;
@@ -128,6 +131,70 @@ std::array<S, 2> rope_lengths(const Model<S>& model, int index, const std::vecto
           side_of(rope.last, true, at.x[1], at.v[1], memory.ropes[index][1]).length};
 }
 
+namespace {
+// Between two pulleys the rope lies on a common tangent. From the earlier centre to the later one, with d the rope's
+// direction, l its length, n the axis of pulley i and R the radii (negative for an axis opposite to n):
+//   v = l d - (R_later - R_earlier) d x n,   so   d = (l v - (R_later - R_earlier) n x v) / v^2,   v^2 = l^2 + (...)^2
+// The angle of the tangent point rho = d x n on pulley i, whose neighbour is k.
+template <class S> S tangent_angle(const Rope& rope, const RopeEnd<S>& end, std::size_t i, std::size_t k) {
+  const Triple<S> centre = dynamics::widen<S>(rope.over[i].axle_m), other = dynamics::widen<S>(rope.over[k].axle_m);
+  const bool onward = k > i;
+  const Triple<S> v = onward ? other - centre : centre - other;
+  const Triple<S> its_axis = dynamics::widen<S>(rope.over[k].axis);
+  const S r_i = S(rope.over[i].radius_m), r_k = S(rope.over[k].radius_m) * S(dot(its_axis, end.axis) < 0 ? -1 : 1);
+  const S apart = onward ? r_k - r_i : r_i - r_k, square = dot(v, v);
+  const Triple<S> d = (1 / square) * (dynamics::sqrt(square - apart * apart) * v - apart * cross(end.axis, v));
+  const Triple<S> rho = cross(d, end.axis);
+  return dynamics::atan2(dot(rho, end.b2), dot(rho, end.b1));
+}
+}  // namespace
+
+template <class S> void begin_ropes(Model<S>& model, const std::vector<Motion<S>>& motions, const Memory& memory) {
+  const double turn = 2 * std::numbers::pi;
+  for (std::size_t k = 0; k < model.ropes.size(); ++k) {
+    RopeModel<S>& rope = model.ropes[k];
+    const std::array<S, 2> lengths = rope_lengths(model, static_cast<int>(k), motions, memory);
+    rope.length_a = lengths[0];
+    rope.length_b = lengths[1];
+    const Rope& given = model.scene->ropes[k];
+    if (rope.first.straight) continue;
+    const std::size_t last = given.over.size() - 1;
+    rope.one_pulley = last == 0;
+    rope.onward_first = rope.inward_last = S(0);
+    if (!rope.one_pulley && rope.first.radius > 0) rope.onward_first = tangent_angle(given, rope.first, 0, 1);
+    if (!rope.one_pulley && rope.last.radius > 0) rope.inward_last = tangent_angle(given, rope.last, last, last - 1);
+    const RopeMargins<S> now = rope_margins(model, static_cast<int>(k), motions, memory);
+    const auto whole_turns = [&](const S& angle) {
+      const double turns = std::floor((static_cast<double>(angle) + turn / 8) / turn);
+      return S(turns) * 2 * dynamics::atan2(S(0), S(-1));
+    };
+    if (rope.first.radius > 0) rope.onward_first -= whole_turns(now.covered_rad[0]);
+    if (rope.last.radius > 0) rope.inward_last += whole_turns(now.covered_rad[1]);
+  }
+}
+
+template <class S>
+RopeMargins<S> rope_margins(const Model<S>& model, int index, const std::vector<Motion<S>>& motions,
+                            const Memory& memory) {
+  const RopeModel<S>& rope = model.ropes[index];
+  const Ends<S> at(rope, motions);
+  RopeMargins<S> made;
+  if (rope.first.straight) {
+    const Triple<S> d = at.x[1] - at.x[0];
+    made.free_m.fill(dynamics::sqrt(dot(d, d)));
+    made.closing_m_per_s.fill(dot(d, at.v[0] - at.v[1]) / made.free_m[0]);
+    return made;
+  }
+  const Side<S> first = side_of(rope.first, false, at.x[0], at.v[0], memory.ropes[index][0]);
+  const Side<S> last = side_of(rope.last, true, at.x[1], at.v[1], memory.ropes[index][1]);
+  made.free_m = {first.free, last.free};
+  made.closing_m_per_s = {-first.free_rate, -last.free_rate};
+  const S onward = rope.one_pulley ? last.theta : S(0), inward = rope.one_pulley ? first.theta : S(0);
+  if (rope.first.radius > 0) made.covered_rad[0] = onward + rope.onward_first - first.theta;
+  if (rope.last.radius > 0) made.covered_rad[1] = last.theta - inward - rope.inward_last;
+  return made;
+}
+
 template <class S> S off_pulley_planes(const Model<S>& model, const std::vector<Motion<S>>& motions) {
   S largest{};
   for (const RopeModel<S>& rope : model.ropes) {
@@ -159,6 +226,8 @@ template <class S> void remember(const Model<S>& model, const std::vector<Motion
   template void add_rope_rows(const Model<S>&, int, const std::vector<Motion<S>>&, const S&, const Memory&,   \
                               std::vector<Row<S>>&);                                                          \
   template std::array<S, 2> rope_lengths(const Model<S>&, int, const std::vector<Motion<S>>&, const Memory&); \
+  template void begin_ropes(Model<S>&, const std::vector<Motion<S>>&, const Memory&);                         \
+  template RopeMargins<S> rope_margins(const Model<S>&, int, const std::vector<Motion<S>>&, const Memory&);   \
   template S off_pulley_planes(const Model<S>&, const std::vector<Motion<S>>&);                               \
   template void remember(const Model<S>&, const std::vector<Motion<S>>&, Memory&);
 ATWOOD_ROPES(double)

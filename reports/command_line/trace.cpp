@@ -260,6 +260,7 @@ int command_trace(const Place& place, const Options& options) {
     if (truth.condition > 0)
       fmt::print(stderr, "atwood: condition {:.1e}: how much the motion grows a relative perturbation of its start\n",
                  truth.condition);
+    else if (scenario.truth.kind == TruthKind::extended) fmt::print(stderr, "atwood: condition not computed\n");
     if (!truth.note.empty()) fmt::print(stderr, "atwood: {}\n", printable(truth.note));
     return exit_pass;
   }

@@ -44,6 +44,8 @@ TEST_CASE("Every mechanism of the catalogue that names a closed form has one") {
                          "four-bar-40",
                          "slider-crank",
                          "slider-on-turning-rod",
+                         "hooke-shaft",
+                         "welded-bodies",
                          "door-stop",
                          "flywheel",
                          "joint-oscillator",
@@ -74,7 +76,7 @@ TEST_CASE("Every mechanism of the catalogue that names a closed form has one") {
 
 TEST_CASE("The catalogue's mechanisms satisfy the laws of motion") {
   for (const char* id : {"physical-pendulum", "spherical-pendulum", "heavy-top-loop", "four-bar-2", "slider-crank",
-                         "slider-on-turning-rod", "flywheel", "joint-oscillator"}) {
+                         "slider-on-turning-rod", "flywheel", "joint-oscillator", "hooke-shaft", "welded-bodies"}) {
     Scenario given = catalogued(id);
     given.t_end_s = std::fmin(given.t_end_s, 2.0);
     const Truth truth = closed_form_truth(given, 1024);

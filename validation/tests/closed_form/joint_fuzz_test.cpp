@@ -140,6 +140,45 @@ Scenario random_four_bar(Dice& dice) {
   return scene_of("four-bar", 0.25, dice.vector(9), bodies, {foot0, foot1, left, right});
 }
 
+// The universal joint ties the shafts in either order, and closes the loop or places the second shaft.
+Scenario random_shafts(Dice& dice) {
+  const double bend = dice.in(-1.2, 1.2), W = dice.in(-5, 5), half = bend / 2;
+  Body first = dice.body("first"), second = dice.body("second");
+  Joint motor = joint("motor", JointKind::hinge, -1, 0, {0, 0, -0.5}, {0, 0, 0.125});
+  motor.driven_rate = motor.rates[0] = W;
+  Joint bearing = joint("bearing", JointKind::hinge, -1, 1, {0, 0, 0}, {0, 0, -0.75});
+  bearing.frame_wxyz = {std::cos(half), std::sin(half), 0, 0};
+  Joint cross = joint("cross", JointKind::universal, 0, 1, {0, 0, 0.625}, {0, 0, -0.75});
+  cross.axes_body = {Real3{1, 0, 0}, Real3{0, 1, 0}};
+  cross.coordinates = {bend, 0, 0, 0};
+  bearing.rates[0] = W * std::cos(bend);
+  if (dice.one_in(2)) {
+    cross.closes_loop = true;
+  } else {
+    bearing.closes_loop = bearing.assemble = true;
+  }
+  Scenario given = scene_of("hooke-shaft", 0.75, dice.one_in(2) ? Real3{0, 0, 0} : dice.vector(9), {first, second},
+                            {motor, bearing, cross});
+  given.scene.joint_forces.push_back(JointTorque{1, 0, dice.in(-3, 3), dice.in(0, 2), 0.3, {}});
+  given.scene.joint_forces.push_back(JointSpring{0, 0, dice.in(0, 2), 0.1, dice.in(0, 1)});
+  return given;
+}
+
+Scenario random_welds(Dice& dice) {
+  std::vector<Body> bodies{dice.body("base"), dice.body("arm"), dice.body("tip"), dice.body("other"), dice.body("fin")};
+  for (const int root : {0, 3}) {
+    bodies[root].position_m = dice.vector(1);
+    bodies[root].orientation_wxyz = dice.quaternion();
+    bodies[root].velocity_m_per_s = dice.vector(2);
+    bodies[root].angular_velocity_body_rad_per_s = dice.vector(4);
+  }
+  std::vector<Joint> joints{joint("tip-weld", JointKind::fixed, 1, 2, dice.vector(0.5), dice.vector(0.5)),
+                            joint("arm-weld", JointKind::fixed, 0, 1, dice.vector(0.5), dice.vector(0.5)),
+                            joint("fin-weld", JointKind::fixed, 3, 4, dice.vector(0.5), dice.vector(0.5))};
+  for (Joint& each : joints) each.frame_wxyz = dice.quaternion();
+  return scene_of("welded-bodies", 0.75, dice.vector(9), bodies, joints);
+}
+
 template <std::size_t n>
 bool apart(const std::array<Wide, n>& a, const std::array<Wide, n>& b, const std::array<Wide, n>& p,
            const std::array<Wide, n>& q, Wide sign = 1) {
@@ -207,4 +246,6 @@ TEST_CASE("Random driven mechanisms") {
   compare(random_rod, 5, 10, 8);
   compare(random_crank, 6, 6, 5);
 }
+TEST_CASE("Random shafts with a universal joint") { compare(random_shafts, 8, 8, 6); }
+TEST_CASE("Random welded bodies") { compare(random_welds, 9, 8, 7); }
 TEST_CASE("Random four-bars") { compare(random_four_bar, 7, 5, 4); }

@@ -279,11 +279,11 @@ TEST_CASE("Every other closed form refuses a joint, a rope and a joint's torque,
     Scenario given = scenario(id, 1);
     given.scene.bodies = {uneven("a"), uneven("b"), uneven("c")};
     given.scene.joints = {joint("weld", JointKind::fixed, 0, 1, {1, 0, 0}, {0, 0, 0})};
-    CHECK_THAT(why(given), Catch::Contains("`weld`"));
+    if (id != "welded-bodies") CHECK_THAT(why(given), Catch::Contains("`weld`"));
     given.scene.joints = {joint("sleeve", JointKind::cylindrical, 0, 1, {1, 0, 0}, {0, 0, 0})};
     CHECK_THAT(why(given), Catch::Contains("`sleeve`"));
     given.scene.joints[0].kind = JointKind::universal;
-    CHECK_THAT(why(given), Catch::Contains("`sleeve`"));
+    if (id != "hooke-shaft") CHECK_THAT(why(given), Catch::Contains("`sleeve`"));
     given.scene.joints = {joint("pin", JointKind::hinge, 0, 1, {1, 0, 0}, {0, 0, 0})};
     given.scene.joint_forces = {JointTorque{0, 0, 1, 0, 0, {{0, 1}}}};
     CHECK_THAT(why(given), Catch::Contains("`pin`"));

@@ -1,0 +1,172 @@
+#include <algorithm>
+#include <cmath>
+
+#include "cvode/mechanism.hpp"
+#include "dynamics/arithmetic.hpp"
+#include "mechanism/maximal.hpp"
+#include "mechanism/reduced.hpp"
+#include "mechanism/start.hpp"
+#include "mechanism/values.hpp"
+#include "scene/mechanism.hpp"
+
+namespace atwood::cvode {
+
+namespace {
+
+constexpr double kLooseRtol = 1e-10, kTightRtol = 1e-12;
+constexpr double kSafety = 2;
+constexpr double kRelativeFloor = 1e-13;  // of the scale: double's round-off over a run
+constexpr double kEndMargin = 1e-9;       // of the time: distance of the last sample from the end of the certified part
+constexpr int kManyRates = 40;            // with more, a Newton matrix costs more than it saves
+
+struct Run {
+  std::vector<Sample> samples;
+  Outcome outcome;
+  double end_s = HUGE_VAL;
+};
+
+// Sizes of the values at the start; of what is at rest an estimate from the accelerations there.
+Scales scales_of(const Scenario& scenario, const Sample& start) {
+  mechanism::Reduced<double> motion(scenario.scene, scenario.t_end_s, start);
+  const std::vector<double> y = motion.initial(start);
+  motion.choose(0, y.data());
+  std::vector<double> f(y.size());
+  motion.rate(0, y.data(), f.data());
+  Scales made;
+  double length = 0, speed = 0, turning = 0, pull = 0, twist = 0;
+  for (const Joint& joint : scenario.scene.joints)
+    for (const auto& anchor : joint.anchors_body_m)
+      for (const double x : anchor) length = std::max(length, std::fabs(x));
+  const int first_rate = motion.coordinate_count();
+  for (int k = 0; k < motion.size(); ++k) {
+    const int group = motion.groups()[k];
+    if (group == 0) length = std::max(length, std::fabs(y[k]));
+    if (k < first_rate) continue;
+    (group == 3 ? speed : turning) = std::max(group == 3 ? speed : turning, std::fabs(y[k]));
+    (group == 3 ? pull : twist) = std::max(group == 3 ? pull : twist, std::fabs(f[k]));
+  }
+  if (length > 0) made.position_m = length;
+  made.velocity_m_per_s = std::max({speed, std::sqrt(pull * made.position_m), made.position_m / scenario.t_end_s});
+  made.rate_rad_per_s = std::max({turning, std::sqrt(twist), 1 / scenario.t_end_s});
+  return made;
+}
+
+Run solve(const Scenario& scenario, std::int64_t samples, Family family, double rtol, const Scales& scales,
+          bool newton) {
+  Options options;
+  options.scales = scales;
+  options.family = family;
+  options.rtol = rtol;
+  options.atol = rtol / 100;
+  options.max_order = family == Family::adams ? 12 : 5;
+  options.newton = newton;
+  Run made;
+  made.outcome = run_mechanism(scenario.scene, scenario.t_end_s, samples, options,
+                               {[&](const Sample& s) { made.samples.push_back(s); }, {}}, nullptr,
+                               Coverage::constraints, &made.end_s);
+  if (made.outcome.status != Status::ok)
+    made.outcome.reason +=
+        std::string(" (") + (family == Family::adams ? "Adams" : "BDF") + " at rtol " + format_double(rtol) + ")";
+  return made;
+}
+
+// Which components of the reactions the constraints determine: from the rank of all constraints, in quad, at the poses
+// moved onto them.
+void mark_not_unique(const Scenario& scenario, const Sample& start, std::vector<Sample>& values) {
+  const Scene& scene = scenario.scene;
+  if (std::none_of(scene.joints.begin(), scene.joints.end(), [](const Joint& joint) { return joint.closes_loop; }))
+    return;
+  mechanism::Maximal<Wide> maximal(scene, scenario.t_end_s, start);
+  std::vector<Wide> y = maximal.initial(start);
+  maximal.choose(0, y.data());
+  for (Sample& value : values) {
+    y = maximal.initial(value);
+    maximal.project(value.t_s, y.data());
+    maximal.choose(value.t_s, y.data());
+    const Sample marked = maximal.sample(value.t_s, y.data());
+    for (std::size_t j = 0; j < value.joints.size(); ++j) value.joints[j].not_unique = marked.joints[j].not_unique;
+  }
+}
+
+void add_bars(const Scene& scene, const std::vector<Run>& runs, Truth& truth) {
+  using namespace mechanism;
+  const std::vector<Wide> scale = scales(scene, truth.values);
+  std::vector<Wide> farthest(kinds, Wide(0));
+  for (std::size_t k = 0; k < truth.values.size(); ++k) {
+    const std::vector<char> open = open_values(scene, truth.values[k]);
+    for (std::size_t a = 0; a < runs.size(); ++a)
+      for (std::size_t b = 0; b < a; ++b) {
+        const std::vector<Wide> apart = differences(scene, runs[a].samples[k], {&runs[b].samples[k]});
+        std::size_t i = 0;
+        each_value(scene, truth.values[k], [&](const Wide&, ValueKind kind) {
+          if (!open[i]) farthest[kind] = std::max(farthest[kind], apart[i]);
+          ++i;
+        });
+      }
+    Sample& bar = truth.bars.emplace_back(truth.values[k]);
+    std::size_t i = 0;
+    each_value(scene, bar, [&](Wide& x, ValueKind kind) {
+      x = open[i++] ? Wide(0) : kSafety * farthest[kind] + Wide(kRelativeFloor) * scale[kind];
+    });
+  }
+}
+
+}  // namespace
+
+Truth mechanism_truth(const Scenario& scenario, std::int64_t samples) {
+  Truth truth;
+  const auto refuse = [&](const std::string& why) {
+    truth.outcome.status = Status::unsupported;
+    truth.outcome.reason = "CVODE: " + why;
+    return truth;
+  };
+  for (const std::string& why : {mechanism::unsupported(scenario.scene), dynamics::unsupported(scenario.scene)})
+    if (!why.empty()) return refuse(why);
+  if (!(scenario.t_end_s > 0) || samples < 1) return refuse("nothing to run");
+  Sample start;
+  try {
+    start = mechanism::start_sample(scenario.scene);
+  } catch (const MechanismError& error) {
+    return refuse(error.what());
+  }
+  const Scales scales = scales_of(scenario, start);
+  const bool newton = mechanism::Reduced<double>(scenario.scene, scenario.t_end_s, start).rate_count() <= kManyRates;
+  std::vector<Run> runs;
+  double end_s = HUGE_VAL;
+  std::size_t rows = static_cast<std::size_t>(samples) + 1;
+  for (const double rtol : {kTightRtol, kLooseRtol})
+    for (const Family family : {Family::adams, Family::bdf}) {
+      runs.push_back(solve(scenario, samples, family, rtol, scales, newton));
+      const Run& run = runs.back();
+      truth.outcome.steps_taken += run.outcome.steps_taken;
+      truth.outcome.rate_evaluations += run.outcome.rate_evaluations;
+      rows = std::min(rows, run.samples.size());
+      if (run.outcome.status == Status::ok) continue;
+      if (run.end_s == HUGE_VAL) {  // a failure of the solver: nothing is certified
+        truth.outcome.status = run.outcome.status;
+        truth.outcome.reason = run.outcome.reason;
+        return truth;
+      }
+      if (run.end_s < end_s) {
+        end_s = run.end_s;
+        truth.outcome.status = run.outcome.status;
+        truth.outcome.reason = run.outcome.reason;
+      }
+    }
+  const auto certified = [&](const Sample& row) {
+    return row.t_s == 0 || static_cast<double>(row.t_s) < end_s * (1 - kEndMargin);
+  };
+  while (rows > 0 && !certified(runs.front().samples[rows - 1])) --rows;
+  truth.values.assign(runs.front().samples.begin(), runs.front().samples.begin() + static_cast<std::ptrdiff_t>(rows));
+  mark_not_unique(scenario, start, truth.values);
+  add_bars(scenario.scene, runs, truth);
+  truth.source =
+      "cvode: SUNDIALS " + version() +
+      " in the coordinates of a spanning tree, Adams at rtol 1e-12; bar: twice the largest difference of its "
+      "kind, so far in the run, among Adams and BDF at rtol 1e-12 and 1e-10 (atol = rtol / 100 of each kind's "
+      "size), plus 1e-13 of the scale";
+  truth.note = "CVODE's own differences: wider than a certified truth's bar";
+  return truth;
+}
+
+}  // namespace atwood::cvode
