@@ -24,7 +24,8 @@ const std::vector<Solution>& catalogue() {
                                          bounce(), sphere_impact(), slide_or_roll(), steady_roll(),
                                          ball_flights(), friction_cone(), struck_rod(),
                                          penalty(), rest(), pendulum(), heavy_top(), linear_joint(), joint_stop(), turning_rod(),
-                                         slider_crank(), hooke_shaft(), welded_bodies(), four_bar(), atwood_machine()};
+                                         slider_crank(), hooke_shaft(), welded_bodies(), four_bar(),
+                                         atwood_machine()};
   // clang-format on
   return all;
 }

@@ -34,8 +34,8 @@ constexpr double kLongDoubleTolerance = 3e-16, kVeryManyRatesTolerance = 1e-15, 
 // of its kind so far.
 constexpr double kShareOfLargest = 0.1;
 
-constexpr double kConditionTolerance = 1e-14, kPerturbation = 1e-9;
-constexpr int kMostPerturbations = 48;
+constexpr double kConditionTolerance = 1e-12, kPerturbation = 1e-9;
+constexpr int kMostPerturbations = 24;
 
 struct Trial {
   MechanismPath tight, loose, maximal;  // the values are those of `tight`, marked as those of `maximal`
