@@ -1,5 +1,6 @@
 """The engine in JavaScript of reference/your_engine/, and the library that it stands on, beside recurrences written here.
 Called with the program and the project's root; skipped without Node.js."""
+import json
 import math
 import os
 import shutil
@@ -11,6 +12,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import node_worker  # noqa: E402
 from node_worker import NOT_BUILT, Run, ask, body, scene, tumbled  # noqa: E402
 
+ATWOOD = sys.argv[1] if len(sys.argv) > 1 else ""
 ROOT = os.path.abspath(sys.argv[2]) if len(sys.argv) > 2 else os.getcwd()
 METHOD = "javascript/symplectic-euler"
 node_worker.worker_path = lambda engine: os.path.join(ROOT, "reference/your_engine/worker.mjs")
@@ -94,6 +96,35 @@ class Engine(unittest.TestCase):
     def test_a_request_that_cannot_be_read_is_answered(self):
         (lines,) = ask("javascript", {"request": "dance", "cell": 5}),
         self.assertEqual(lines[0]["done"]["status"], "unsupported")
+
+
+class SceneClasses(unittest.TestCase):
+    """As validation/tests/rivals/scene_class_test.cpp has them for the engines in C++."""
+    EXPECTED = {"free-flight": ["kepler-e0.6", "free-box-complex"],
+                "bounce": ["bounce-e0.8", "bounce-e0", "head-on", "cradle-touching-1", "oblique-rough", "oblique-phase", "rod-on-rough-floor"],
+                "friction": ["roll", "roll-cylinder", "slide-30", "stop-distance-45", "mesh-floor-slide", "slip-to-roll"],
+                "stack": ["stack-10", "card-house", "wall"], "heap": ["settling-100", "pile-216", "elastic-216", "bouncing-49"],
+                "mechanism": ["pendulum-1", "chain-20-hinges"]}
+
+    def test_scenes_of_the_catalogue_have_their_class_in_any_order_and_unit(self):
+        program = "import { sceneClass } from '" + os.path.join(ROOT, "reference/node/scene_class.mjs") + """';
+            import { readScene } from '""" + os.path.join(ROOT, "reference/node/scene.mjs") + """';
+            import { readFileSync } from 'node:fs';
+            for (const line of readFileSync(0, 'utf8').trim().split('\\n')) {
+              const scene = JSON.parse(line);
+              const names = [scene, { ...scene, bodies: [...scene.bodies].reverse() }].map((one) => sceneClass(readScene(one)));
+              console.log(names.join(' '));
+            }"""
+        wanted = [(name, each) for name, ids in self.EXPECTED.items() for each in ids]
+        scenes = []
+        for _, each in wanted:
+            told = subprocess.run([os.path.abspath(ATWOOD), "describe", each, "--json"], text=True, capture_output=True, timeout=60, check=True)
+            scenes.append(json.dumps(json.loads(told.stdout)["scene"]))
+        found = subprocess.run([shutil.which("node"), "--input-type=module", "-e", program], input="\n".join(scenes), text=True,
+                               capture_output=True, timeout=200)
+        self.assertEqual(found.returncode, 0, found.stderr)
+        for (name, each), line in zip(wanted, found.stdout.splitlines(), strict=True):
+            self.assertEqual(line, f"{name} {name}", each)
 
 
 if __name__ == "__main__":
