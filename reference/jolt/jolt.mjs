@@ -1,4 +1,5 @@
 // What Jolt is at Atwood's table: its methods and refusals. Settings: settings.mjs.
+import { length } from "../node/rotation.mjs";
 import { lawsInPlay, shapesMatter } from "../node/scene.mjs";
 import { refusedMechanism } from "./joints.mjs";
 import { settings } from "./settings.mjs";
@@ -14,8 +15,18 @@ const presets = [
   { scheme: "tuned", doc: "Jolt with the settings that a recorded search found for the class of the scene.", byClass: true },
 ];
 
+/** A start that Jolt would cut to its largest velocities. */
+function refusedStart(body, settings) {
+  const [v, w] = [body.velocity_m_per_s, body.angular_velocity_body_rad_per_s].map(length);
+  const { max_linear_velocity_m_per_s: most, max_angular_velocity_rad_per_s: mostRate } = settings;
+  if (!(v <= most)) return `Jolt moves no body faster than ${most} m/s (max_linear_velocity_m_per_s): \`${body.name}\``;
+  if (!(w <= mostRate)) return `Jolt turns no body faster than ${mostRate} rad/s (max_angular_velocity_rad_per_s): \`${body.name}\``;
+  return "";
+}
+
 /** Why Jolt cannot represent the scene, beyond the refusals of every adapter; empty when it can. */
-export function refusal(scene) {
+export function refusal(scene, settings) {
+  for (const body of scene.bodies) if (refusedStart(body, settings)) return refusedStart(body, settings);
   const mechanism = refusedMechanism(scene);
   if (mechanism || !shapesMatter(scene)) return mechanism;
   for (const body of scene.bodies) if (refusedShape(body)) return refusedShape(body);

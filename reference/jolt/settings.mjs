@@ -16,6 +16,7 @@ export const settings = [
   said("rolling_friction", "none: Jolt has no coefficient; scenes that ask for one are refused"),
   said("continuous_collision", false),
   said("rectangle", "two triangles, of a fixed body"),
+  said("plane", "a square of 20 km about its point nearest the origin"),
   said(
     "contact_forces",
     "Jolt does not tell them: from the change of momentum where each contact has a body with no other; else none",

@@ -161,6 +161,9 @@ class Conventions(unittest.TestCase):
         self.assertIn("is not available", self.worker.reason("default+impulse", pair()))
         self.assertIn("no error control", self.worker.reason("default:1e-9", pair()))
         if NAME == "jolt":
+            self.assertIn("moves no body faster", self.worker.reason("default", scene(body(velocity_m_per_s=[1e10, 0, 0]))))
+            self.assertIn("turns no body faster", self.worker.reason(
+                "default{max_angular_velocity_rad_per_s=47.1}", scene(body(angular_velocity_body_rad_per_s=[0, 0, 50]))))
             self.assertIn("no rolling friction", self.worker.reason("default", pair(friction=0.5, rolling_friction_m=0.01)))
             mesh = {"mesh": {"points_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 1, 2]]}}
             self.assertIn("must be fixed", self.worker.reason("default", scene(body(shape=mesh), floor())))
