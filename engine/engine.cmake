@@ -35,10 +35,13 @@ add_library(atwood_engine STATIC
   joints/joint_forces.cpp
   joints/mass_matrix.cpp
   joints/planar.cpp
+  joints/planar_rates.cpp
+  joints/planar_loops.cpp
   joints/rope.cpp
   joints/tree.cpp
   joints/tree_dynamics.cpp
   joints/tree_motion.cpp
+  joints/tree_rates.cpp
   rigid/bare_problems.cpp
   rigid/energy.cpp
   rigid/free_top.cpp
@@ -46,6 +49,7 @@ add_library(atwood_engine STATIC
   rigid/free_top_implicit.cpp
   rigid/mechanism.cpp
   rigid/mechanism_constraints.cpp
+  rigid/joint_rates.cpp
   rigid/model.cpp
   rigid/rate.cpp
   rigid/rate_lanes.cpp

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "joints/planar_loops.hpp"
 #include "math/so3.hpp"
 #include "protocol/sample.hpp"
 
@@ -15,6 +16,8 @@ constexpr int kMostIterations = 30;
 template <class S> S pivot_tolerance() { return S(1024) * real::epsilon<S>(); }
 
 }  // namespace
+
+template <class S> Constraints<S>::~Constraints() = default;
 
 // The row's covector applied to the rates of a generalised vector.
 template <class S> S Constraints<S>::row_rate(const Row& row, const S* rates) const {
@@ -237,11 +240,14 @@ template <class S> bool Constraints<S>::choose_more(const S* y) {
 }
 
 template <class S> bool Constraints<S>::project(S* y) {
+  if (planar_ != nullptr && planar_->project(y)) return true;
   set_held(y);
   if (joints_.empty() && ropes_.empty()) return true;
   if (!project_positions(y)) return false;
-  if (choose_more(y) && !project_positions(y)) return false;
+  const bool more = choose_more(y);
+  if (more && !project_positions(y)) return false;
   refactor(y);
+  if (more && planar_ != nullptr) planar_ = PlanarLoops<S>::of(tree_, *this);
   project_rates(y);
   set_held(y);
   return true;

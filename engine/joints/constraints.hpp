@@ -17,6 +17,7 @@
 // the mass matrix). Positions by Newton's method until no value exceeds 16 roundings of the lengths in it.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -44,10 +45,13 @@ template <class S> struct BodyRow {
   S value{}, tolerance{};
 };
 
+template <class S> class PlanarLoops;
+
 template <class S> class Constraints {
  public:
   // `tree` outlives the constraints.
   Constraints(const Scene& scene, Tree<S>& tree);
+  ~Constraints();
 
   // Why the scene's constraints cannot be simulated ("" if they can).
   const std::string& refusal() const { return refusal_; }
@@ -56,6 +60,11 @@ template <class S> class Constraints {
   // Takes the ropes' lengths from the state y at t = 0 and chooses the rows. Here and below joints whose motion is
   // prescribed are where y has them. Changes the tree's kinematics.
   void start(const S* y);
+
+  // The same constraints where the tree moves in planes and its loops are closed by hinges across them; null elsewhere.
+  PlanarLoops<S>* planar() { return planar_.get(); }
+  // What constrain() notes of its pivots, of rates that planar() has given.
+  void note_pivot(S least) { least_pivot_ = real::min(least_pivot_, least); }
 
   // After tree.accelerations() at this state: changes du, the free accelerations, to those under the constraints. Bodies'
   // accelerations stay those of the tree alone.
@@ -144,9 +153,11 @@ template <class S> class Constraints {
   void choose_beside(const S* y);
   S worst_value(bool chosen_alone) const;
   void mark_open_components(int links);
+  friend class PlanarLoops<S>;
 
   std::string refusal_, fault_;
   Tree<S>& tree_;
+  std::unique_ptr<PlanarLoops<S>> planar_;
   std::vector<JointConstraint<S>> joints_;
   std::vector<int> scene_joint_;       // of joints_
   std::vector<int> closing_of_joint_;  // by scene joint; -1

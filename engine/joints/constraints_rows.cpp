@@ -4,7 +4,7 @@
 #include <functional>
 #include <numeric>
 
-#include "joints/constraints.hpp"
+#include "joints/planar_loops.hpp"
 
 namespace atwood {
 namespace {
@@ -323,6 +323,8 @@ template <class S> void Constraints<S>::start(const S* y) {
     for (int k = 0; k < group.qr.rank(); ++k) rows_[group.used[group.qr.equation(k)]].chosen = true;
   }
   choose_beside(y);
+  tree_.kinematics(S(0), y, DrivenJoints::from_state);
+  planar_ = PlanarLoops<S>::of(tree_, *this);
   fault_.clear();
 }
 

@@ -4,6 +4,24 @@
 #include <algorithm>
 
 namespace atwood {
+namespace {
+
+// The accelerations of link i at constant rates, from its parent's.
+template <class S>
+void accelerate_with_parent(const std::vector<Link<S>>& links, std::vector<LinkMotion<S>>& motions, int i) {
+  const Link<S>& link = links[i];
+  LinkMotion<S>& m = motions[i];
+  m.alpha = m.a = {};
+  if (link.joint < 0) return;
+  m.alpha = m.c_n;
+  m.a = m.c_f;
+  if (link.parent < 0) return;
+  const LinkMotion<S>& parent = motions[link.parent];
+  m.alpha += parent.alpha;
+  m.a += parent.a + cross(parent.alpha, m.d);
+}
+
+}  // namespace
 
 // The inertia about A, and the wrench that motion and external forces make at zero acceleration.
 template <class S> void Tree<S>::start_link(int i, const Load<S>* loads) {
@@ -74,16 +92,7 @@ template <class S> void Tree<S>::add_to_parent(int i) {
 template <class S> void Tree<S>::accelerate_link(int i, S* du) {
   const Link<S>& link = links_[i];
   LinkMotion<S>& m = motion_[i];
-  m.alpha = m.a = {};
-  if (link.joint >= 0) {
-    m.alpha = m.c_n;
-    m.a = m.c_f;
-    if (link.parent >= 0) {
-      const LinkMotion<S>& parent = motion_[link.parent];
-      m.alpha += parent.alpha;
-      m.a += parent.a + cross(parent.alpha, m.d);
-    }
-  }
+  accelerate_with_parent(links_, motion_, i);
   for (int k = link.first_rate + link.rates - 1; k >= link.first_rate; --k) {
     du[k] = S(0);
     if (link.driven || held_[i]) continue;
@@ -157,16 +166,7 @@ template <class S> void Tree<S>::accelerate_bodies(const S* du) {
   for (std::size_t i = 0; i < links_.size(); ++i) {
     const Link<S>& link = links_[i];
     LinkMotion<S>& m = motion_[i];
-    m.alpha = m.a = {};
-    if (link.joint >= 0) {
-      m.alpha = m.c_n;
-      m.a = m.c_f;
-      if (link.parent >= 0) {
-        const LinkMotion<S>& parent = motion_[link.parent];
-        m.alpha += parent.alpha;
-        m.a += parent.a + cross(parent.alpha, m.d);
-      }
-    }
+    accelerate_with_parent(links_, motion_, static_cast<int>(i));
     for (int k = link.first_rate; k < link.first_rate + link.rates; ++k)
       (columns_[k].angular ? m.alpha : m.a) += du[k] * columns_[k].s;
   }

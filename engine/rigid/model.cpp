@@ -5,6 +5,7 @@
 
 #include "joints/constraints.hpp"
 #include "rigid/bare_problems.hpp"
+#include "rigid/joint_rates.hpp"
 
 namespace atwood {
 namespace {
@@ -64,7 +65,7 @@ RigidModel<S>::RigidModel(const Scene& scene, const ModelOptions& options)
     unsupported_ = u.reason;
   }
   system_.rate_of = &RigidModel::rate_of;
-  // The states of mechanisms are evaluated one by one: rates_of has lanes for bodies alone.
+  // The states of mechanisms are evaluated one by one unless JointRates has better: rates_of has lanes for bodies alone.
   if (scene.joints.empty() && scene.ropes.empty()) system_.rates_of = &RigidModel::rates_of;
   if (!scene.joints.empty() || !scene.ropes.empty()) build_joints(scene);
   system_.size = state_size_;
@@ -77,9 +78,14 @@ RigidModel<S>::RigidModel(const Scene& scene, const ModelOptions& options)
     system_.project_of = &RigidModel::project_of;
     system_.projection_of = &RigidModel::projection_of;
   }
+  if (tree_ != nullptr && unsupported_.empty())
+    JointRates<S>::take({system_, *tree_, constraints_.get(), *joint_forces_, active_, holds_, lanes_, width_, gravity_,
+                         slots_, on_joints_, loads_, placed_, resting_lanes_, load_lanes_, state_size_});
 }
 
-template <class S> RigidModel<S>::~RigidModel() = default;
+template <class S> RigidModel<S>::~RigidModel() {
+  if (tree_ != nullptr) JointRates<S>::forget(system_);
+}
 
 template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
   const std::size_t count = scene.bodies.size();
@@ -189,7 +195,6 @@ template <class S> void RigidModel<S>::select_interval(S from_s, S to_s) {
     if (tree_ != nullptr) tree_->set_held(static_cast<int>(i), stands);
   }
   if (joint_forces_ != nullptr) joint_forces_->select(middle_s);
-  if (tree_ != nullptr) lanes_ = false;
   find_components();
 }
 
@@ -260,15 +265,15 @@ template <class S> void RigidModel<S>::gyration(std::vector<Vec3<S>>& omega_W) c
 // The state's driven coordinates carry the rounding of their sums: a sample has those of its time, its loops closed there.
 template <class S> const S* RigidModel<S>::at_driven_coordinates(S t_s, const S* y) {
   if (constraints_ == nullptr || !project_constraints_) return y;
-  bool drives = false;
+  const auto is_driven = [](const Link<S>& link) { return link.driven; };
+  if (std::none_of(tree_->links().begin(), tree_->links().end(), is_driven)) return y;
   std::copy(y, y + state_size_, projected_.begin());
   for (const Link<S>& link : tree_->links()) {
     if (!link.driven) continue;
-    drives = true;
     projected_[link.at_q] = link.driven_start + t_s * link.driven_rate;
     projected_[link.at_u] = link.driven_rate;
   }
-  return drives && constraints_->project(projected_.data()) ? projected_.data() : y;
+  return constraints_->project(projected_.data()) ? projected_.data() : y;
 }
 
 template <class S> void RigidModel<S>::write(S t_s, const S* y, Sample& sample) {

@@ -2,7 +2,9 @@
 #include <catch2/catch.hpp>
 #include <numeric>
 
+#include "joints/planar_loops.hpp"
 #include "mechanisms.hpp"
+#include "rigid/model.hpp"
 #include "simulation.hpp"
 
 namespace atwood::testing {
@@ -129,6 +131,56 @@ TEST_CASE("a loop's motion knows no plane, no unit of length and no second closi
   CHECK(std::abs(end(four_bars(2, 0.4, 1, 1000)) - exact) < 2e-13);
   CHECK(std::abs(end(four_bars(2, 0.4, 1, 1, 0.7)) - exact) < 2e-13);
   CHECK(std::abs(end(four_bars(2, 0.4, 1, 1, 0, 2)) - exact) < 2e-13);
+}
+
+// The rates of loops in planes against the articulated bodies and the pivoted factorisation, in space.
+template <class S> double loop_difference(const Scene& scene, const Vec3<S>& force_at_centre_W) {
+  RigidModel<S> model(scene);
+  REQUIRE(model.unsupported().empty());
+  REQUIRE(model.constraints()->planar() != nullptr);
+  std::vector<S> y(model.state_size()), dydt(y);
+  model.initial_state(y.data());
+  model.system().rate(S(0), y.data(), dydt.data());
+  Tree<S> tree(scene, std::vector<int>(scene.bodies.size(), -1), 0);
+  Constraints<S> constraints(scene, tree);
+  constraints.start(y.data());
+  tree.kinematics(S(0), y.data());
+  std::vector<Load<S>> loads(scene.bodies.size());
+  for (auto& load : loads) load.acceleration_W = narrow3<S>(scene.gravity_m_per_s2);
+  loads[0].force_W += force_at_centre_W;
+  std::vector<S> du(tree.rate_count());
+  tree.accelerations(loads.data(), nullptr, du.data());
+  constraints.constrain(du.data());
+  S most = S(0), scale = S(0);
+  for (int k = 0; k < tree.rate_count(); ++k) {
+    most = real::max(most, real::abs(du[k] - dydt[tree.state_of_rate(k)]));
+    scale = real::max(scale, real::abs(du[k]));
+  }
+  return static_cast<double>(most / scale);
+}
+
+TEST_CASE("closed loops in planes accelerate as in space, with forces on their bodies and without") {
+  double in_double = 0, in_quad = 0;
+  for (const int loops : {1, 2, 5})
+    for (const double turn : {0.0, 0.7}) {
+      const Scene scene = four_bars(loops, 0.4, 1, 1, turn);
+      in_double = std::max(in_double, loop_difference<double>(scene, {}));
+      in_quad = std::max(in_quad, loop_difference<Quad>(scene, {}));
+    }
+  // A spring without length from a fixed point to the first rocker's centre: the force is that of its stretch.
+  Scene sprung = four_bars(2, 0.4, 1);
+  Spring spring;
+  spring.bodies = {0};
+  spring.anchor_m = {3, 1, 0};
+  spring.stiffness_N_per_m = 7;
+  sprung.forces.push_back(spring);
+  const Real3& p = sprung.bodies[0].position_m;
+  const Vec3<double> force{7 * (3 - p[0]), 7 * (1 - p[1]), 0};
+  CAPTURE(in_double, in_quad, loop_difference<double>(sprung, force));
+  CHECK(in_double < 1e-12);
+  CHECK(in_quad < 1e-29);
+  CHECK(loop_difference<double>(sprung, force) < 1e-12);
+  CHECK(loop_difference<double>(sprung, {}) > 1e-3);
 }
 
 TEST_CASE("hanging four-bars: each end of a coupler carries half of it; forces that are not determined are marked") {

@@ -1,0 +1,125 @@
+// Loops of trees that move in planes, closed by hinges across the plane: the equations of joints/constraints.hpp, of which
+// every closing leaves two, in vectors of two components.
+//
+// Rates are solved for by a QR factorisation of W G^T in the order of the rows, of one state or of eight at once. Where a
+// pivot is below kLeastPivot, rows may be dependent, and the pivoted factorisation of constraints.hpp has to take over;
+// both give the same accelerations elsewhere. Projections use the pivoted one.
+#pragma once
+
+#include <memory>
+
+#include "joints/constraints.hpp"
+#include "joints/planar_rates.hpp"
+
+namespace atwood {
+
+template <class S> class PlanarLoops {
+ public:
+  static constexpr double kLeastPivot = 0.05;
+
+  // Null where some mechanism does not move in a plane, or is tied by anything but hinges across it that close loops. The
+  // kinematics of `tree` are those of some state; `constraints` has chosen its rows.
+  static std::unique_ptr<PlanarLoops> of(Tree<S>& tree, Constraints<S>& constraints);
+
+  // ---- rates, in this order; V: S, or Pack<S> of float and double
+  // Kinematics at (t, y), where the rates of the coordinates are written.
+  void move(const OneState<S>& y);
+  void move(VectorWidth width, const StateLanes<S>& y);
+  // For forces on bodies: p v q w of each link's body, as Tree::write_body gives them, scalar i of body b at
+  // to[b kBodyScalars + i]; and the loads that act on it (forces/force.hpp), without uniform gravity. At the same state.
+  void place(const OneState<S>& y, S* to);
+  void place(VectorWidth width, const StateLanes<S>& y, LaneBlock<S>* to);
+  void bear(const Load<S>* loads);
+  void bear(VectorWidth width, const LaneBlock<S>* loads);
+  // The rates' accelerations under the constraints; the least pivot of one state, and of each of eight.
+  S accelerate(const OneState<S>& y, const Vec3<S>& gravity_W, const S* applied);
+  LaneBlock<S> accelerate(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W, const Pack<S>* applied);
+
+  // Constraints::project(); false, and y as it was: the constraints have to do it.
+  bool project(S* y);
+
+ private:
+  using Pair = typename PlanarRates<S>::Vec2;
+  template <class V> using PairOf = typename PlanarRates<S>::template Pair<V>;
+  template <class V> using State = typename PlanarRates<S>::template State<V>;
+  struct End {
+    int link = -1;                                 // -1: at rest, `point` in the axes of the plane
+    Pair point;                                    // from A to the anchor, at coordinates 0
+    Pair arm;                                      // from the centre of mass to the anchor
+    S across{}, inverse_mass{}, inverse_moment{};  // across: the arm along the normal
+  };
+  struct Closing {
+    End end[2];
+    int plane = 0;
+    S lengths{};            // that do not change, of the tolerances
+    std::vector<int> path;  // links from both ends to the roots, outermost first
+  };
+  struct Equation {
+    int closing = 0;
+    Pair direction;
+    bool chosen = false;
+  };
+  struct Body {  // of a link
+    int body = 0;
+    Pair origin;  // of the plane's axes, of a root
+    S across{};   // the centre of mass along the normal
+    Quat<S> attitude;
+    Vec3<S> normal_B;
+  };
+  template <class V> struct Twist {
+    V n{};
+    PairOf<V> f;
+  };
+  template <class V> struct Place {
+    V angle{};
+    PairOf<V> A, v;
+  };
+  template <class V> struct Work {
+    RegisterVector<State<V>> links;
+    RegisterVector<Place<V>> places;
+    RegisterVector<Twist<V>> twists;
+    RegisterVector<V> root, column, diagonal, reflected, size, b, z;
+
+    void resize(std::size_t links_count, std::size_t rates, std::size_t equations);
+  };
+
+  PlanarLoops(Tree<S>& tree, Constraints<S>& constraints, PlanarRates<S> planar);
+  bool take_rows();
+  void take_bodies();
+  bool take_end(int body, const Vec3<S>& anchor_B, Closing& closing, End& end) const;
+  template <class V> ATWOOD_INLINE PairOf<V> arm_of(const End& end, const Pair& v, const Work<V>& work) const;
+  template <class States, class V> ATWOOD_INLINE void locate(const States& y, DrivenJoints driven, Work<V>& work) const;
+  template <class V> ATWOOD_INLINE void write_place(int i, const Work<V>& work, V (&to)[kBodyScalars]) const;
+  template <class V>
+  ATWOOD_INLINE void bear_one(int i, const Vec3<V>& acceleration_W, const Vec3<V>& force_W, const Vec3<V>& torque_B,
+                              Work<V>& work) const;
+  template <class K, class V> ATWOOD_INLINE void take_roots(K lane, Work<V>& work) const;
+  template <class K, class V> ATWOOD_INLINE V whiten(K lane, const Equation& equation, Work<V>& work, V* column) const;
+  template <class V, class F> ATWOOD_INLINE void unwhiten(const V* z, Work<V>& work, const F& add) const;
+  template <class V>
+  ATWOOD_INLINE V acceleration_along(const Equation& equation, const Vec3<S>& gravity_W, const Work<V>& work) const;
+  template <class K, class V> ATWOOD_INLINE V factor_in_order(K lane, int count, Work<V>& work) const;
+  template <class V> ATWOOD_INLINE void solve_in_order(int count, Work<V>& work) const;
+  template <class K, class States, class V>
+  ATWOOD_INLINE V constrain(K lane, const States& y, const Vec3<S>& gravity_W, const V* applied, Work<V>& work) const;
+  void set_values(const S* y);
+  S worst_value(bool chosen_alone) const;
+  void factor();
+  void change(S* y, bool rates);
+  bool project_positions(S* y);
+
+  Tree<S>& tree_;
+  Constraints<S>& constraints_;
+  PlanarRates<S> planar_;
+  std::vector<Body> bodies_;  // by link
+  std::vector<Closing> closings_;
+  std::vector<Equation> equations_;  // the chosen ones first
+  int chosen_ = 0, rates_ = 0;
+  Work<S> one_;
+  Work<Pack<S>> lanes_;  // float and double
+  // of projections
+  LeastNorm<S> qr_;
+  std::vector<S> value_, tolerance_, rate_, scale_, before_, unused_, no_forces_, b_, z_;
+};
+
+}  // namespace atwood

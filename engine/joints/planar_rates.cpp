@@ -1,0 +1,104 @@
+#include "joints/planar_rates_kernel.hpp"
+
+namespace atwood {
+namespace {
+
+template <class S> Vec3<S> first_hinge_axis(const Tree<S>& tree, int root, const Quat<S>& q_root) {
+  const auto& links = tree.links();
+  std::vector<Quat<S>> q(links.size());
+  for (int i = root; i < static_cast<int>(links.size()); ++i) {
+    if (links[i].parent < 0 && i > root) break;
+    q[i] = (i == root ? q_root : q[links[i].parent]) * links[i].frame;
+    if (links[i].kind == JointKind::hinge) return rotate(q[i], links[i].axis_B);
+  }
+  return {};
+}
+
+template <class S> bool nearly_zero(S x) { return real::abs(x) <= S(8) * real::epsilon<S>(); }
+
+}  // namespace
+
+template <class S> auto PlanarRates<S>::of(const Tree<S>& tree) -> std::optional<PlanarRates> {
+  PlanarRates planar;
+  std::vector<Quat<S>> attitudes;  // at coordinates 0
+  for (int i = 0; i < static_cast<int>(tree.links().size()); ++i)
+    if (!planar.add_link(tree, i, attitudes)) return std::nullopt;
+  planar.state_.resize(planar.links_.size());
+  if constexpr (PackOf<S>::in_register) planar.lanes_.resize(planar.links_.size());
+  return planar;
+}
+
+// Mechanisms of parallel planes share their axes. -1: the normal is none.
+template <class S> int PlanarRates<S>::plane_across(const Vec3<S>& n) {
+  if (!(norm(n) > S(0.5))) return -1;
+  for (std::size_t i = 0; i < planes_.size(); ++i)
+    if (nearly_zero(norm(cross(n, planes_[i].normal)))) return static_cast<int>(i);
+  const S x = real::abs(n.x), y = real::abs(n.y), z = real::abs(n.z);
+  const Vec3<S> least = x <= y && x <= z ? Vec3<S>{S(1), S(0), S(0)}
+                        : y <= z         ? Vec3<S>{S(0), S(1), S(0)}
+                                         : Vec3<S>{S(0), S(0), S(1)};
+  const Vec3<S> across = cross(n, least), e1 = (S(1) / norm(across)) * across;
+  planes_.push_back({e1, cross(n, e1), n});
+  return static_cast<int>(planes_.size()) - 1;
+}
+
+template <class S> bool PlanarRates<S>::add_link(const Tree<S>& tree, int i, std::vector<Quat<S>>& attitudes) {
+  const Link<S>& link = tree.links()[i];
+  const bool turns = link.kind == JointKind::hinge, slides = link.kind == JointKind::slider;
+  if (link.joint < 0 || !(turns || slides || link.kind == JointKind::fixed)) return false;
+  const Quat<S> q_parent = link.parent >= 0 ? attitudes[link.parent] : tree.root_attitude(i);
+  Constants c{};
+  c.plane = link.parent >= 0 ? links_[link.parent].plane : plane_across(first_hinge_axis(tree, i, q_parent));
+  if (c.plane < 0) return false;
+  const Plane& plane = planes_[c.plane];
+  attitudes.push_back(q_parent * link.frame);
+  const auto in_plane = [&](const Quat<S>& q, const Vec3<S>& v_B) {
+    const Vec3<S> v = rotate(q, v_B);
+    return Vec2{dot(v, plane.e1), dot(v, plane.e2)};
+  };
+  const Vec3<S> axis = rotate(attitudes.back(), link.axis_B);
+  if (turns && !nearly_zero(norm(cross(axis, plane.normal)))) return false;
+  if (slides && !nearly_zero(dot(axis, plane.normal))) return false;
+  c.parent = link.parent;
+  c.at_q = link.at_q;
+  c.at_u = link.at_u;
+  c.rate = link.first_rate;
+  c.turns = turns;
+  c.slides = slides;
+  c.driven = link.driven;
+  c.sign = dot(axis, plane.normal) < S(0) ? S(-1) : S(1);
+  c.from_parent = in_plane(q_parent, link.from_parent_P);
+  c.to_centre = in_plane(attitudes.back(), link.to_centre_B);
+  c.axis = in_plane(attitudes.back(), link.axis_B);
+  c.mass = link.mass_kg;
+  const Vec3<S> normal_B = rotate_back(attitudes.back(), plane.normal);
+  c.J = dot(normal_B, link.J_B * normal_B);
+  c.driven_start = link.driven_start;
+  c.driven_rate = link.driven_rate;
+  links_.push_back(c);
+  return true;
+}
+
+template <class S> void PlanarRates<S>::rates(const OneState<S>& y, const Vec3<S>& gravity_W, const S* applied) {
+  move(y, state_.data());
+  eliminate(applied, state_.data());
+  accelerate(y, gravity_W, state_.data());
+}
+
+template <class S>
+void PlanarRates<S>::rates(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W,
+                           const Pack<S>* applied) {
+  if constexpr (PackOf<S>::in_register)
+    in_lanes<S>(width, [&](auto) ATWOOD_INLINED {
+      move(y, lanes_.data());
+      eliminate(applied, lanes_.data());
+      accelerate(y, gravity_W, lanes_.data());
+    });
+}
+
+template class PlanarRates<float>;
+template class PlanarRates<double>;
+template class PlanarRates<long double>;
+template class PlanarRates<Quad>;
+
+}  // namespace atwood
