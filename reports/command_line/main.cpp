@@ -17,6 +17,7 @@
 #include "protocol/descriptors.hpp"
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/manual.hpp"
+#include "reports/command_line/play.hpp"
 #include "scene/files.hpp"
 #include "scene/printable.hpp"
 #include "validation/study/process.hpp"
@@ -148,6 +149,23 @@ void declare_commands(Parser& p) {
   trace
       ->add_option("-o,--output", o.outputs,
                    "vtk:DIR, the particles as files for ParaView: DIR/ID.pvd and one .vtp a sample")
+      ->expected(1)
+      ->take_all();
+
+  auto* play = p.add("play", "The truth and methods in motion, as one page for a browser", command_play);
+  play->add_option("SCENE", o.input, "A file or a catalogue id")->required();
+  play->add_option("--method", o.methods, "A method drawn beside the truth; any number of them")
+      ->expected(1)
+      ->take_all();
+  p.counts(play, "Step count of every method (the scenario's last rung unless given)");
+  play->add_option("--samples", o.samples, "Frames, each the pose at one instant (up to 600 unless given)");
+  play->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
+      ->expected(1)
+      ->take_all();
+  play->add_option("--limit", o.cell_limit_s, "Seconds that a run may take")->capture_default_str();
+  p.resolution(play);
+  play->add_option("--out", o.out_dir, "Where the page goes unless -o names it")->capture_default_str();
+  play->add_option("-o,--output", o.outputs, "html:FILE, the page (html:OUT/play-SCENE.html unless given)")
       ->expected(1)
       ->take_all();
 

@@ -7,6 +7,7 @@
 
 #include "reports/command_line/command_line.hpp"
 #include "reports/command_line/method_words.hpp"
+#include "reports/command_line/one_run.hpp"
 #include "reports/command_line/table.hpp"
 #include "reports/command_line/trace_fluid.hpp"
 #include "reports/command_line/trace_joints.hpp"
@@ -86,36 +87,6 @@ int digits_of(const std::string& scalar) {
   return 17;
 }
 
-// Says how a run ended that did not reach its end. Its motion, if any, is not what was asked for: never exit_pass.
-int status_exit(const Outcome& outcome) {
-  if (outcome.status == Status::ok) return exit_pass;
-  fmt::print(stderr, "atwood: {}: {}\n", to_string(outcome.status), printable(outcome.reason));
-  return outcome.status == Status::crashed || outcome.status == Status::timeout ? exit_cell : exit_gate;
-}
-
-const Worker& worker_of(const std::vector<Worker>& workers, const std::string& method) {
-  MethodId id;
-  try {
-    id = parse_method_id(method);
-  } catch (const std::invalid_argument& error) {
-    throw InputError(fmt::format("--method {}: {}", method, without_id(error, method)));
-  }
-  if (method.find_first_of("*?") != std::string::npos)
-    throw InputError(fmt::format("--method {}: found a glob; expected the id of one method, or truth", method));
-  std::vector<std::string> names;
-  for (const auto& worker : workers) {
-    if (worker.status != Status::ok) continue;
-    for (const auto& info : worker.engine.methods) {
-      if (info.id == id.engine + "/" + id.scheme) return worker;
-      names.push_back(info.id);
-    }
-  }
-  names.emplace_back("truth");
-  throw InputError(
-      fmt::format("--method {}: no available engine provides this method{}; `atwood list methods` shows all", method,
-                  nearest_hint(id.engine + "/" + id.scheme, names, 3)));
-}
-
 // With recorded frames: an engine that takes them, whole frames, and the start and the end alone.
 void require_frames(const Scenario& scenario, const Worker& worker, std::int64_t steps, std::int64_t samples) {
   const auto frames = static_cast<std::int64_t>(scenario.frame_ends_s.size());
@@ -161,25 +132,7 @@ void take_resolution(const Options& options, Scenario& scenario) {
       throw InputError(fmt::format("-o {}: expected vtk:DIR, with the name of a folder", output));
   if (options.probes && scenario.scene.probes.empty())
     throw InputError(fmt::format("--probes: `{}` has no [[probe]]", scenario.id));
-  if (options.spacings.size() > 1 || options.sound_speeds.size() > 1)
-    throw InputError("--spacing and --sound-speed: trace takes one of each");
-  const Fluid first = scenario.scene.fluids.front();
-  const double spacing = options.spacings.empty() ? 0 : options.spacings.front();
-  const double speed = options.sound_speeds.empty() ? 0 : options.sound_speeds.front();
-  for (const auto& [name, values] :
-       {std::pair("--spacing", &options.spacings), {"--sound-speed", &options.sound_speeds}})
-    for (const double given : *values)
-      if (!(given > 0) || !std::isfinite(given))
-        throw InputError(fmt::format("{} {}: expected a number above 0", name, given));
-  if (spacing == 0 && speed == 0) return;
-  scenario.scene = at_resolution(scenario, spacing, speed);
-  const double refinement =
-      (spacing > 0 ? first.spacing_m / spacing : 1) * (speed > 0 ? speed / first.sound_speed_m_per_s : 1);
-  for (std::int64_t& steps : scenario.steps) {
-    const double samples = static_cast<double>(scenario.samples);
-    steps = static_cast<std::int64_t>(std::ceil(static_cast<double>(steps) * refinement / samples * (1 - 1e-12))) *
-            scenario.samples;
-  }
+  refine(options, scenario);
 }
 
 // Particles or probes, and files for ParaView. False: the bodies are asked for.
@@ -274,19 +227,8 @@ int command_trace(const Place& place, const Options& options) {
   const Worker& worker = worker_of(workers, method);
   check_settings("--method ", method, workers);
   require_frames(scenario, worker, steps, samples);
-  if (!scenario.scene.fluids.empty() && !worker.engine.fluids) {
-    Outcome outcome;
-    outcome.status = Status::unsupported, outcome.reason = worker.engine.name + " simulates no fluids";
-    return status_exit(outcome);
-  }
-  if ((!scenario.scene.joints.empty() || !scenario.scene.ropes.empty()) && !worker.engine.joints) {
-    Outcome outcome;
-    outcome.status = Status::unsupported, outcome.reason = worker.engine.name + " simulates no joints";
-    return status_exit(outcome);
-  }
   const MethodId id = parse_method_id(method);
-  Recording run = run_once(worker, method, scenario.scene, {scenario.t_end_s, steps, samples, scenario.frame_ends_s},
-                           options.cell_limit_s);
+  Recording run = recorded(worker, method, scenario, steps, options.cell_limit_s);
   const int digits = digits_of(id.scalar.empty() ? worker.engine.scalar : id.scalar);
   if (run.outcome.status != Status::unsupported || !run.values.empty()) {  // up to where the run ended
     if (options.events || !print_fluid(options, scenario, run.values, digits)) {
@@ -295,8 +237,6 @@ int command_trace(const Place& place, const Options& options) {
         fmt::print(stderr, "atwood: the scene has fluids and no bodies: --particles prints the particles\n");
     }
   }
-  if (std::string words = not_finite_words(run, scenario.scene); run.outcome.status == Status::ok && !words.empty())
-    run.outcome = {Status::not_finite, std::move(words), 0, 0, {}};
   return status_exit(run.outcome);
 }
 

@@ -1,4 +1,4 @@
-// The bundled script and style of the report, embedded at build time from reports/web/dist.
+// The bundled scripts and styles of the report and of the player, embedded at build time from reports/web/dist.
 #pragma once
 
 #include <string_view>
@@ -7,5 +7,7 @@ namespace atwood {
 
 extern const std::string_view report_script;
 extern const std::string_view report_style;
+extern const std::string_view player_script;
+extern const std::string_view player_style;
 
 }  // namespace atwood

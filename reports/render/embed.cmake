@@ -1,4 +1,4 @@
-# Writes OUTPUT, a C++ file that holds SCRIPT and STYLE as raw strings.
+# Writes OUTPUT, a C++ file that holds the scripts and styles of the folder DIST as raw strings.
 function(embed name file result)
   file(READ ${file} content)
   string(FIND "${content}" ")atwood_asset\"" clash)
@@ -8,6 +8,9 @@ function(embed name file result)
   set(${result} "const std::string_view ${name} = R\"atwood_asset(${content})atwood_asset\";\n" PARENT_SCOPE)
 endfunction()
 
-embed(report_script ${SCRIPT} script)
-embed(report_style ${STYLE} style)
-file(WRITE ${OUTPUT} "#include \"assets.hpp\"\n\nnamespace atwood {\n\n${script}${style}\n}  // namespace atwood\n")
+foreach(page report player)
+  embed(${page}_script ${DIST}/${page}.js script)
+  embed(${page}_style ${DIST}/${page}.css style)
+  string(APPEND assets "${script}${style}")
+endforeach()
+file(WRITE ${OUTPUT} "#include \"assets.hpp\"\n\nnamespace atwood {\n\n${assets}\n}  // namespace atwood\n")

@@ -1,0 +1,261 @@
+#!/usr/bin/env python3
+"""Opens playback pages of known motion in headless Chromium, with WebGL (SwiftShader) and without: poses against formulas,
+play, step, scrub, orbit, pan, zoom, follow, magnify, let go, links. No error may reach the console, no request the
+network. player_test.py WRITE_SYNTHETIC_PLAYBACK
+Answers 77 (skipped) with a word where Chromium or chromedriver is missing."""
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+from chromium import DOWN, HOSTILE, SKIPPED, UP, Browser, check, move, programs, silence, until
+
+LIMIT = 1_500_000
+WEBGL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+NO_WEBGL = ("--disable-gpu", "--disable-3d-apis")
+
+
+def opens(browser, path, fragment=""):
+    browser.post("/url", {"url": "about:blank"})  # so that another fragment loads the page again
+    browser.post("/url", {"url": pathlib.Path(path).as_uri() + fragment})
+    until("the player is ready", lambda: browser.run("return document.documentElement.dataset.ready === 'true'"), 60)
+
+
+def still(browser):
+    """Stops the clock at 0."""
+    browser.run("""const p = document.querySelector('#play'); if (p.textContent === 'pause') p.click();
+        const s = document.querySelector('#time'); s.value = 0; s.dispatchEvent(new Event('input'));""")
+    frames(browser)
+
+
+def frames(browser):
+    browser.post("/execute/async", {"script": "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 30)))", "args": []})
+
+
+def scrub(browser, t, end):
+    browser.run("const s = document.querySelector('#time'); s.value = arguments[0]; s.dispatchEvent(new Event('input'));", 1000 * t / end)
+    frames(browser)
+
+
+def clock(browser):
+    return float(browser.run("return document.querySelector('#clock').textContent").split()[2])
+
+
+def camera(browser):
+    return [float(x) for x in browser.run("return document.querySelector('.stage').dataset.camera").split()]
+
+
+def pose(browser, run, t, body=1):
+    return browser.run("return atwood.pose(arguments[0], arguments[1], arguments[2])", run, body, t)
+
+
+def colours(browser, layer):
+    """How many colours a layer of the stage has: 0 the solids, 1 the lines."""
+    return browser.run("""const source = document.querySelectorAll('.stage canvas')[arguments[0]];
+        const copy = document.createElement('canvas'); copy.width = source.width; copy.height = source.height;
+        const ink = copy.getContext('2d'); ink.drawImage(source, 0, 0);
+        const d = ink.getImageData(0, 0, copy.width, copy.height).data, seen = new Set();
+        for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 60) seen.add(d[i] << 16 | d[i + 1] << 8 | d[i + 2]);
+        return seen.size;""", layer)
+
+
+def is_text(browser):
+    check(browser.run("return document.querySelector('h1').textContent") == HOSTILE, "the title is not the scene's")
+    check(browser.run("return document.querySelectorAll('img, iframe, [onerror]').length") == 0, "hostile text became an element")
+    words = browser.run("return document.querySelector('aside').textContent")
+    check(words.count(HOSTILE) >= 3, f"claim, source and reason are not shown as text: {words}")
+    check("diverged" in words, "how a run ended is not said")
+
+
+def poses(browser):
+    """Against the formulas of write_synthetic_playback.cpp. 16 bits of a range of 2 m are 3e-5 m; a cubic over frames of
+    1/60 s at 2 rad/s is better than that."""
+    for t in (0, 0.1, 1.2345, 2.71, 2.999):
+        found = pose(browser, 0, t)
+        exact = [math.cos(2 * t), math.sin(2 * t), 1]
+        check(math.dist(found["p"], exact) < 6e-5, f"the truth at {t} s stands at {found['p']}, not at {exact}")
+        q = [math.cos(1.5 * t), 0, 0, math.sin(1.5 * t)]
+        check(abs(abs(sum(a * b for a, b in zip(found["q"], q))) - 1) < 1e-7, f"the truth's attitude at {t} s is {found['q']}, not {q}")
+        near = pose(browser, 1, t)
+        # The difference is of 16 bits of its own: 3e-9 m over 65536.
+        check(abs(near["p"][2] - found["p"][2] - 1e-9 * t) < 1e-13, f"m/near at {t} s is off by {near['p'][2] - found['p'][2]}")
+    for t in (3.2, 3.9):  # beyond the truth's end methods stand alone
+        check(math.dist(pose(browser, 1, t)["p"], [math.cos(2 * t), math.sin(2 * t), 1]) < 6e-5, f"m/near at {t} s, beyond the truth")
+    check(math.dist(pose(browser, 2, 4)["p"], [math.cos(4), math.sin(4), 1.2]) < 1e-4, "a run that ended does not stay at its last pose")
+
+
+def magnifies(browser):
+    scrub(browser, 2, 4)
+    browser.run("const s = document.querySelector('#magnify'); s.value = '10000000'; s.dispatchEvent(new Event('change'));")
+    frames(browser)
+    base, near = pose(browser, 0, 2), pose(browser, 1, 2)
+    check(abs(near["p"][2] - base["p"][2] - 0.02) < 1e-5, f"1e7 times 2e-9 m is drawn as {near['p'][2] - base['p'][2]} m")
+    # q_truth^-1 q is a turn about the body's x by 1e7 * 2e-7 rad.
+    (a, b, c, d), (w, x, y, z) = base["q"], near["q"]
+    turn = [a * w + b * x + c * y + d * z, a * x - b * w - c * z + d * y, a * y + b * z - c * w - d * x, a * z - b * y + c * x - d * w]
+    check(math.dist([abs(turn[0]), abs(turn[1]), turn[2], turn[3]], [math.cos(1), math.sin(1), 0, 0]) < 1e-3, f"2 rad are drawn as {turn}")
+    note = browser.run("return document.querySelector('#note').textContent")
+    check("1e7 times as far from the truth" in note, f"the page does not say that it magnifies: {note!r}")
+    browser.run("const s = document.querySelector('#magnify'); s.value = 'auto'; s.dispatchEvent(new Event('change'));")
+    check(browser.run("return document.querySelector('#magnify').value") == "1", "0.2 m and more need no magnification")
+    browser.click("#run-2")  # without m/ends the largest are 3e-9 m and 3e-7 rad
+    browser.run("const s = document.querySelector('#magnify'); s.value = 'auto'; s.dispatchEvent(new Event('change'));")
+    check(browser.run("return document.querySelector('#magnify').value") == "1000000", "the fitting magnification is not 1e6")
+    browser.run("const s = document.querySelector('#magnify'); s.value = '1'; s.dispatchEvent(new Event('change'));")
+    browser.click("#run-2")
+
+
+def plays(browser):
+    still(browser)
+    check(clock(browser) == 0 and browser.run("return document.querySelector('#play').textContent") == "play", "the clock does not stand at 0")
+    before = colours(browser, 1)
+    browser.click("#play")
+    until("time goes on", lambda: clock(browser) > 0.3)
+    browser.click("#play")
+    stopped = clock(browser)
+    frames(browser)
+    check(clock(browser) == stopped, "pause does not pause")
+    check(colours(browser, 0) > 8 and colours(browser, 1) > 3 and before > 1, "nothing is drawn")
+    still(browser)
+    browser.click("#forward")
+    frames(browser)
+    check("frame 1 of 240, step 4 of 960" in browser.run("return document.querySelector('#frame').textContent"), "one frame forward")
+    browser.click("#back")
+    frames(browser)
+    check(clock(browser) == 0, "one frame back")
+
+
+def scrubs(browser):
+    box = browser.run("const c = document.querySelector('#curve-position canvas'); c.scrollIntoView({block: 'center'}); const r = c.getBoundingClientRect(); return [r.left, r.top, r.width, r.height]")
+    x = box[0] + 52 + (box[2] - 64) * 0.5
+    browser.mouse(move(x, box[1] + 60), DOWN, UP)
+    frames(browser)
+    check(abs(clock(browser) - 2) < 0.03, f"a press in the middle of the plot sets {clock(browser)} s")
+    check(abs(float(browser.run("return document.querySelector('#curve-energy canvas').dataset.cursor")) - float(browser.run("return document.querySelector('#curve-position canvas').dataset.cursor"))) < 1, "the plots have different cursors")
+    values = browser.run("return [...document.querySelectorAll('.run .value')].map(v => v.textContent)")
+    check(values[1].startswith("2 nm") and "2e-7 rad" in values[1] and values[2].startswith("20 cm"), f"the errors at 2 s read {values}")
+    scrub(browser, 3.5, 4)
+    check(browser.run("return [...document.querySelectorAll('.run .value')].map(v => v.textContent)")[2] == "ended", "a run that ended is not said to have ended")
+
+
+def moves_camera(browser):
+    browser.run("document.querySelector('.stage').scrollIntoView({block: 'center'})")
+    left, top, width, height = browser.run("const r = document.querySelector('.stage').getBoundingClientRect(); return [r.left, r.top, r.width, r.height]")
+    x, y = left + width / 2, top + height / 2
+    start = camera(browser)
+    browser.mouse(move(x, y), DOWN, move(x + 60, y + 20), UP)
+    frames(browser)
+    turned = camera(browser)
+    check(abs(turned[0] - start[0] + 0.48) < 0.02 and abs(turned[1] - start[1] - 0.16) < 0.02 and turned[2:] == start[2:], f"a drag turns {start} to {turned}")
+    browser.run("""document.querySelector('.stage').dispatchEvent(new WheelEvent('wheel', {deltaY: -100, clientX: arguments[0], clientY: arguments[1], cancelable: true}))""", x, y)
+    frames(browser)
+    check(abs(camera(browser)[2] / start[2] - math.exp(-0.15)) < 1e-3, "the wheel does not zoom")
+    browser.run("""const e = document.querySelector('.stage'), o = {pointerId: 1, buttons: 4, clientX: 300, clientY: 300};
+        e.setPointerCapture = () => {}; e.dispatchEvent(new PointerEvent('pointerdown', o));
+        e.dispatchEvent(new PointerEvent('pointermove', {...o, clientX: 380})); e.dispatchEvent(new PointerEvent('pointerup', o));""")
+    frames(browser)
+    check(camera(browser)[:3] == [turned[0], turned[1], camera(browser)[2]] and camera(browser)[3:] != turned[3:], "the middle button does not pan")
+    browser.run("document.querySelector('#fit').scrollIntoView()")
+    browser.click("#fit")
+    scrub(browser, 1, 4)
+    browser.run("const s = document.querySelector('#follow'); s.value = '1'; s.dispatchEvent(new Event('change'));")
+    frames(browser)
+    scrub(browser, 2, 4)
+    check(math.dist(camera(browser)[3:], [math.cos(4), math.sin(4), 1]) < 1e-3, f"the camera does not follow the body: {camera(browser)}")
+    browser.run("const s = document.querySelector('#follow'); s.value = '-1'; s.dispatchEvent(new Event('change'));")
+    browser.click("#fit")
+    frames(browser)
+
+
+def links(browser, path):
+    scrub(browser, 1.5, 4)
+    browser.click("#run-2")
+    before = camera(browser)
+    until("the address keeps the view", lambda: "hide=2" in browser.run("return location.hash"))
+    fragment = browser.run("return location.hash")
+    opens(browser, path, fragment)
+    frames(browser)
+    check(abs(clock(browser) - 1.5) < 1e-3, f"the link opens at {clock(browser)} s")
+    check(math.dist(camera(browser), before) < 1e-4, f"the link opens with the camera {camera(browser)}, not {before}")
+    check(not browser.run("return document.querySelector('#run-2').checked"), "the link shows a run that was hidden")
+    for bad in ("#t=nan&k=-3&hide=99.x&view=1_2", "#t=1e999&k=1e999&view=0_0_-1_0_0_0", "#%ff"):
+        opens(browser, path, bad)
+        frames(browser)
+        check(all(math.isfinite(x) for x in camera(browser)), f"{bad} breaks the camera")
+
+
+def narrow(browser):
+    browser.devtools("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=2, mobile=True)
+    frames(browser)
+    wide = browser.run("return document.documentElement.scrollWidth")
+    check(wide <= 390, f"the page is {wide} px wide on a screen of 390")
+    browser.devtools("Emulation.clearDeviceMetricsOverride")
+
+
+def lets_go(browser):
+    still(browser)
+    check(pose(browser, 0, 0.25)["p"][2] == pose(browser, 0, 0.5)["p"][2], "the ball moves before its release")
+    # Straight between the frames next to an impact: never below the floor.
+    lowest = min(pose(browser, 0, 1 + k / 1000)["p"][2] for k in range(-20, 20))
+    check(lowest > 0.0999, f"the ball sinks to {lowest} m")
+    browser.click("#wait")
+    until("it waits", lambda: not browser.run("return document.querySelector('#let-go').hidden"))
+    check(abs(clock(browser) - 0.5) < 1e-3, f"it waits at {clock(browser)} s, not at the release")
+    time.sleep(0.3)
+    check(abs(clock(browser) - 0.5) < 1e-3, "it does not wait")
+    browser.click("#let-go")
+    until("it goes on", lambda: clock(browser) > 0.6)
+    browser.click("#wait")
+    browser.click("#loop")
+    browser.run("const s = document.querySelector('#speed'); s.value = '10'; s.dispatchEvent(new Event('change'));")
+    until("without a loop it stops at the end", lambda: clock(browser) == 2 and browser.run("return document.querySelector('#play').textContent") == "play")
+    frames(browser)
+    with_contact = colours(browser, 1)
+    browser.click("#show-contacts")
+    frames(browser)
+    check(colours(browser, 1) < with_contact, "the contact at the end is not drawn")
+    note = browser.run("return document.querySelector('#note').textContent")
+    check("Magnified" not in note, f"nothing is magnified: {note!r}")
+
+
+def use(found, folder, flags, kind):
+    browser = Browser(*found, flags)
+    try:
+        path = os.path.join(folder, "smooth.html")
+        opens(browser, path)
+        check(browser.run("return document.querySelector('.stage').dataset.kind") == kind, f"the scene is not drawn by {kind}")
+        for test in (is_text, poses, plays, magnifies, scrubs, moves_camera, narrow):
+            test(browser)
+            print(f"ok: {test.__name__} ({kind})")
+        silence(browser, path)
+        links(browser, path)
+        opens(browser, os.path.join(folder, "bounces.html"))
+        lets_go(browser)
+        silence(browser, os.path.join(folder, "bounces.html"))
+        print(f"ok: lets_go, links, no console error, no request ({kind})")
+    finally:
+        browser.close()
+
+
+def main():
+    found = programs()
+    if not found:
+        return SKIPPED
+    with tempfile.TemporaryDirectory() as folder:
+        print(subprocess.run([sys.argv[1], folder], check=True, capture_output=True, text=True).stdout.strip())
+        for name in os.listdir(folder):
+            check(os.path.getsize(os.path.join(folder, name)) < LIMIT, f"{name} is too large")
+        try:
+            use(found, folder, WEBGL, "webgl")
+            use(found, folder, NO_WEBGL, "canvas")
+        except AssertionError as error:
+            print("FAILED:", error)
+            return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
