@@ -11,7 +11,6 @@
 #include "reports/command_line/units.hpp"
 #include "reports/render/playback.hpp"
 #include "scene/files.hpp"
-#include "scene/printable.hpp"
 #include "validation/metrics/measurements.hpp"
 #include "validation/study/write_file.hpp"
 
@@ -139,6 +138,7 @@ int command_play(const Place& place, const Options& options) {
   if (steps <= 0) throw InputError(fmt::format("--steps {}: expected a positive count", steps));
   scenario.samples = samples_of(options, scenario, methods.empty() ? std::vector<std::int64_t>{} : std::vector{steps},
                                 methods.size() + 1);
+  scenario.steps = {methods.empty() ? scenario.samples : steps};  // the only ones that run
   const std::vector<Worker> workers = methods.empty() ? std::vector<Worker>{} : require_workers(place, options);
   require_answers(workers);
   for (const std::string& method : methods) {
@@ -166,8 +166,9 @@ int command_play(const Place& place, const Options& options) {
     PlayedRun run;
     run.name = method, run.steps = steps;
     if (recording.outcome.status != Status::ok) {
-      fmt::print(stderr, "atwood: {}: ", printable(method));
-      code = std::max(code, status_exit(recording.outcome));
+      Outcome named = recording.outcome;
+      named.reason = method + ": " + named.reason;
+      code = std::max(code, status_exit(named));
     }
     run.values = std::move(recording.values), run.events = std::move(recording.events);
     run.outcome = std::move(recording.outcome);

@@ -7,7 +7,7 @@ const kHeight = 150, kLeft = 52, kRight = 12, kTop = 8, kBottom = 26;
 
 export function number(x: number): string {
   if (x === 0) return '0';
-  return Math.abs(x) >= 1e-3 && Math.abs(x) < 1e4 ? `${Number(x.toPrecision(3))}` : x.toExponential(1).replace('+', '');
+  return Math.abs(x) >= 1e-3 && Math.abs(x) < 1e4 ? `${Number(x.toPrecision(3))}` : x.toExponential(1).replace('+', '').replace('.0e', 'e');
 }
 
 export class Curve {
@@ -15,12 +15,19 @@ export class Curve {
   readonly canvas = h('canvas', { tabindex: 0 });
   private width = 360;
   private range: [number, number];
+  private bar: ArrayLike<number> | undefined;
 
   // `values`: one list a run; logarithmic, so values that are not positive are left out.
-  constructor(private motion: Motion, name: string, title: string, private values: (ArrayLike<number> | undefined)[], private bar: ArrayLike<number> | undefined,
+  constructor(private motion: Motion, name: string, title: string, private values: (ArrayLike<number> | undefined)[], bar: ArrayLike<number> | undefined,
               private visible: boolean[], scrub: (t: number) => void) {
     let low = Infinity, high = -Infinity;
-    for (const list of [...values, bar]) for (let i = 0; i < (list?.length ?? 0); i += 1) if (list![i] > 0 && Number.isFinite(list![i])) { low = Math.min(low, list![i]); high = Math.max(high, list![i]); }
+    const extent = (lists: (ArrayLike<number> | undefined)[]) => { for (const list of lists) for (let i = 0; i < (list?.length ?? 0); i += 1) if (list![i] > 0 && Number.isFinite(list![i])) { low = Math.min(low, list![i]); high = Math.max(high, list![i]); } };
+    extent(values);
+    // The bar belongs to the picture where it is near the errors; where it is not, the title says where it is.
+    const most = bar ? Math.max(...Array.from(bar)) : 0, near = most > low * 1e-3;
+    if (near) extent([bar]);
+    else if (most > 0) title += `, bar of the truth at most ${number(most)}`;
+    this.bar = near ? bar : undefined;
     high = high > 0 ? high : 1;
     this.range = [Math.floor(Math.log10(Math.max(Math.min(low, high), high * 1e-24, 1e-300)) + 1e-9), Math.ceil(Math.log10(high) - 1e-9)];
     if (this.range[1] <= this.range[0]) this.range[1] = this.range[0] + 1;

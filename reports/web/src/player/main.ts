@@ -30,11 +30,12 @@ class Player {
   private readonly parts: Record<'play' | 'slider' | 'clock' | 'frame' | 'letGo' | 'note', HTMLElement>;
   private readonly values: HTMLElement[] = [];
   private magnify!: HTMLSelectElement;
+  private follow!: HTMLSelectElement;
 
   constructor(private motion: Motion) {
     const { page } = motion, heavy = page.motion.moving.length > 30;
     this.visible = motion.runs.map((run) => run.frames > 1);
-    this.shown = { trails: !heavy, names: false, joints: true, contacts: true, forces: true, axes: true, grid: false };
+    this.shown = { trails: !heavy, names: false, joints: true, contacts: !heavy, forces: true, axes: true, grid: false };
     // In real time where that takes from two seconds to a minute; else the whole in ten seconds.
     this.speed = motion.end >= 2 && motion.end <= 60 ? 1 : motion.end / 10;
     const released = page.scene.bodies.map((body) => body.release ?? 0).filter((t) => t > 0);
@@ -55,7 +56,11 @@ class Player {
     new ResizeObserver(() => this.resize()).observe(this.stage.element);
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.restyle());
     this.resize();
-    if (!location.hash.includes('view=')) this.stage.fit();
+    if (!location.hash.includes('view=')) {
+      this.stage.fit();
+      const lone = this.stage.lone();
+      if (lone >= 0) { this.stage.closeTo(lone, this.t); this.follow.value = String(lone); }
+    }
     if (!matchMedia('(prefers-reduced-motion: reduce)').matches && !location.hash.includes('t=')) this.toggle();
     requestAnimationFrame((now) => this.tick(now));
   }
@@ -146,6 +151,7 @@ class Player {
   private words(run: number, frame: number): string {
     const { position, attitude, energy } = this.motion.curves[run], words: string[] = [];
     if (this.t > this.motion.t[Math.max(0, this.motion.runs[run].frames - 1)] * (1 + 1e-9)) return 'ended';
+    if (run === 0 && this.motion.page.truth) return '';
     if (position && frame < position.length) words.push(metres0(position[frame]));
     if (attitude && frame < attitude.length && attitude.some((x) => x > 0)) words.push(`${number(attitude[frame])} rad`);
     if (!words.length && energy && frame < energy.length) words.push(`energy ${number(energy[frame])}${this.motion.page.energy_unit && ' J'}`);
@@ -260,6 +266,7 @@ class Player {
     const follow = labelledSelect('follow', 'follow', (value) => this.stage.followBody(Number(value)));
     follow.select.append(option('-1', 'nothing'), ...motion.page.motion.moving.slice(0, 300).map((body) => option(String(body), scene.bodies[body].name)));
 
+    this.follow = follow.select;
     const boxes: [keyof Shown, string, boolean][] = [['trails', 'trails', true], ['contacts', 'contacts and impulses', motion.runs.some((run) => run.events.length > 0 || run.contacts)],
       ['forces', 'forces', scene.forces.some((force) => force.kind !== 'spring' && force.kind !== 'attractor')], ['joints', 'joints', scene.joints.length > 0], ['names', 'names', true], ['axes', 'axes', true], ['grid', 'grid', !scene.bodies.some((body) => body.shape.kind === 'plane')]];
     const toggles = boxes.filter(([, , there]) => there).map(([key, name]) => check(`show-${key}`, name, this.shown[key], (on) => { this.shown[key] = on; this.redraw(); }));

@@ -3,7 +3,7 @@
 import { Camera } from './camera';
 import { Event, Force, Joint } from './data';
 import { Motion } from './motion';
-import { Quat, Vec, add, length, scale, sub, turn, unit } from './vectors';
+import { Quat, Vec, add, cross, dot, length, scale, sub, turn, unit } from './vectors';
 
 export interface Shown { trails: boolean; names: boolean; joints: boolean; contacts: boolean; forces: boolean; axes: boolean; grid: boolean }
 export interface Frame { camera: Camera; motion: Motion; t: number; visible: boolean[]; shown: Shown; size: number; hold: number; colour: (run: number) => string; ink: string; soft: string; panel: string; force: string }
@@ -294,19 +294,17 @@ function circle(middle: Vec, axis: Vec, radius: number): Vec[] {
   return Array.from({ length: 41 }, (_, i) => add(middle, add(scale(a, radius * Math.cos(i * Math.PI / 20)), scale(b, radius * Math.sin(i * Math.PI / 20)))));
 }
 
-// Through the point of each pulley that lies on the rope's side of it, half way round: a drawing, not the length's path.
+// Round each pulley on the rope's side of it, towards the middles of its neighbours: a drawing, not the path that sets the length.
 function ropePath(from: Vec, to: Vec, over: { r: number; axle: Vec; axis: Vec }[]): Vec[] {
   const nodes = [from, ...over.map((pulley) => pulley.axle), to], points: Vec[] = [from];
   over.forEach(({ r, axle, axis }, i) => {
     if (!(r > 0)) { points.push(axle); return; }
     // axis x (point - axle) points along the rope, so point - axle = r (along x axis).
     const side = (v: Vec) => scale(unit([v[1] * axis[2] - v[2] * axis[1], v[2] * axis[0] - v[0] * axis[2], v[0] * axis[1] - v[1] * axis[0]]), r);
-    const into = side(sub(axle, nodes[i])), out = side(sub(nodes[i + 2], axle));
-    for (let k = 0; k <= 12; k += 1) {
-      const v = add(scale(into, 1 - k / 12), scale(out, k / 12));
-      const middle = length(v) > 1e-6 * r ? v : side(sub(nodes[i + 2], nodes[i]));
-      points.push(add(axle, scale(unit(middle), r)));
-    }
+    const into = side(sub(axle, nodes[i])), out = side(sub(nodes[i + 2], axle)), ahead = cross(axis, into);
+    // The rope moves on by positive angles about the axis.
+    const angle = (Math.atan2(dot(out, ahead), dot(out, into)) + 2 * Math.PI) % (2 * Math.PI);
+    for (let k = 0; k <= 24; k += 1) points.push(add(axle, add(scale(into, Math.cos(angle * k / 24)), scale(ahead, Math.sin(angle * k / 24)))));
   });
   return [...points, to];
 }

@@ -27,7 +27,7 @@ export class CanvasSolids implements Solids {
     const { camera } = picture, project = camera.projection(), patches: Patch[] = [];
     this.ink.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     this.ink.clearRect(0, 0, camera.width, camera.height);
-    for (const floor of picture.floors) this.floor(picture, floor, project);
+    for (const floor of picture.floors) if (!floor.hidden) this.floor(picture, floor, project);
     this.things.forEach((thing, i) => this.thing(thing, i, picture, project, patches));
     this.particles(picture, project, patches);
     patches.sort((a, b) => b.depth - a.depth);

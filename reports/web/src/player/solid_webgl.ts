@@ -89,7 +89,7 @@ export class WebglSolids implements Solids {
     const edges = this.things.length <= 150;
     for (const things of keys.values()) {
       const { mesh, run, fixed } = this.things[things[0]], ghost = run > 0;
-      const material: Material = new MeshLambertMaterial({ vertexColors: true, fog: false, side: DoubleSide, transparent: ghost, opacity: ghost ? 0.42 : 1, depthWrite: !ghost });
+      const material: Material = new MeshLambertMaterial({ vertexColors: true, fog: false, side: DoubleSide, transparent: ghost, opacity: ghost ? 0.42 : 1, depthWrite: !ghost, polygonOffset: ghost, polygonOffsetFactor: -run, polygonOffsetUnits: -4 * run });
       const drawn = this.place(new InstancedMesh(geometryOf(mesh), material, things.length));
       drawn.instanceMatrix.setUsage(DynamicDrawUsage);
       drawn.castShadow = !ghost;
@@ -156,8 +156,8 @@ export class WebglSolids implements Solids {
   }
 
   private drawGround({ sheet: plate, lines }: Ground, floor: Floor | undefined, relative: (p: Vec) => Vec, inverse: number, colours: Colours): void {
-    plate.visible = Boolean(floor) && !floor!.ghost;
-    lines.visible = Boolean(floor);
+    lines.visible = floor !== undefined && !floor.hidden;
+    plate.visible = lines.visible && !floor!.ghost;
     if (!floor) return;
     const o = relative(floor.origin), s = floor.cell * inverse, a = floor.along, b = floor.across, n = floor.normal, below = -0.0008;
     plate.matrix.set(a[0] * s, b[0] * s, n[0] * s, o[0] + n[0] * below, a[1] * s, b[1] * s, n[1] * s, o[1] + n[1] * below, a[2] * s, b[2] * s, n[2] * s, o[2] + n[2] * below, 0, 0, 0, 1);
@@ -184,7 +184,7 @@ export class WebglSolids implements Solids {
     }
     place.needsUpdate = true;
     colour.needsUpdate = true;
-    drawn.material.size = side * inverse;
+    drawn.material.size = side * inverse / Math.tan(kField / 2);  // three.js leaves the field of view out
     drawn.visible = true;
   }
 }

@@ -6,7 +6,7 @@ import { Quat, Vec } from './vectors';
 
 export interface Thing { mesh: Mesh; key: string; run: number; body: number; fixed: boolean }  // equal keys: equal meshes
 export interface Place { p: Vec; q: Quat; size: number }                 // size: of the mesh; 0: not drawn
-export interface Floor { origin: Vec; along: Vec; across: Vec; normal: Vec; cell: number; ghost: boolean }
+export interface Floor { origin: Vec; along: Vec; across: Vec; normal: Vec; cell: number; ghost: boolean; hidden: boolean }  // ghost: its grid alone
 export interface Points { cloud: Cloud; frame: number; share: number; field: number; periods: Vec }
 export interface Colours { panel: string; ink: string; line: string; solid: string; fixed: string; floor: string; dark: boolean; run: (run: number) => string }
 export interface Picture { camera: Camera; places: Place[]; floors: Floor[]; points: Points | null; side: number; colours: Colours }

@@ -79,6 +79,16 @@ export class Stage {
     return found.filter(({ p }) => p.every(Number.isFinite));
   }
 
+  // The body to follow at first: the only one that moves, where it is too small to be seen beside its path.
+  lone(): number {
+    const moving = this.things.filter((thing) => thing.run === 0 && !thing.fixed), [only] = moving;
+    return moving.length === 1 && only.mesh.radius > 0 && only.mesh.radius < 0.015 * this.size && !this.planes.length ? only.body : -1;
+  }
+  closeTo(body: number, t: number): void {
+    const thing = this.things.find((one) => one.run === 0 && one.body === body)!;
+    this.camera.fit([{ p: this.motion.pose(0, body, t).p, r: 2 * thing.mesh.radius }]);
+    this.followBody(body);
+  }
   fit(): void {
     const balls = this.balls();
     this.size = Math.max(...balls.map(({ p, r }) => length(sub(p, balls[0].p)) + r), 0) || 1;
@@ -136,11 +146,13 @@ export class Stage {
     if (ghost && !this.shown.grid) return [];
     const planes = ghost ? [{ normal: camera.up, offset: this.lowest() }] : this.planes;
     const rough = Math.max(camera.distance * 0.09, this.size * 0.04), power = 10 ** Math.floor(Math.log10(rough)), cell = [1, 2, 5, 10].map((n) => n * power).find((n) => n >= rough)!;
+    const [, , back] = camera.axes(), eye = add(camera.target, scale(back, camera.distance));
     return planes.map(({ normal, offset }) => {
       const one: Vec = Math.abs(normal[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0];
       const along = unit(sub(one, scale(normal, dot(one, normal)))), across = cross(normal, along), snap = (x: number) => Math.round(x / cell) * cell;
       const origin = add(scale(normal, offset), add(scale(along, snap(dot(camera.target, along))), scale(across, snap(dot(camera.target, across)))));
-      return { origin, along, across, normal, cell, ghost };
+      // A wall is a grid, so that it hides nothing; a plane seen from behind is not drawn.
+      return { origin, along, across, normal, cell, ghost: ghost || dot(normal, camera.up) < 0.5, hidden: !ghost && dot(normal, eye) < offset };
     });
   }
   private lowest(): number { return Math.min(...this.balls().map(({ p, r }) => dot(p, this.camera.up) - r)); }
