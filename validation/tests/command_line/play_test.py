@@ -92,7 +92,7 @@ class Play(Case):
                             (["--samples", "0"], "expected a whole number of samples"), (["--steps", "0"], "expected a whole number"), (["--spacing", "0.1"], "has no fluid"),
                             (["--method", "atwood/*"], "found a glob"), (["--method", "atwood/rk9"], "no available engine provides")):
             self.ask("play", scene, "--method", "atwood/rk4", *words, code=2, told=[told])
-        self.ask("play", "frame-rate-60", "--method", "atwood/rk4", code=2, told=["recorded frames"])
+        self.ask("play", "frame-rate-jitter", "--method", "atwood/rk4", code=2, told=["recorded frames"])
         self.assertEqual(os.listdir(self.here), ["ball.toml"])
 
     def test_a_run_that_is_refused_is_named(self):
