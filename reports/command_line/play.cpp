@@ -132,6 +132,7 @@ int command_play(const Place& place, const Options& options) {
         fmt::format("play: the steps of `{}` are recorded frames, and methods are sampled at its end alone; "
                     "expected no --method",
                     scenario.id));
+  scenario.frame_ends_s.clear();  // a truth does not depend on the steps
   const std::string path = output_path(options, scenario);
   const std::int64_t steps = options.steps.empty() ? scenario.steps.back() : options.steps.front();
   if (options.steps.size() > 1) throw InputError("--steps: expected one count");
@@ -177,7 +178,7 @@ int command_play(const Place& place, const Options& options) {
   }
   std::stable_partition(playback.runs.begin(), playback.runs.end(),
                         [](const PlayedRun& run) { return run.values.size() > 1; });
-  if (playback.runs.front().values.size() < 2) {
+  if (playback.runs.empty() || playback.runs.front().values.size() < 2) {
     fmt::print(stderr, "atwood: play: no run has two samples, so nothing was written\n");
     return code == exit_pass ? static_cast<int>(exit_gate) : code;
   }

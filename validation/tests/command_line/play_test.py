@@ -93,7 +93,10 @@ class Play(Case):
                             (["--method", "atwood/*"], "found a glob"), (["--method", "atwood/rk9"], "no available engine provides")):
             self.ask("play", scene, "--method", "atwood/rk4", *words, code=2, told=[told])
         self.ask("play", "frame-rate-jitter", "--method", "atwood/rk4", code=2, told=["recorded frames"])
-        self.assertEqual(os.listdir(self.here), ["ball.toml"])
+        # A truth that answers nothing writes nothing.
+        self.ask("play", self.path("held.toml", BALL.replace("[truth]", "release_s = 0.5\n[truth]") % ("A ball", "closed-form\"\nsolution = \"kepler")), code=1,
+                 told=["unsupported", "nothing was written"])
+        self.assertEqual(sorted(os.listdir(self.here)), ["ball.toml", "held.toml"])
 
     def test_a_run_that_is_refused_is_named(self):
         self.ask("play", "double-pendulum-regular", "--method", "atwood/symplectic-euler", "-o", "html:page.html", code=1,
