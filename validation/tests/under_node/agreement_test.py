@@ -1,7 +1,9 @@
 """MuJoCo 3 beside MuJoCo 2.2: what both compute by the same method agrees, so that two adapters written apart agree too.
 Jolt beside one-joint motions of MuJoCo. agreement_test.py BIN_DIR; what is not built is left out."""
+import json
 import math
 import os
+import subprocess
 import sys
 import unittest
 
@@ -98,6 +100,18 @@ class Agreement(unittest.TestCase):
         for a, b in zip(old, new):
             self.assertLess(math.dist(a[0], b[0]), 1e-3)
         self.assertLess(old[0][0][0], 0.71)  # from 1 m/s it rolls at 5/7, and slows
+
+    @unittest.skipUnless(built("mujoco", "mujoco3") and os.path.exists(f"{BIN_DIR}/atwood"), "one of them is not built")
+    def test_loops_of_both_mujocos_ahead_of_the_singular_position(self):
+        described = subprocess.run([f"{BIN_DIR}/atwood", "describe", "four-bar-1", "--json"], capture_output=True, check=True)
+        of = json.loads(described.stdout)["scene"]
+        rows = []
+        for name in ("mujoco", "mujoco3"):
+            samples, done = self.worker(name).run("tuned", of, 0.625, 160)
+            self.assertEqual(done["status"], "ok", done)
+            rows.append([float(x) for joint in samples[-1]["joints"] for x in joint])
+        self.assertLess(rows[0][0], -1)
+        self.assertLess(max(abs(a - b) for a, b in zip(*rows, strict=True)), 1e-4)
 
     @unittest.skipUnless(built("jolt", "mujoco3"), "one of the two is not built")
     def test_joints_of_jolt_are_those_of_mujoco(self):
