@@ -96,7 +96,8 @@ MethodInfo polynomial_info() {
        {"filter",
         -1.0,
         {between(-1, 10),
-         "Rate of the filter over sound speed / spacing; below 0: .005 and .1 by degree, 1 with a free surface."}},
+         "Rate of the filter over sound speed / spacing; below 0: .005 and .1 by degree (4 between walls: .3), 1 with a free "
+         "surface."}},
        {"lanes", true, {{}, "Fits in vector lanes; false: the scalar loop, the same bits."}},
        {"skin", 0.08, {between(0.001, 1), "Margin of the neighbour lists over the support; no effect on results."}},
        {"threads", std::int64_t(1), {between(1, 256), "Threads that share the rates of a step."}}});

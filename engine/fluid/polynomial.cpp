@@ -59,6 +59,16 @@ double shift_speed(const Scene& scene, const PolynomialOptions& options) {
   return most2 > 0 ? std::sqrt(most2) : sound / 20;
 }
 
+// Between walls that shear the fluid the filter of a periodic domain leaves modes of degree 4 that grow.
+constexpr double kFilterBetweenWalls = 0.3;
+
+PolynomialOptions resolved_for(const Scene& scene, PolynomialOptions options) {
+  const bool open = has_free_surface(scene);
+  if (options.filter < 0 && options.degree == 4 && !open && !scene.fluid_boundaries.empty())
+    options.filter = kFilterBetweenWalls;
+  return resolved(options, open);
+}
+
 template <class S> S nan() { return S(std::numeric_limits<double>::quiet_NaN()); }
 
 }  // namespace
@@ -72,7 +82,7 @@ PolynomialOptions resolved(PolynomialOptions options, bool free_surface) {
 
 template <class S>
 Polynomial<S>::Polynomial(const Scene& scene, const PolynomialOptions& options)
-    : scene_(scene), options_(resolved(options, has_free_surface(scene))), unsupported_(scene_fault(scene, options_)) {
+    : scene_(scene), options_(resolved_for(scene, options)), unsupported_(scene_fault(scene, options_)) {
   if (!unsupported_.empty()) return;
   if (!scene.bodies.empty()) {
     bodies_ = std::make_unique<RigidModel<S>>(scene);

@@ -81,7 +81,7 @@ template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response&
   const double shift = number(response, "shift", -1);
   shift_ = shift >= 0 ? shift : surface ? 0 : 1;
   const double filter = number(response, "filter", -1);
-  filter_ = filter >= 0 ? filter : surface ? 1 : high ? 0.1 : 0.005;
+  filter_ = filter >= 0 ? filter : surface ? 1 : !high ? 0.005 : walls_.planes.empty() ? 0.1 : 0.3;
   const double speed = number(response, "shift_speed", 0);
   shift_speed_ = speed > 0                      ? S(speed)
                  : this->data.largest_speed > 0 ? S(this->data.largest_speed)
