@@ -6,6 +6,7 @@
 
 #include "fluid_truth/solution.hpp"
 #include "fluid_truth/spectral.hpp"
+#include "scene/files.hpp"
 
 namespace atwood {
 
@@ -127,6 +128,55 @@ FieldSample evaluate(Run& run, const SpectralProblem& problem, const Fluid& flui
   return made;
 }
 
+// What the solution depends on: not how the particles stand, nor what is probed.
+std::string key_of(const Scenario& scenario, const std::string& response) {
+  Scene scene = scenario.scene;
+  scene.probes.clear();
+  for (Fluid& fluid : scene.fluids) {
+    fluid.particles = {};
+    fluid.arrangement = Arrangement::lattice;
+    fluid.disturbance = fluid.spacing_m = 0;
+    fluid.seed = 1;
+  }
+  return scene_to_json(scene) + " " + format_double(scenario.t_end_s) + " " +
+         std::to_string(static_cast<int>(viscous_term_of(response)));
+}
+
+struct Solved {
+  std::string key;
+  std::shared_ptr<const Scenario> scenario;  // to which the problem's fields refer
+  std::shared_ptr<Run> run;
+  int points = 0;
+};
+
+std::shared_ptr<const Solved> solve(const Scenario& given, const std::string& response) {
+  const auto scenario = std::make_shared<const Scenario>(given);
+  const SpectralProblem problem = problem_of(scenario->scene, response);
+  const double stride_s = given.t_end_s / kStretches;
+  const auto solution = [&](std::size_t level, double tolerance) {
+    return std::make_unique<Spectral>(problem, kPoints[level], tolerance, stride_s);
+  };
+  // Points are added until the end of the run asks for no more.
+  auto run = std::make_shared<Run>();
+  run->coarse = solution(0, kTolerance);
+  std::size_t level = 0;
+  for (;; ++level) {
+    run->fine = solution(level + 1, kTolerance);
+    if (level + 2 == std::size(kPoints) || disagreement(*run, problem, level, given.t_end_s) < kTarget) break;
+    run->coarse = std::move(run->fine);
+  }
+  run->loose = solution(level + 1, kLoose);
+  return std::make_shared<const Solved>(Solved{key_of(given, response), scenario, run, kPoints[level + 1]});
+}
+
+// The cells of a study ask for one field again and again, at the positions of their own particles: the last solution of
+// each thread is kept.
+std::shared_ptr<const Solved> solved(const Scenario& given, const std::string& response) {
+  thread_local std::shared_ptr<const Solved> last;
+  if (last == nullptr || last->key != key_of(given, response)) last = solve(given, response);
+  return last;
+}
+
 }  // namespace
 
 FluidField weakly_compressible_field(const Scenario& given, const std::string& response) {
@@ -135,27 +185,14 @@ FluidField weakly_compressible_field(const Scenario& given, const std::string& r
   try {
     require(given.t_end_s > 0, "expected t_end_s > 0");
     const SpectralProblem problem = problem_of(scenario->scene, response);
-    const double stride_s = given.t_end_s / kStretches;
-    const auto solution = [&](std::size_t level, double tolerance) {
-      return std::make_unique<Spectral>(problem, kPoints[level], tolerance, stride_s);
-    };
-    // Points are added until the end of the run asks for no more.
-    auto run = std::make_shared<Run>();
-    run->coarse = solution(0, kTolerance);
-    std::size_t level = 0;
-    for (;; ++level) {
-      run->fine = solution(level + 1, kTolerance);
-      if (level + 2 == std::size(kPoints) || disagreement(*run, problem, level, given.t_end_s) < kTarget) break;
-      run->coarse = std::move(run->fine);
-    }
-    run->loose = solution(level + 1, kLoose);
+    const std::shared_ptr<const Solved> made_once = solved(given, response);
     made.source =
-        "weakly compressible equations, Fourier collocation of " + std::to_string(kPoints[level + 1]) + "^2 points";
+        "weakly compressible equations, Fourier collocation of " + std::to_string(made_once->points) + "^2 points";
     made.note = "the bar is a difference between two numbers of points and two tolerances";
     made.known = {true, true, true, false};
     made.at = [=](Wide t_s, const std::vector<FieldPosition>& positions) {
       if (!(t_s >= 0)) throw std::invalid_argument("a field is asked for at a time before 0");
-      FieldSample sample = evaluate(*run, problem, scenario->scene.fluids.front(), t_s, positions);
+      FieldSample sample = evaluate(*made_once->run, problem, scenario->scene.fluids.front(), t_s, positions);
       sample.probes.resize(scenario->scene.probes.size());
       return sample;
     };
