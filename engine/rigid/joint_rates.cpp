@@ -73,9 +73,9 @@ template <class S> bool JointRates<S>::by_joints_alone() const {
   return tree_ && parts_.active.empty() && !parts_.holds;
 }
 
-// Whether loops are closed in planes; forces may act on their bodies.
+// Whether loops are closed in planes; forces may act on their bodies. Projections are what tells the usual pivot then.
 template <class S> bool JointRates<S>::by_loops() const {
-  return parts_.constraints != nullptr && parts_.constraints->planar() != nullptr;
+  return parts_.projects && parts_.constraints != nullptr && parts_.constraints->planar() != nullptr;
 }
 
 template <class S> void JointRates<S>::apply(S t_s, const S* y) {

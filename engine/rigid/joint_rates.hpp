@@ -17,6 +17,7 @@ template <class S> struct MechanismParts {
   System<S>& system;
   Tree<S>& tree;
   Constraints<S>* constraints;  // null: none
+  bool projects;                // the constraints are projected after each step
   const JointForces<S>& joint_forces;
   const std::vector<const ForceTerm<S>*>& active;  // the forces that act now
   const bool& holds;                               // some body is held now

@@ -79,8 +79,9 @@ RigidModel<S>::RigidModel(const Scene& scene, const ModelOptions& options)
     system_.projection_of = &RigidModel::projection_of;
   }
   if (tree_ != nullptr && unsupported_.empty())
-    JointRates<S>::take({system_, *tree_, constraints_.get(), *joint_forces_, active_, holds_, lanes_, width_, gravity_,
-                         slots_, on_joints_, loads_, placed_, resting_lanes_, load_lanes_, state_size_});
+    JointRates<S>::take({system_, *tree_, constraints_.get(), project_constraints_, *joint_forces_, active_, holds_,
+                         lanes_, width_, gravity_, slots_, on_joints_, loads_, placed_, resting_lanes_, load_lanes_,
+                         state_size_});
 }
 
 template <class S> RigidModel<S>::~RigidModel() {
