@@ -144,7 +144,7 @@ class GoalRun {
   Contender contender(const Candidate& candidate) const {
     return {&workers_[static_cast<std::size_t>(candidate.cell->worker)],
             candidate.cell->method,
-            &candidate.cell->scenario.scene,
+            &candidate.cell->scenario->scene,
             candidate.cell->plan,
             candidate.entrant.seconds,
             candidate.entrant.evaluations};

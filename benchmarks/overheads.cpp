@@ -33,12 +33,12 @@ std::vector<Family> choose_rungs(const std::vector<Cell>& cells, const std::vect
     if (cell.worker < 0 || !runs_at_reference_rate(cell.method) || engine_of(cell.method) == "ida") continue;
     double seconds = 0, evaluations = 0;
     for (const Row& row : rows) {
-      if (row.scenario != cell.scenario.id || row.method != cell.method || row.steps != cell.plan.steps) continue;
+      if (row.scenario != cell.scenario->id || row.method != cell.method || row.steps != cell.plan.steps) continue;
       if (row.metric == "run-time") seconds = row.value;
       if (row.metric == "rate-evaluations") evaluations = row.value;
     }
     if (!(seconds > 0) || !(evaluations > 0)) continue;
-    const std::pair key{cell.scenario.id, method_family(cell.method)};
+    const std::pair key{cell.scenario->id, method_family(cell.method)};
     const auto [at, fresh] = index.emplace(key, families.size());
     if (fresh) families.push_back({key.first, key.second});
     Family& chosen = families[at->second];
@@ -67,7 +67,7 @@ std::vector<MethodOverhead> measure_overheads(const std::vector<Cell>& cells, co
       MethodId id = parse_method_id(chosen.cell->method);
       id.overrides["rate_repeats"] = std::int64_t(repeats);
       contenders.push_back({&workers[static_cast<std::size_t>(chosen.cell->worker)], to_string(id),
-                            &chosen.cell->scenario.scene, chosen.cell->plan, chosen.seconds * repeats,
+                            &chosen.cell->scenario->scene, chosen.cell->plan, chosen.seconds * repeats,
                             chosen.evaluations});
     }
   }

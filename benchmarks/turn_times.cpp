@@ -9,7 +9,7 @@ constexpr int kPairs = 15;
 
 double rung_seconds(const std::vector<Row>& rows, const Cell& cell) {
   for (const Row& row : rows) {
-    if (row.metric == "run-time" && row.scenario == cell.scenario.id && row.method == cell.method &&
+    if (row.metric == "run-time" && row.scenario == cell.scenario->id && row.method == cell.method &&
         row.steps == cell.plan.steps && resolution_of(row) == resolution_of(cell))
       return row.value;
   }
@@ -20,7 +20,7 @@ double rung_seconds(const std::vector<Row>& rows, const Cell& cell) {
 
 const Cell* TurnTimes::find_cell(const std::string& scenario, const Reached& reached) const {
   for (const Cell& cell : cells_) {
-    if (cell.worker >= 0 && cell.scenario.id == scenario && cell.method == reached.method &&
+    if (cell.worker >= 0 && cell.scenario->id == scenario && cell.method == reached.method &&
         cell.plan.steps == reached.steps && resolution_of(cell) == reached.at)
       return &cell;
   }
@@ -28,7 +28,7 @@ const Cell* TurnTimes::find_cell(const std::string& scenario, const Reached& rea
 }
 
 Contender TurnTimes::contender(const Cell& cell, double seconds) const {
-  return {&workers_[static_cast<std::size_t>(cell.worker)], cell.method, &cell.scenario.scene, cell.plan, seconds, 0};
+  return {&workers_[static_cast<std::size_t>(cell.worker)], cell.method, &cell.scenario->scene, cell.plan, seconds, 0};
 }
 
 const TurnTimes::Turns& TurnTimes::measured(const Cell& a, const Cell& b, double a_s, double b_s) {

@@ -258,7 +258,7 @@ int command_check(const Place& place, const Options& options) {
   selection.narrowed = true;
   selection.tolerances = options.tolerances;
   Cell cell;
-  cell.scenario = scenario;
+  cell.scenario = std::make_shared<const Scenario>(scenario);
   cell.method = options.as_method;
   cell.plan = {t_end, samples, samples};
   selection.cells = {cell};

@@ -48,6 +48,11 @@ struct Options {
   bool fresh = false, reuse = false;  // run: nothing of the store; the last completed campaign's cells
   bool check_store = false;           // doctor
   std::int64_t max_cells = kMostCells;
+  std::string shard, costs, lease;  // run: I/N; a file of costs; a directory of chunks
+  double lease_expiry_s = 600;
+  bool dry_run = false;
+  std::string keep = "all";                // run: which recordings
+  std::vector<std::string> stores;         // merge
   std::string purpose = "run";             // of campaigns: those of compare and advise stay apart
   bool quiet = false;                      // run, gate: one line, and what did not pass
   bool github = false;                     // run, gate: annotations of GitHub Actions, and a step's summary
@@ -162,6 +167,8 @@ int command_frame_budget(const Place&, const Options&);  // bench frame-budget
 int command_bench(const Place&, const Options&);
 int command_tune(const Place&, const Options&);
 int command_report(const Place&, const Options&);
+int command_merge(const Place&, const Options&);
+int command_costs(const Place&, const Options&);
 
 std::string join(const std::vector<std::string>& words, const char* between);
 

@@ -34,6 +34,8 @@ const std::map<std::string, Source>& sources() {
       {"FORMAT:FILE", {{}, {"html:", "csv:", "json:", "markdown:", "junit:"}, false}},
       {"FILE", {{}, {}, true}},
       {"DIR", {{}, {}, true}},
+      {"STORE", {{}, {}, true}},
+      {"all|worst|none", {{}, {"all", "worst", "none"}, false}},
       {"RUN.CSV", {{}, {}, true}}};
   return known;
 }

@@ -18,7 +18,7 @@ namespace {
 std::vector<CellName> names_of(const std::vector<Cell>& cells) {
   std::vector<CellName> names;
   for (const Cell& cell : cells)
-    names.push_back({cell.scenario.id, cell.method, cell.claim, cell.plan.steps, cell.probe != Probe::none,
+    names.push_back({cell.scenario->id, cell.method, cell.claim, cell.plan.steps, cell.probe != Probe::none,
                      cell.worker < 0 && has_glob(cell.method)});
   return names;
 }
@@ -168,7 +168,7 @@ std::string missing_words(const Selection& selection, const StudyResult& result)
   if (result.missing.empty()) return "";
   const Cell& first = selection.cells[result.missing.front()];
   return fmt::format("{} of {} planned cells {} not in the store (the first: {}, {}, {} steps)", result.missing.size(),
-                     selection.cells.size(), is_or_are(result.missing.size()), first.scenario.id, first.method,
+                     selection.cells.size(), is_or_are(result.missing.size()), first.scenario->id, first.method,
                      first.plan.steps);
 }
 

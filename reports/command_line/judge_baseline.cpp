@@ -47,7 +47,7 @@ int leave_out_filtered(const Place& place, const Options& options, const Selecti
   if (options.scenarios.empty() && options.methods.empty() && options.steps.empty()) return 0;
   std::vector<CellName> kept;
   for (const Cell& cell : selection.cells)
-    kept.push_back({cell.scenario.id, cell.method, cell.claim, cell.plan.steps, false, false});
+    kept.push_back({cell.scenario->id, cell.method, cell.claim, cell.plan.steps, false, false});
   const std::vector<CellName> whole = unfiltered_cells(place, options, selection);
   return static_cast<int>(std::erase_if(baseline.entries, [&](const BaselineEntry& entry) {
     return !names_cell(entry, kept, options.steps.empty()) && names_cell(entry, whole, true);

@@ -13,6 +13,7 @@
 #include <tuple>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "reports/command_line/verdicts.hpp"
 #include "scene/files.hpp"
@@ -29,7 +30,7 @@ using CellKey = std::tuple<std::string, std::string, std::int64_t, Resolution>;
 std::vector<Claim> claims_of(const Selection& selection) {
   std::set<std::tuple<std::string, std::string, std::string, double>> claimed;
   for (const Cell& cell : selection.cells)
-    if (!cell.claim.empty()) claimed.insert({cell.scenario.id, cell.method, cell.claim, cell.claimed_order});
+    if (!cell.claim.empty()) claimed.insert({cell.scenario->id, cell.method, cell.claim, cell.claimed_order});
   std::vector<Claim> claims;
   for (const auto& [scenario, method, motion, order] : claimed) claims.push_back({scenario, method, motion, order});
   return claims;
@@ -82,6 +83,8 @@ bool must_end_well(const Cell& cell, const Selection& selection) {
   return foreign || (!cell.pattern.empty() && !has_glob(cell.pattern));
 }
 
+}  // namespace
+
 std::vector<CellEnding> endings_of(const Selection& selection, const std::vector<Row>& rows) {
   std::map<CellKey, const Row*> bad;
   std::set<CellKey> there;
@@ -96,7 +99,7 @@ std::vector<CellEnding> endings_of(const Selection& selection, const std::vector
   }
   std::vector<CellEnding> endings;
   for (const Cell& cell : selection.cells) {
-    CellEnding ending{cell.scenario.id, cell.method, cell.plan.steps};
+    CellEnding ending{cell.scenario->id, cell.method, cell.plan.steps};
     ending.at = resolution_of(cell);
     const CellKey key{ending.scenario, ending.method, ending.steps, ending.at};
     ending.there = there.contains(key);
@@ -110,6 +113,8 @@ std::vector<CellEnding> endings_of(const Selection& selection, const std::vector
   }
   return endings;
 }
+
+namespace {
 
 // Why a user's own engine refused scenes: a sentence for each method and scene, the first ten of them.
 void tell_refusals(const Selection& selection, const std::vector<CellEnding>& endings,
@@ -212,6 +217,9 @@ Judged judge_everything(const Place& place, const Options& options, const Select
   judged.cells = endings_of(selection, result.rows);
   tell_refusals(selection, judged.cells, judged.notes);
   append_failed_cells(place, options, selection, result.rows, judged);
+  if (result.hosts.size() > 1)
+    judged.notes.push_back(fmt::format("Times of these cells are of {} hosts ({}): compare only those of one host.",
+                                       result.hosts.size(), fmt::join(result.hosts, ", ")));
   judged.refused = refused_truths(place, selection.scenarios, result.rows, try_truths);
   return judged;
 }

@@ -127,6 +127,22 @@ void declare_commands(Parser& p) {
   run->add_option("STUDY", o.study, "A study file, or the id of a study of the catalogue (default unless given)");
   p.running(run);
   run->add_option("--baseline", o.baseline, "Also compare with this baseline: regressions and improvements");
+  run->add_option(
+      "--shard", o.shard,
+      "Run share I of N, I from 1 to N, into OUT/shard-I-of-N.db (unless given, the share is that of Slurm,\n"
+      "MPI or an indexed Kubernetes job); `atwood merge` joins the stores");
+  run->add_option("--costs", o.costs, "Split by these costs, a file of `atwood costs`, instead of steps times bodies");
+  run->add_option("--lease", o.lease,
+                  "Take chunks of the study from this directory, which all processes share, instead of a share");
+  run->add_option("--lease-expiry", o.lease_expiry_s,
+                  "Seconds without a sign of life after which a process's chunk is taken again")
+      ->capture_default_str();
+  run->add_flag("--dry-run", o.dry_run, "Print how the study is split, and run nothing");
+  run->add_option("--keep", o.keep,
+                  "Recordings that are kept: all; worst (of each ladder the run with the largest error, and runs that\n"
+                  "did not end ok); none. New metrics, plots and events can be had of kept recordings only")
+      ->check(CLI::IsMember({"all", "worst", "none"}))
+      ->capture_default_str();
   p.telling(run);
 
   auto* trace = p.add("trace", "One run's motion as CSV; --method truth prints the truth with its bars", command_trace);
@@ -318,6 +334,15 @@ void declare_commands(Parser& p) {
   p.narrowing(report);
   report->add_option("-o,--output", o.outputs, "Format csv, json, markdown, junit or html")->expected(1)->take_all();
   report->add_option("--tolerances", o.tolerances, "Gates from this file instead of the catalogue's own");
+
+  auto* merge = p.add("merge", "Join the stores of shards into one", command_merge);
+  merge->add_option("STORE", o.stores, "Stores: OUT/shard-I-of-N.db, or any store.db")->required();
+  merge->add_option("-o,--output", o.outputs, "The joined store, which must not exist")->required()->expected(1);
+
+  auto* costs = p.add("costs", "What a study's cells cost, learned from the store, for `run --costs`", command_costs);
+  costs->add_option("STUDY", o.study, "The study whose cells are asked for");
+  p.narrowing(costs);
+  costs->add_option("-o,--output", o.outputs, "The file (standard output unless given)")->expected(1);
 
   auto* doctor = p.add("doctor", "The installation: engines, versions, precisions, the machine", command_doctor);
   doctor->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")

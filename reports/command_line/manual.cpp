@@ -16,15 +16,33 @@ namespace {
 
 // The name of an option's value in help texts, by the option's long name. CLI11 names numbers.
 const std::map<std::string, std::string>& value_names() {
-  static const std::map<std::string, std::string> names{
-      {"--scenario", "SCENE"}, {"--method", "METHOD"},    {"--as", "METHOD"},
-      {"--engine", "FILE"},    {"--metric", "METRIC"},    {"--steps", "COUNT"},
-      {"--samples", "COUNT"},  {"--out", "DIR"},          {"--output", "FORMAT:FILE"},
-      {"--junit", "FILE"},     {"--tolerances", "FILE"},  {"--baseline", "FILE"},
-      {"--goals", "FILE"},     {"--goal", "GOAL"},        {"--error", "ERROR"},
-      {"--budget", "TIME"},    {"--max", "METRIC=VALUE"}, {"--reason", "WORDS"},
-      {"--limit", "SECONDS"},  {"--jobs", "COUNT"},       {"--hz", "HZ"},
-      {"--time", "SECONDS"}};
+  static const std::map<std::string, std::string> names{{"--scenario", "SCENE"},
+                                                        {"--method", "METHOD"},
+                                                        {"--as", "METHOD"},
+                                                        {"--engine", "FILE"},
+                                                        {"--metric", "METRIC"},
+                                                        {"--steps", "COUNT"},
+                                                        {"--samples", "COUNT"},
+                                                        {"--out", "DIR"},
+                                                        {"--output", "FORMAT:FILE"},
+                                                        {"--junit", "FILE"},
+                                                        {"--tolerances", "FILE"},
+                                                        {"--baseline", "FILE"},
+                                                        {"--goals", "FILE"},
+                                                        {"--goal", "GOAL"},
+                                                        {"--error", "ERROR"},
+                                                        {"--budget", "TIME"},
+                                                        {"--max", "METRIC=VALUE"},
+                                                        {"--reason", "WORDS"},
+                                                        {"--limit", "SECONDS"},
+                                                        {"--jobs", "COUNT"},
+                                                        {"--hz", "HZ"},
+                                                        {"--time", "SECONDS"},
+                                                        {"--shard", "I/N"},
+                                                        {"--costs", "FILE"},
+                                                        {"--lease", "DIR"},
+                                                        {"--lease-expiry", "SECONDS"},
+                                                        {"--keep", "all|worst|none"}};
   return names;
 }
 
@@ -100,11 +118,12 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t wid
 
 void name_values(CLI::App& app) {
   for (CLI::App* sub : app.get_subcommands([](CLI::App*) { return true; })) {
+    const bool one_file = sub->get_name() == "merge" || sub->get_name() == "costs" || sub->get_name() == "import";
     for (CLI::Option* option : sub->get_options([](CLI::Option*) { return true; })) {
       if (option->get_items_expected_max() == 0) continue;  // a flag
       for (const std::string& name : option->get_lnames()) {
         if (const auto known = value_names().find("--" + name); known != value_names().end())
-          option->type_name(known->second);
+          option->type_name(name == "output" && one_file ? "FILE" : known->second);
       }
     }
   }

@@ -22,6 +22,7 @@ struct NumberRange {
 // Every option that takes a number, by its long name. Step counts have the range of `steps` in scene files.
 const std::map<std::string, NumberRange>& number_ranges() {
   static const std::map<std::string, NumberRange> ranges{{"limit", {false, 0.01, 1e6, " of seconds"}},
+                                                         {"lease-expiry", {false, 1, 1e6, " of seconds"}},
                                                          {"time", {false, 0, 1e6, " of seconds"}},
                                                          {"hz", {false, 1e-9, 1e12, " of steps per second"}},
                                                          {"steps", {true, 1, 1e12, " of steps"}},

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/shard.hpp"
 #include "reports/command_line/verdicts.hpp"
 #include "reports/render/solver_table.hpp"
 #include "reports/render/statistics_text.hpp"
@@ -173,11 +174,15 @@ void make_out_dir(const std::string& path) {
 
 int command_run(const Place& place, const Options& options) {
   require_outputs_make_sense(options);
+  const std::optional<Share> share = share_of(options);
+  if (!options.costs.empty() && !share && options.lease.empty())
+    throw InputError("--costs decides how a study is split; expected --shard, --lease or a launcher beside it");
   Selection selection;
   Standards standards;
   {
     const InterruptGuard guard;  // run_study has its own
     selection = select_cells(place, options);
+    if (options.dry_run) return dry_run(selection, options, share);
     standards = read_standards(place, selection, true);
     if (!options.baseline.empty() && !standards.baseline) return no_baseline(options, options.baseline);
     make_out_dir(options.out_dir);
@@ -186,6 +191,7 @@ int command_run(const Place& place, const Options& options) {
       return 128 + interrupt_signal();
     }
   }
+  if (share || !options.lease.empty()) return run_share(place, options, selection, share);
 
   StudyOptions how = study_options(place, options);
   how.narrowed =

@@ -233,7 +233,7 @@ std::string nothing_to_run(const Place& place, const Options& options, const Stu
 // Only the scenarios that have cells.
 void keep_used(Selection& selection) {
   std::set<std::string> used;
-  for (const auto& cell : selection.cells) used.insert(cell.scenario.id);
+  for (const auto& cell : selection.cells) used.insert(cell.scenario->id);
   std::erase_if(selection.scenarios, [&](const Scenario& scenario) { return !used.contains(scenario.id); });
 }
 
@@ -399,7 +399,7 @@ Selection select_cells(const Place& place, const Options& options) {
   require_frequencies(selection.cells, unfit);
   if (selection.cells.empty()) throw InputError(nothing_to_run(place, options, study, selection.scenarios));
   if ((!options.spacings.empty() || !options.sound_speeds.empty()) &&
-      std::ranges::all_of(selection.cells, [](const Cell& cell) { return cell.scenario.scene.fluids.empty(); }))
+      std::ranges::all_of(selection.cells, [](const Cell& cell) { return cell.scenario->scene.fluids.empty(); }))
     throw InputError(
         fmt::format("{}: no scene of this run has a fluid", options.spacings.empty() ? "--sound-speed" : "--spacing"));
   check_settings(options.methods.empty() ? of_study : "--method ", selection.cells, selection.workers);
@@ -427,6 +427,7 @@ StudyOptions study_options(const Place& place, const Options& options) {
   how.fresh = options.fresh;
   how.reuse = options.reuse;
   how.purpose = options.purpose;
+  how.keep = options.keep == "none" ? Keep::none : options.keep == "worst" ? Keep::worst : Keep::all;
   how.notice = [](const std::string& text) { std::fputs(("atwood: " + text + "\n").c_str(), stderr); };
   how.provenance = place.provenance;
   return how;

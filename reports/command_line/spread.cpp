@@ -65,7 +65,7 @@ std::vector<NamedRun> run_finest(const std::vector<Cell>& cells, const std::stri
                                  const std::vector<Row>& rows, const std::vector<Worker>& workers, double limit_s) {
   std::map<std::string, const Cell*> finest;  // by family
   for (const Cell& cell : cells) {
-    if (cell.scenario.id != scenario || cell.worker < 0 || cell.probe != Probe::none) continue;
+    if (cell.scenario->id != scenario || cell.worker < 0 || cell.probe != Probe::none) continue;
     const bool ended_well = std::any_of(rows.begin(), rows.end(), [&](const Row& row) {
       return row.scenario == scenario && row.method == cell.method && row.steps == cell.plan.steps &&
              row.metric == "status" && row.status == Status::ok;
@@ -83,7 +83,7 @@ std::vector<NamedRun> run_finest(const std::vector<Cell>& cells, const std::stri
   }
   std::vector<NamedRun> runs;
   for (const auto& [family, cell] : finest) {
-    Recording run = run_once(workers[static_cast<std::size_t>(cell->worker)], cell->method, cell->scenario.scene,
+    Recording run = run_once(workers[static_cast<std::size_t>(cell->worker)], cell->method, cell->scenario->scene,
                              cell->plan, limit_s);
     if (run.outcome.status == Status::ok)
       runs.push_back({fmt::format("{}, {}", family, rung_words(cell->method, cell->plan.steps)), std::move(run)});

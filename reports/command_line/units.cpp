@@ -163,7 +163,7 @@ std::map<std::string, std::string> set_frequencies(std::vector<Scenario>& scenar
 
 void require_frequencies(const std::vector<Cell>& cells, const std::map<std::string, std::string>& unfit) {
   for (const Cell& cell : cells) {
-    if (const auto found = unfit.find(cell.scenario.id); found != unfit.end()) throw InputError(found->second);
+    if (const auto found = unfit.find(cell.scenario->id); found != unfit.end()) throw InputError(found->second);
   }
 }
 

@@ -62,6 +62,8 @@ void require_units(const Baseline& baseline);
 // `try_truths`: where a truth refuses, others are tried out, which takes seconds.
 Judged judge_everything(const Place& place, const Options& options, const Selection& selection,
                         const Standards& standards, const StudyResult& result, bool try_truths);
+// How each cell of the selection ended, and whether that fails a run.
+std::vector<CellEnding> endings_of(const Selection& selection, const std::vector<Row>& rows);
 int exit_of(const StudyResult& result, const std::vector<Verdict>& verdicts);
 
 // Scenes of these rows whose truth refuses, each once, with what covers it instead.

@@ -4,6 +4,7 @@
 
 #include "validation/study/content_hash.hpp"
 #include "validation/study/load_rows.hpp"
+#include "validation/study/shares.hpp"
 
 namespace atwood {
 namespace {
@@ -81,7 +82,11 @@ Campaigns Campaigns::begin(Store& store, const std::vector<Cell>& cells, const s
     } else {
       campaign.series = series;
       campaign.engine = workers[static_cast<std::size_t>(cell.worker)].engine.name;
-      campaign.id = content_hash({"campaign 1", series, run_id, std::to_string(now)});
+      // Shards never talk to each other, and their cells belong together: the same id follows from the same plan.
+      campaign.id =
+          options.shard
+              ? content_hash({"campaign of shards 1", series, plan_hash(*options.shard->planned), last ? last->id : ""})
+              : content_hash({"campaign 1", series, run_id, std::to_string(now)});
       told = "a new campaign (--reuse takes the last one)";
     }
     campaign.run_id = run_id;

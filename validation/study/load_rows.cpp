@@ -15,7 +15,7 @@ namespace {
 bool failed(Status status) { return status == Status::crashed || status == Status::timeout; }
 
 void append(std::vector<Row>& rows, Row row, const Cell& cell, const Provenance& provenance) {
-  row.scenario = cell.scenario.id;
+  row.scenario = cell.scenario->id;
   row.method = cell.method;
   row.steps = cell.plan.steps;
   row.h_s = cell.plan.t_end_s / static_cast<double>(cell.plan.steps);
@@ -38,7 +38,7 @@ Row failure_row(const std::string& metric, Status status, const std::string& rea
 std::vector<Row> particle_time_rows(const Cell& cell, const Outcome& outcome, const std::vector<Row>& timed,
                                     const std::vector<Row>& measured) {
   double particles = 0;
-  for (const Fluid& fluid : cell.scenario.scene.fluids)
+  for (const Fluid& fluid : cell.scenario->scene.fluids)
     particles += static_cast<double>(fluid.particles.mass_kg.size());
   const auto evaluations = static_cast<double>(outcome.rate_evaluations);
   std::vector<Row> rows;
@@ -69,6 +69,7 @@ void append_timing(Store& store, const Cell& cell, const std::string& timing_has
                    const std::vector<Row>& measured, StudyResult& result) {
   const auto timing = store.timing(timing_hash);
   if (!timing) return;
+  if (!timing->host.empty()) result.hosts.insert(timing->host);
   const Outcome& outcome = timing->outcome;
   if (outcome.status != Status::ok) {
     append(result.rows, failure_row("step-time", outcome.status, outcome.reason), cell, timing->provenance);
@@ -79,7 +80,7 @@ void append_timing(Store& store, const Cell& cell, const std::string& timing_has
   const bool adaptive = parse_method_id(cell.method).rtol.has_value() && accuracy_steps > 0;
   std::vector<Row> rows = timing_rows(outcome, adaptive ? accuracy_steps : cell.plan.steps);
   for (Row& row : particle_time_rows(cell, outcome, rows, measured)) rows.push_back(std::move(row));
-  for (Row& row : link_time_rows(cell.scenario.scene, rows)) rows.push_back(std::move(row));
+  for (Row& row : link_time_rows(cell.scenario->scene, rows)) rows.push_back(std::move(row));
   for (Row& row : rows) append(result.rows, std::move(row), cell, timing->provenance);
 }
 
@@ -111,7 +112,7 @@ template <class Read> void of_cell(const Cell& cell, Read read) {
   try {
     read();
   } catch (const StoreDamage& error) {
-    throw StoreDamage(std::string(error.what()) + "; damaged is the cell " + cell.scenario.id + ", " + cell.method +
+    throw StoreDamage(std::string(error.what()) + "; damaged is the cell " + cell.scenario->id + ", " + cell.method +
                       ", " + std::to_string(cell.plan.steps) +
                       " steps: `atwood run` measures it again, `atwood doctor --check-store` lists all damage");
   }
@@ -142,7 +143,7 @@ std::map<LadderKey, std::vector<LadderEnd>> ladder_ends(Store& store, const std:
       if (run && run->outcome.status == Status::ok) recording = store.recording(hash, run->outcome);
     });
     if (recording.values.empty()) continue;
-    ends[{cell.scenario.id, cell.method, resolution_of(cell)}].push_back(
+    ends[{cell.scenario->id, cell.method, resolution_of(cell)}].push_back(
         {cell.plan.steps, cell.plan.t_end_s / static_cast<double>(cell.plan.steps), std::move(recording.values.back()),
          cell.claimed_order});
   }
@@ -175,7 +176,7 @@ void append_ladders(Store& store, const std::vector<Cell>& cells, const Campaign
   }
   const auto ends = ladder_ends(store, cells, campaigns);
   std::map<std::string, const Scenario*> by_id;
-  for (const Cell& cell : cells) by_id[cell.scenario.id] = &cell.scenario;
+  for (const Cell& cell : cells) by_id[cell.scenario->id] = cell.scenario.get();
   for (const auto& key : order) {
     const std::vector<Row>& ladder = ladders[key];
     std::vector<Row> fitted = fit_ladder(ladder);
@@ -205,7 +206,7 @@ void append_ladders(Store& store, const std::vector<Cell>& cells, const Campaign
 }  // namespace
 
 std::string measured_key(const Cell& cell, const std::string& accuracy_hash) {
-  const Scenario& scenario = cell.scenario;
+  const Scenario& scenario = *cell.scenario;
   std::string judged;
   for (const std::string& tag : scenario.tags) judged += tag + "\n";
   judged += "\n";
@@ -224,6 +225,22 @@ StudyResult collect_rows(Store& store, const std::vector<Cell>& cells, const Cam
     });
   }
   append_ladders(store, cells, campaigns, result);
+  return result;
+}
+
+StudyResult collect_endings(Store& store, const std::vector<Cell>& cells, const Campaigns& campaigns) {
+  StudyResult result, one;
+  result.cells = static_cast<int>(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    one.rows.clear();
+    of_cell(cells[i], [&] {
+      if (!append_cell(store, cells[i], campaigns.keys(cells[i]), one)) result.missing.push_back(i);
+    });
+    for (Row& row : one.rows)
+      if (row.status != Status::ok) result.rows.push_back(std::move(row));
+  }
+  result.skipped = one.skipped;
+  result.failed_cells = one.failed_cells;
   return result;
 }
 
@@ -248,16 +265,16 @@ std::vector<StoredPicture> load_pictures(const std::string& store_path, const st
     return std::tuple(-at.first.value_or(0), at.second.value_or(0), steps);
   };
   for (const Cell& cell : cells) {
-    if (cell.worker < 0 || cell.scenario.scene.fluids.empty()) continue;
+    if (cell.worker < 0 || cell.scenario->scene.fluids.empty()) continue;
     const auto known = std::find_if(pictures.begin(), pictures.end(), [&](const StoredPicture& one) {
-      return one.scenario == cell.scenario.id && one.method == cell.method;
+      return one.scenario == cell.scenario->id && one.method == cell.method;
     });
     const Resolution at = resolution_of(cell);
     if (known != pictures.end() && rank(known->at, known->steps) >= rank(at, cell.plan.steps)) continue;
     std::optional<MeasuredRecord> measured;
     of_cell(cell, [&] { measured = store.measured(campaigns.keys(cell).measured, false, true); });
     if (!measured || measured->picture.empty()) continue;
-    StoredPicture one{cell.scenario.id, cell.method, cell.plan.steps, at, std::move(measured->picture)};
+    StoredPicture one{cell.scenario->id, cell.method, cell.plan.steps, at, std::move(measured->picture)};
     if (known == pictures.end()) pictures.push_back(std::move(one));
     else *known = std::move(one);
   }
@@ -276,7 +293,7 @@ std::vector<StoredSeries> load_series(const std::string& store_path, const std::
     std::optional<MeasuredRecord> measured;
     of_cell(cell, [&] { measured = store.measured(campaigns.keys(cell).measured, false, true); });
     if (!measured || measured->series.t_s.empty()) continue;
-    all.push_back({cell.scenario.id, cell.method, cell.plan.steps, std::move(measured->series), cell.spacing_m,
+    all.push_back({cell.scenario->id, cell.method, cell.plan.steps, std::move(measured->series), cell.spacing_m,
                    cell.sound_speed_m_per_s});
   }
   return all;

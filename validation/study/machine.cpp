@@ -2,6 +2,7 @@
 
 #include <gnu/libc-version.h>
 #include <sys/auxv.h>
+#include <sys/utsname.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -45,6 +46,11 @@ std::string processor_features() {
 }
 
 std::string machine_arithmetic() { return processor_features() + "; " + libm_version(); }
+
+std::string host_name() {
+  struct utsname names {};
+  return uname(&names) == 0 ? names.nodename : "unknown";
+}
 
 std::string libm_version() { return std::string("glibc ") + gnu_get_libc_version(); }
 

@@ -12,6 +12,8 @@ namespace atwood {
 std::string processor_features();
 // "glibc 2.36"
 std::string libm_version();
+// The name of this host: times of two hosts are never taken together.
+std::string host_name();
 std::string machine_arithmetic();  // both: part of the hash of every cell
 
 }  // namespace atwood

@@ -332,7 +332,7 @@ std::int64_t refined(std::int64_t steps, double refinement, std::int64_t samples
 }
 
 bool fluids_taken(const Cell& cell, const std::vector<Worker>& workers) {
-  return cell.worker < 0 || cell.scenario.scene.fluids.empty() ||
+  return cell.worker < 0 || cell.scenario->scene.fluids.empty() ||
          workers[static_cast<std::size_t>(cell.worker)].engine.fluids;
 }
 
@@ -343,7 +343,7 @@ void refuse_fluids(Cell& cell) {
 }
 
 bool joints_taken(const Cell& cell, const std::vector<Worker>& workers) {
-  return cell.worker < 0 || (cell.scenario.scene.joints.empty() && cell.scenario.scene.ropes.empty()) ||
+  return cell.worker < 0 || (cell.scenario->scene.joints.empty() && cell.scenario->scene.ropes.empty()) ||
          workers[static_cast<std::size_t>(cell.worker)].engine.joints;
 }
 
@@ -388,7 +388,8 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
       for (Resolved& one : resolutions(cells, scenario)) scenarios.push_back(std::move(one));
     }
     for (const Resolved& resolved : scenarios) {
-      const Scenario& scenario = resolved.scenario;
+      const auto shared = std::make_shared<const Scenario>(resolved.scenario);
+      const Scenario& scenario = *shared;
       const std::string scene_hash = content_hash(std::string_view(scene_to_json(scenario.scene)));
       std::vector<std::int64_t> ladder = cells.steps.empty() ? scenario.steps : cells.steps;
       for (std::int64_t& steps : ladder) steps = refined(steps, resolved.refinement, scenario.samples);
@@ -414,7 +415,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                 if (adaptive) break;
                 continue;
               }
-              Cell cell{scenario,
+              Cell cell{shared,
                         method,
                         {scenario.t_end_s, steps, scenario.samples, scenario.frame_ends_s},
                         offer.worker,

@@ -110,7 +110,7 @@ std::vector<char*> environment_with(std::string& entry) {
     execve(arguments[0], arguments, environment);
   }
   const int error = errno;
-  [[maybe_unused]] const auto written = write(failure, &error, sizeof error);
+  [[maybe_unused]] const auto written = ::write(failure, &error, sizeof error);
   _exit(127);
 }
 
@@ -241,7 +241,7 @@ void Process::pump(int timeout_ms) {
   pollfd ends[3] = {{pending_.empty() ? -1 : in_, POLLOUT, 0}, {out_, POLLIN, 0}, {err_, POLLIN, 0}};
   if (poll(ends, 3, timeout_ms) <= 0) return;
   if (ends[0].revents != 0) {
-    const ssize_t size = write(in_, pending_.data(), pending_.size());
+    const ssize_t size = ::write(in_, pending_.data(), pending_.size());
     if (size > 0) pending_.erase(0, static_cast<std::size_t>(size));
     else if (size < 0 && errno != EAGAIN && errno != EINTR) pending_.clear();  // the process has ended
   }

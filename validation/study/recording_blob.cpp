@@ -1,42 +1,16 @@
 #include "validation/study/recording_blob.hpp"
 
 #include <algorithm>
-#include <cstring>
+
+#include "validation/study/blob_bytes.hpp"
 
 namespace atwood {
 namespace {
 
 static_assert(sizeof(Wide) == 16 && sizeof(double) == 8 && sizeof(ContactSample) == 8 + 11 * 8);  // no padding
 
-struct Writer {
-  std::string bytes;
-  template <class T> void put(const T& value) {
-    char raw[sizeof(T)];
-    std::memcpy(raw, &value, sizeof(T));
-    bytes.append(raw, sizeof(T));
-  }
-};
-
-struct Reader {
-  std::string_view bytes;
-  std::size_t at = 0;
-  template <class T> T get() {
-    if (bytes.size() - at < sizeof(T)) throw BadBlob("a stored recording ends too early");
-    T value;
-    std::memcpy(&value, bytes.data() + at, sizeof(T));
-    at += sizeof(T);
-    return value;
-  }
-  // Reads a count of elements of at least `size` bytes each; at most as many as fit into the remaining bytes.
-  std::size_t count(std::size_t size) {
-    const auto n = get<std::uint64_t>();
-    if (n > (bytes.size() - at) / size) throw BadBlob("a stored recording has an impossible count");
-    return static_cast<std::size_t>(n);
-  }
-  void end() const {
-    if (at != bytes.size()) throw BadBlob("a stored recording has bytes left over");
-  }
-};
+using Writer = BlobWriter;
+using Reader = BlobReader;
 
 template <class Particle, class Visit> void each_of_particle(Particle& particle, Visit visit) {
   for (auto& value : particle.p_m) visit(value);

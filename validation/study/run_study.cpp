@@ -20,9 +20,11 @@
 #include "validation/metrics/probes.hpp"
 #include "validation/study/campaigns.hpp"
 #include "validation/study/content_hash.hpp"
+#include "validation/study/keep_recordings.hpp"
 #include "validation/study/load_rows.hpp"
 #include "validation/study/pose_sweep.hpp"
 #include "validation/study/progress.hpp"
+#include "validation/study/shard_record.hpp"
 #include "validation/study/short_text.hpp"
 #include "validation/study/study_run.hpp"
 #include "validation/study/worker_client.hpp"
@@ -80,17 +82,18 @@ std::size_t StudyRun::truth_index(const Scenario& scenario) {
 
 void StudyRun::plan_cell(const Cell& cell) {
   if (cell.worker < 0) return;
-  const std::size_t truth = truth_index(cell.scenario);
+  const std::size_t truth = truth_index(*cell.scenario);
   const CellKeys keys = campaigns_.keys(cell);
   std::optional<RunRecord> run = store_.run(keys.accuracy);
   if (run && (options_.fresh || !settled(*run, limit_of(cell, options_)))) run.reset();
   const std::string basis = content_hash({truths_[truth].hash, kMetricsVersion});
   if (run && store_.measured_basis(keys.measured) == basis) return;
-  if (cell.probe != Probe::none) run.reset();  // a probe keeps no samples to measure again
+  // A probe keeps no samples to measure again, nor does a cell whose recording was dropped (--keep).
+  if (run && (cell.probe != Probe::none || !store_.keeps_recording(keys.accuracy))) run.reset();
   if (!run) ran_.insert(&cell);
   else ++measured_again_;
   const auto [place, fresh] =
-      ladder_index_.emplace(cell.scenario.id + "\n" + cell.method + "\n" + to_string(cell.probe) + "\n" +
+      ladder_index_.emplace(cell.scenario->id + "\n" + cell.method + "\n" + to_string(cell.probe) + "\n" +
                                 resolution_text(resolution_of(cell)),
                             ladders_.size());
   if (fresh) ladders_.push_back({{}, truth});
@@ -109,7 +112,7 @@ void StudyRun::forget_damaged() {
     store_.rebuild();
     store_.forget({keys});
     if (++count <= kMostDamagedNamed && options_.notice)
-      options_.notice("store " + options_.store_path + ": " + what + " of the cell " + cell.scenario.id + ", " +
+      options_.notice("store " + options_.store_path + ": " + what + " of the cell " + cell.scenario->id + ", " +
                       cell.method + ", " + std::to_string(cell.plan.steps) + " steps " +
                       (what == "the rows" || what == "the times" ? "are" : "is") + " damaged; the cell runs again");
   }
@@ -133,7 +136,7 @@ RunRecord StudyRun::new_run(const Cell& cell) const {
   run.provenance = options_.provenance;
   run.provenance.engine_version = workers_[static_cast<std::size_t>(cell.worker)].engine.version;
   run.limit_s = limit_of(cell, options_);
-  run.scenario = cell.scenario.id;
+  run.scenario = cell.scenario->id;
   run.method = cell.method;
   run.steps = cell.plan.steps;
   return run;
@@ -176,13 +179,15 @@ StudyRun::Task StudyRun::next() {
   std::unique_lock<std::mutex> held(mutex_);
   for (;;) {
     if (stop_ || interrupt_signal() != 0) return {};
-    for (std::size_t i = 0; i < truths_.size(); ++i) {
+    for (; first_truth_ < truths_.size(); ++first_truth_) {
+      const std::size_t i = first_truth_;
       if (truths_[i].state != TruthWork::State::pending) continue;
       truths_[i].state = TruthWork::State::running;
       return {Task::Kind::truth, i};
     }
+    while (first_ladder_ < taken_.size() && taken_[first_ladder_]) ++first_ladder_;
     bool left = false;
-    for (std::size_t i = 0; i < ladders_.size(); ++i) {
+    for (std::size_t i = first_ladder_; i < ladders_.size(); ++i) {
       if (taken_[i]) continue;
       left = true;
       if (truths_[ladders_[i].truth].state != TruthWork::State::ready) continue;
@@ -246,7 +251,7 @@ Truth StudyRun::semi_discrete(const Cell& cell, const std::string& hash, const s
   const std::string key = content_hash({"semi-discrete 1", hash, response});
   if (!options_.fresh)
     if (auto stored = store_.truth(key)) return std::move(*stored);
-  const Scenario& scenario = cell.scenario;
+  const Scenario& scenario = *cell.scenario;
   Truth truth = client.truth(scenario_to_json(scenario), sampled_bodies(scenario.scene), scenario.t_end_s,
                              scenario.samples, options_.truth_limit_s, response);
   truth.outcome.reason = shortened(truth.outcome.reason, kLongestReason);
@@ -259,28 +264,28 @@ MeasuredRecord StudyRun::measured_fluid(const Cell& cell, const std::string& has
                                         WorkerClient& client) {
   const std::string response = response_text(cell.method, workers_[static_cast<std::size_t>(cell.worker)]);
   const FluidTruths truths = fluid_truths(
-      cell.scenario, recording,
+      *cell.scenario, recording,
       [&](TruthKind kind, const std::vector<Wide>& t_s, const std::vector<std::vector<FieldPosition>>& positions) {
-        Scenario asked = cell.scenario;
+        Scenario asked = *cell.scenario;
         asked.truth.kind = kind;
         return client.field(scenario_to_json(asked), response, t_s, positions, options_.truth_limit_s);
       },
       [&] { return semi_discrete(cell, hash, response, client); });
   MeasuredRecord record;
   record.basis = content_hash({hash, kMetricsVersion});
-  record.rows = measure_fluid(cell.scenario, truths, recording);
-  record.picture = picture_of(cell.scenario, truths.exact, recording);
+  record.rows = measure_fluid(*cell.scenario, truths, recording);
+  record.picture = picture_of(*cell.scenario, truths.exact, recording);
   const Settings settings =
       response_settings(workers_[static_cast<std::size_t>(cell.worker)], parse_method_id(cell.method));
-  const Scene& scene = cell.scenario.scene;
+  const Scene& scene = cell.scenario->scene;
   const bool free_surface =
       settings.contains("degree") && recording.outcome.status == Status::ok && !surface_points(scene).empty();
   for (Row& row :
        neighbour_rows(scene, recording, kernel_support_m(settings, scene.fluids.front().spacing_m, free_surface)))
     record.rows.push_back(std::move(row));
-  const bool stepping = cell.scenario.truth.kind == TruthKind::semi_discrete;
+  const bool stepping = cell.scenario->truth.kind == TruthKind::semi_discrete;
   const Outcome& outcome = stepping ? truths.semi_discrete.outcome : truths.exact.outcome;
-  if (outcome.status != Status::ok && cell.scenario.truth.kind != TruthKind::none &&
+  if (outcome.status != Status::ok && cell.scenario->truth.kind != TruthKind::none &&
       recording.outcome.status == Status::ok) {
     Row row = metrics::row("truth", 0);
     row.status = outcome.status;
@@ -292,12 +297,12 @@ MeasuredRecord StudyRun::measured_fluid(const Cell& cell, const std::string& has
 
 MeasuredRecord StudyRun::measured(const Cell& cell, const Truth& truth, const std::string& hash,
                                   const Recording& recording, WorkerClient& truth_client) {
-  if (!cell.scenario.scene.fluids.empty()) return measured_fluid(cell, hash, recording, truth_client);
+  if (!cell.scenario->scene.fluids.empty()) return measured_fluid(cell, hash, recording, truth_client);
   MeasuredRecord record;
   record.basis = content_hash({hash, kMetricsVersion});
-  record.rows = measure(cell.scenario, truth, recording);
-  if (recording.outcome.status == Status::ok) record.series = error_series(cell.scenario, truth, recording);
-  if (truth.outcome.status != Status::ok && cell.scenario.truth.kind != TruthKind::none) {
+  record.rows = measure(*cell.scenario, truth, recording);
+  if (recording.outcome.status == Status::ok) record.series = error_series(*cell.scenario, truth, recording);
+  if (truth.outcome.status != Status::ok && cell.scenario->truth.kind != TruthKind::none) {
     Row row = metrics::row("truth", 0);
     row.status = truth.outcome.status;
     row.reason = truth.outcome.reason;
@@ -332,7 +337,7 @@ void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::s
   };
   MeasuredRecord record;
   record.basis = content_hash({truth_hash, kMetricsVersion});
-  record.rows = run_probe(cell.probe, {cell.scenario, cell.method, cell.plan, truth, one});
+  record.rows = run_probe(cell.probe, {*cell.scenario, cell.method, cell.plan, truth, one});
   for (const Row& row : record.rows)
     if (row.status == Status::crashed || row.status == Status::timeout)
       run.outcome = outcome_of(row.status, row.reason);
@@ -347,7 +352,7 @@ void StudyRun::run_sweep_cell(const Cell& cell, const std::string& truth_hash, s
   RunRecord run = new_run(cell);
   MeasuredRecord record;
   record.basis = content_hash({truth_hash, kMetricsVersion});
-  const std::string tables = std::filesystem::path(cell.scenario.path).replace_filename("geometry").string();
+  const std::string tables = std::filesystem::path(cell.scenario->path).replace_filename("geometry").string();
   const std::string& scalar = workers_[static_cast<std::size_t>(cell.worker)].engine.scalar;
   record.rows = cell.probe == Probe::contact_tables
                     ? table_rows(cell, client, tables, run.limit_s, scalar, run.outcome)
@@ -360,7 +365,7 @@ void StudyRun::run_sweep_cell(const Cell& cell, const std::string& truth_hash, s
 void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients, WorkerClient& truth_client) {
   TruthWork& work = truths_[ladder.truth];
   const std::shared_ptr<const Truth> truth = truth_of(work);
-  const std::string scene_json = scene_to_json(ladder.todo.front().cell->scenario.scene);
+  const std::string scene_json = scene_to_json(ladder.todo.front().cell->scenario->scene);
   std::int64_t hung_at = 0;
   for (const Todo& todo : ladder.todo) {
     const Cell& cell = *todo.cell;
@@ -386,7 +391,7 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
                                                           " steps of the same ladder already reached the time limit");
     } else {
       WorkerClient& client = client_of(cell, clients);
-      recording = client.run(cell.method, scene_json, sampled_bodies(cell.scenario.scene), cell.plan, 0, run.limit_s);
+      recording = client.run(cell.method, scene_json, sampled_bodies(cell.scenario->scene), cell.plan, 0, run.limit_s);
       run.wall_ns = client.wall_ns();
       run.killed_from_outside = client.killed_from_outside() || recording.outcome.status == Status::not_built ||
                                 loads_more(cell.worker, client);
@@ -395,7 +400,7 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
     recording.outcome.reason = shortened(recording.outcome.reason, kLongestReason);
     run.outcome = recording.outcome;
     store_.put_run(keys.accuracy, run, recording, keys.measured,
-                   measured(cell, *truth, work.hash, recording, truth_client));
+                   measured(cell, *truth, work.hash, recording, truth_client), options_.keep != Keep::none);
     progress_.done("accuracy");
   }
 }
@@ -449,16 +454,24 @@ StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>&
   for (const std::string& line : store.forget_shared_damage())
     if (options.notice) options.notice(line);
   store.put_program_run(options.provenance.run_id, begun_ns, 0);
-  const Campaigns campaigns = Campaigns::begin(store, cells, workers, options);
+  if (options.notice && !store.network_file_system().empty())
+    options.notice(
+        "store " + options.store_path + " lies on " + store.network_file_system() +
+        ": it is written with a rollback journal, which is slower; a store on a local disk, merged later, is quicker");
+  const Campaigns campaigns =
+      Campaigns::begin(store, options.shard ? *options.shard->planned : cells, workers, options);
+  if (options.shard) record_shard(store, *options.shard, campaigns, options.host, false);
   StudyRun run(cells, workers, options, store, campaigns);
   run.accuracy_pass();
   if (options.timing && interrupt_signal() == 0) run.timed_pass();
+  if (options.keep == Keep::worst && interrupt_signal() == 0) keep_worst(store, cells, campaigns);
   const int signal = interrupt_signal();
   if (signal == 0) {
-    campaigns.complete(store);
+    if (!options.shard || options.shard->last) campaigns.complete(store);
+    if (options.shard && options.shard->last) record_shard(store, *options.shard, campaigns, options.host, true);
     store.put_program_run(options.provenance.run_id, begun_ns, nanoseconds_now());
   }
-  StudyResult result = collect_rows(store, cells, campaigns);
+  StudyResult result = options.shard ? collect_endings(store, cells, campaigns) : collect_rows(store, cells, campaigns);
   result.skipped = result.cells - run.touched();
   result.ran = run.ran();
   result.timed = run.timed();

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include "validation/study/row_blob.hpp"
 #include "validation/study/store_database.hpp"
 
 namespace atwood {
@@ -41,6 +42,8 @@ Store::Store(const std::string& path, Mode mode) {
 
 Store::~Store() = default;
 
+const std::string& Store::network_file_system() const { return database_->network_file_system; }
+
 bool Store::empty() const { return database_->empty; }
 
 // ---- reading ------------------------------------------------------------------------------------------------------
@@ -70,8 +73,8 @@ Recording Store::recording(const std::string& cell_hash, const Outcome& outcome)
     recording.outcome = outcome;
     const SQLite::Statement* found = database_->find(kSeries, cell_hash);
     if (!found) throw StoreDamage("store " + database_->path + ": a recording cannot be found again");
-    recording.values = unpack_samples(blob_of(found->getColumn(1)));
-    recording.events = unpack_events_and_solvers(blob_of(found->getColumn(2)), recording.outcome.solvers);
+    recording.values = unpack_samples(expanded(blob_of(found->getColumn(1))));
+    recording.events = unpack_events_and_solvers(expanded(blob_of(found->getColumn(2))), recording.outcome.solvers);
     return recording;
   });
 }
@@ -89,8 +92,9 @@ std::optional<MeasuredRecord> Store::measured(const std::string& key, bool rows,
     if (!found) return std::nullopt;
     MeasuredRecord record;
     record.basis = text(*found, 2);
-    if (series) record.series = unpack_series_and_picture(blob_of(found->getColumn(3)), record.picture);
-    if (rows) record.rows = database_->select_rows(key, whole(*found, 4), whole(*found, 5));
+    if (rows) record.rows = unpack_rows(expanded(blob_of(found->getColumn(3))));
+    const std::string errors = series ? expanded(blob_of(found->getColumn(4))) : "";
+    if (!errors.empty()) record.series = unpack_series_and_picture(errors, record.picture);
     return record;
   });
 }
@@ -107,6 +111,7 @@ std::optional<TimingRecord> Store::timing(const std::string& timing_hash) {
     for (const double ns : unpack_reals(blob_of(found->getColumn(6))))
       record.outcome.busy_ns.push_back(static_cast<std::int64_t>(ns));
     record.provenance = database_->provenance(text(*found, 7));
+    record.host = text(*found, 8);
     return record;
   });
 }
@@ -172,9 +177,6 @@ void Store::forget(const std::vector<CellKeys>& cells) {
       database_->erase(kCells, cell.accuracy);
       database_->erase(kSeries, cell.accuracy);
       database_->erase(kMeasured, cell.measured);
-      SQLite::Statement& rows = database_->prepared("DELETE FROM rows WHERE key=?");
-      rows.bind(1, cell.measured);
-      rows.exec();
       database_->erase(kTimings, cell.timing);
     }
   });
@@ -199,18 +201,39 @@ void Store::forget_truth(const std::string& truth_hash) {
 }
 
 void Store::put_run(const std::string& cell_hash, const RunRecord& run, const Recording& recording,
-                    const std::string& key, const MeasuredRecord& measured) {
-  const std::string samples = pack_samples(recording.values),
-                    events = pack_events_and_solvers(recording.events, run.outcome.solvers);
+                    const std::string& key, const MeasuredRecord& measured, bool whole_recording) {
+  const std::vector<Sample> end =
+      whole_recording || recording.values.empty() ? std::vector<Sample>() : std::vector{recording.values.back()};
+  const std::string samples = compressed(pack_samples(whole_recording ? recording.values : end)),
+                    events = compressed(pack_events_and_solvers(
+                        whole_recording ? recording.events : std::vector<Event>(), run.outcome.solvers));
+  MeasuredRecord without_series{measured.basis, {}, {}, {}};
+  if (!whole_recording) without_series.rows = measured.rows;
   database_->written([&] {
     const Outcome& outcome = run.outcome;
     database_->insert(kCells,
                       {cell_hash, run.scenario, run.method, run.steps, to_string(outcome.status), outcome.reason,
                        outcome.steps_taken, outcome.rate_evaluations, run.wall_ns, run.limit_s,
                        std::int64_t{run.killed_from_outside ? 1 : 0}, database_->provenance_hash(run.provenance)});
-    database_->insert(kSeries, {cell_hash, Blob{samples}, Blob{events}});
-    database_->insert_measured(key, cell_hash, measured);
+    database_->insert(kSeries, {cell_hash, Blob{samples}, Blob{events}, std::string(whole_recording ? "all" : "end")});
+    database_->insert_measured(key, cell_hash, whole_recording ? measured : without_series);
   });
+}
+
+bool Store::keeps_recording(const std::string& cell_hash) {
+  return database_->guarded([&] {
+    const SQLite::Statement* found = database_->find(kSeries, cell_hash);
+    return found != nullptr && text(*found, 3) == "all";
+  });
+}
+
+// The same as if put_run had kept the end alone.
+void Store::drop_recording(const CellKeys& cell) {
+  const auto record = run(cell.accuracy);
+  if (!record || !keeps_recording(cell.accuracy)) return;
+  const auto measured = this->measured(cell.measured, true, false);
+  if (measured)
+    put_run(cell.accuracy, *record, recording(cell.accuracy, record->outcome), cell.measured, *measured, false);
 }
 
 void Store::put_measured(const std::string& key, const std::string& cell_hash, const MeasuredRecord& measured) {
@@ -221,9 +244,9 @@ void Store::put_timing(const std::string& timing_hash, const std::string& cell_h
   const Outcome& outcome = timing.outcome;
   const std::string busy_ns = pack_reals({outcome.busy_ns.begin(), outcome.busy_ns.end()});
   database_->written([&] {
-    database_->insert(kTimings,
-                      {timing_hash, cell_hash, to_string(outcome.status), outcome.reason, outcome.steps_taken,
-                       outcome.rate_evaluations, Blob{busy_ns}, database_->provenance_hash(timing.provenance)});
+    database_->insert(kTimings, {timing_hash, cell_hash, to_string(outcome.status), outcome.reason, outcome.steps_taken,
+                                 outcome.rate_evaluations, Blob{busy_ns}, database_->provenance_hash(timing.provenance),
+                                 timing.host});
   });
 }
 
@@ -261,6 +284,48 @@ void Store::put_campaign(const Campaign& campaign) {
 
 void Store::put_program_run(const std::string& run_id, std::int64_t begun_ns, std::int64_t ended_ns) {
   database_->written([&] { database_->insert(kRuns, {run_id, begun_ns, ended_ns}); });
+}
+
+void Store::put_plan(const std::string& hash, const std::string& study, const std::vector<PlannedCell>& cells) {
+  const std::string packed = compressed(pack_plan(cells));
+  database_->written([&] { database_->insert(kPlans, {hash, study, Blob{packed}}); });
+}
+
+bool Store::has_plan(const std::string& hash) {
+  return database_->guarded([&] { return database_->find(kPlans, hash) != nullptr; });
+}
+
+std::vector<StoredPlan> Store::plans() {
+  return database_->guarded([&] {
+    std::vector<StoredPlan> all;
+    SQLite::Statement hashes(*database_->sql, "SELECT hash FROM plans ORDER BY hash");
+    while (hashes.executeStep()) {
+      const SQLite::Statement* found = database_->find(kPlans, hashes.getColumn(0).getString());
+      if (found) all.push_back({text(*found, 0), text(*found, 1), unpack_plan(expanded(blob_of(found->getColumn(2))))});
+    }
+    return all;
+  });
+}
+
+void Store::put_shard(const ShardRecord& shard) {
+  database_->written([&] {
+    database_->insert(kShards, {shard.id, shard.plan, shard.number, shard.count, shard.costs, shard.source, shard.host,
+                                std::int64_t{shard.complete ? 1 : 0}});
+  });
+}
+
+std::vector<ShardRecord> Store::shards() {
+  return database_->guarded([&] {
+    std::vector<ShardRecord> all;
+    SQLite::Statement ids(*database_->sql, "SELECT id FROM shards ORDER BY id");
+    while (ids.executeStep()) {
+      const SQLite::Statement* found = database_->find(kShards, ids.getColumn(0).getString());
+      if (found)
+        all.push_back({text(*found, 0), text(*found, 1), whole(*found, 2), whole(*found, 3), text(*found, 4),
+                       text(*found, 5), text(*found, 6), whole(*found, 7) != 0});
+    }
+    return all;
+  });
 }
 
 bool store_exists(const std::string& path) { return access(path.c_str(), F_OK) == 0; }

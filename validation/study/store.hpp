@@ -1,4 +1,4 @@
-// The store of everything that was run: one SQLite file (WAL, one writer). Each cell is committed in one transaction
+// The store of everything that was run: one SQLite file (WAL; a rollback journal on network file systems; one writer). Each cell is committed in one transaction
 // when it is done, so that a program killed at any moment leaves complete cells only.
 //
 // Every entry carries a checksum, which is verified when it is read, and the keys of each table are counted and summed:
@@ -39,6 +39,7 @@ struct RunRecord {
 struct TimingRecord {
   Outcome outcome;
   Provenance provenance;
+  std::string host = {};  // that measured them; empty: of a store that did not record it
 };
 
 struct MeasuredRecord {
@@ -68,6 +69,23 @@ struct StoreDamage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// A cell of a plan: its run's key, and its name in messages.
+struct PlannedCell {
+  std::string hash, name;
+};
+struct StoredPlan {
+  std::string hash, study;
+  std::vector<PlannedCell> cells;
+};
+// A process that ran a share of a plan (shares.hpp).
+struct ShardRecord {
+  std::string id, plan;                // plan: its hash
+  std::int64_t number = 1, count = 1;  // share `number` of `count`; with leases the process alone
+  std::string costs;                   // hash of the file of costs; empty: there was none
+  std::string source, host;            // source: "--shard", "lease", a variable of the launcher
+  bool complete = false;
+};
+
 struct StoreDatabase;
 
 class Store {
@@ -80,6 +98,8 @@ class Store {
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
 
+  // "NFS", ... of a store that is open for writing: its journal is then a rollback journal. Empty: a local file system.
+  const std::string& network_file_system() const;
   bool empty() const;  // a run was killed before it had made the tables: nothing can be read
 
   // All throw StoreDamage where a checksum is wrong.
@@ -104,8 +124,11 @@ class Store {
   void forget_truth(const std::string& truth_hash);
 
   // Stores a run with its samples and the rows measured from it, in one transaction.
+  // `whole_recording` false: of samples only the last, no events and no series of errors are kept.
   void put_run(const std::string& cell_hash, const RunRecord& run, const Recording& recording, const std::string& key,
-               const MeasuredRecord& measured);
+               const MeasuredRecord& measured, bool whole_recording = true);
+  bool keeps_recording(const std::string& cell_hash);  // false also where there is none
+  void drop_recording(const CellKeys& cell);           // keeps its end
   void put_measured(const std::string& key, const std::string& cell_hash, const MeasuredRecord& measured);
   void put_timing(const std::string& timing_hash, const std::string& cell_hash, const TimingRecord& timing);
   void put_truth(const std::string& truth_hash, const std::string& scenario, const Truth& truth);
@@ -116,6 +139,12 @@ class Store {
   // Records a run of the program that wrote to the store. ended_ns 0: it is running, or was killed.
   void put_program_run(const std::string& run_id, std::int64_t begun_ns, std::int64_t ended_ns);
 
+  bool has_plan(const std::string& hash);
+  void put_plan(const std::string& hash, const std::string& study, const std::vector<PlannedCell>& cells);
+  std::vector<StoredPlan> plans();
+  void put_shard(const ShardRecord& shard);  // replaces the one with its id
+  std::vector<ShardRecord> shards();
+
   // Verifies every checksum and runs the database's own check; returns a line for each damaged entry.
   std::vector<std::string> check();
 
@@ -124,5 +153,9 @@ class Store {
 };
 
 bool store_exists(const std::string& path);
+// The network file system that a file lies on, or would; empty: a local one. ATWOOD_STORE_JOURNAL=rollback makes any of
+// them one.
+std::string network_file_system_of(const std::string& path);
+std::string network_file_system_name(std::uint32_t magic);  // of statfs; empty: no network file system is known by it
 
 }  // namespace atwood

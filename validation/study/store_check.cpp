@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "validation/study/process.hpp"
+#include "validation/study/row_blob.hpp"
 #include "validation/study/store_database.hpp"
 #include "validation/study/study.hpp"
 
@@ -39,9 +40,7 @@ void check_table(StoreDatabase& database, const StoreTable& table, std::vector<s
       continue;
     }
     try {
-      if (&table == &kMeasured)
-        database.select_rows(entries.getColumn(0).getString(), entries.getColumn(4).getInt64(),
-                             entries.getColumn(5).getInt64());
+      if (&table == &kMeasured) unpack_rows(expanded(blob_of(entries.getColumn(3))));
       if (&table == &kCells) {
         database.provenance(entries.getColumn(11).getString());
         if (!database.find(kSeries, entries.getColumn(0).getString())) throw StoreDamage("");
@@ -49,6 +48,8 @@ void check_table(StoreDatabase& database, const StoreTable& table, std::vector<s
       if (&table == &kTimings) database.provenance(entries.getColumn(7).getString());
     } catch (const StoreDamage&) {
       found.push_back(name_of(database, table, entries) + ": what belongs to it is damaged or has gone");
+    } catch (const BadBlob&) {
+      found.push_back(name_of(database, table, entries) + ": its rows are damaged");
     } catch (const std::invalid_argument&) {
       found.push_back(name_of(database, table, entries) + ": its rows are damaged");
     }

@@ -7,6 +7,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #define XXH_INLINE_ALL
@@ -14,6 +15,7 @@
 
 #include <cerrno>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
@@ -134,6 +136,37 @@ void StoreDatabase::fail(const SQLite::Exception& error) const {
   }
 }
 
+// ---- network file systems -----------------------------------------------------------------------------------------
+std::string network_file_system_of(const std::string& path) {
+  if (const char* forced = std::getenv("ATWOOD_STORE_JOURNAL"); forced && std::string_view(forced) == "rollback")
+    return "a file system named by ATWOOD_STORE_JOURNAL";
+  struct statfs about {};
+  const std::size_t slash = path.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  if (statfs(folder.c_str(), &about) != 0) return "";
+  return network_file_system_name(static_cast<std::uint32_t>(about.f_type));
+}
+
+std::string network_file_system_name(std::uint32_t magic) {
+  switch (magic) {  // statfs(2), linux/magic.h, and the file systems' own sources
+    case 0x6969: return "NFS";
+    case 0x517B: return "SMB";
+    case 0xFF534D42: return "CIFS";
+    case 0xFE534D42: return "SMB2";
+    case 0x5346414F: return "AFS";
+    case 0x73757245: return "Coda";
+    case 0x00C36400: return "Ceph";
+    case 0x0BD00BD0: return "Lustre";
+    case 0x47504653: return "GPFS";
+    case 0x19830326: return "BeeGFS";
+    case 0x7461636F: return "OCFS2";
+    case 0x01161970: return "GFS2";
+    case 0x01021997: return "9P";
+    case 0x65735546: return "FUSE";  // among them SSHFS and GlusterFS
+    default: return "";
+  }
+}
+
 // ---- opening ------------------------------------------------------------------------------------------------------
 void StoreDatabase::take_lock() {
   struct stat info {};
@@ -147,6 +180,7 @@ void StoreDatabase::take_lock() {
     lock = higher;
   }
   if (lock < 0) fail(std::string("cannot be written: ") + std::strerror(errno));
+  if (!network_file_system.empty()) return;  // NFS maps flock to the locks of ranges, which SQLite takes itself
   if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) fail("is in use by another run; wait for it, or choose another output folder");
     fail(std::string("cannot be locked: ") + std::strerror(errno));
@@ -154,18 +188,29 @@ void StoreDatabase::take_lock() {
 }
 
 void StoreDatabase::open_for_writing() {
+  network_file_system = network_file_system_of(path);
   take_lock();
   sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, 10000);
   check_identity();
-  // WAL and NORMAL: a killed program loses nothing that was committed, a power cut at most the last cells.
-  sql->exec("PRAGMA journal_mode=WAL");
-  sql->exec("PRAGMA synchronous=NORMAL");
+  if (network_file_system.empty()) {
+    // WAL and NORMAL: a killed program loses nothing that was committed, a power cut at most the last cells.
+    sql->exec("PRAGMA journal_mode=WAL");
+    sql->exec("PRAGMA synchronous=NORMAL");
+  } else {
+    // A write-ahead log is memory that processes share, which those of two hosts cannot (sqlite.org/wal.html).
+    sql->exec("PRAGMA locking_mode=EXCLUSIVE");
+    sql->exec("PRAGMA journal_mode=DELETE");
+    sql->exec("PRAGMA synchronous=FULL");
+    sql->exec("BEGIN EXCLUSIVE; COMMIT");  // held until the store is closed
+  }
+  sql->exec("PRAGMA cache_size=-65536");  // 64 MB: keys are hashes, so that entries are written all over the file
   if (version() != kStoreSchema) {
     SQLite::Transaction transaction(*sql);
     if (version() == 0) sql->exec(kStoreTablesSql);
     else migrate_store(*this);
     sql->exec("PRAGMA application_id=" + std::to_string(kStoreApplication));
     sql->exec("PRAGMA user_version=" + std::to_string(kStoreSchema));
+    write_totals();
     statements.clear();  // some may refer to the old tables
     transaction.commit();
     changes.clear();
@@ -174,6 +219,18 @@ void StoreDatabase::open_for_writing() {
   for (const StoreTable* table : kStoreTables) {
     if (const std::string wrong = table->counted ? read_keys(*table) : ""; !wrong.empty()) damaged(wrong);
   }
+}
+
+void StoreDatabase::open_new() {
+  take_lock();
+  if (ftruncate(lock, 0) != 0) fail(std::strerror(errno));  // what a killed program left
+  sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, 10000);
+  sql->exec("PRAGMA journal_mode=OFF");  // nobody reads it before it is complete
+  sql->exec("PRAGMA synchronous=OFF");
+  sql->exec("PRAGMA cache_size=-65536");
+  sql->exec(kStoreTablesSql);
+  sql->exec("PRAGMA application_id=" + std::to_string(kStoreApplication));
+  sql->exec("PRAGMA user_version=" + std::to_string(kStoreSchema));
 }
 
 // Even to read a database in WAL mode, SQLite makes files beside it. Where it may not make them and there is no log,
@@ -235,7 +292,7 @@ void StoreDatabase::check_tables() {
   std::unordered_set<std::string> there;
   SQLite::Statement select(*sql, "SELECT name FROM sqlite_master WHERE type='table'");
   while (select.executeStep()) there.insert(select.getColumn(0).getString());
-  std::vector<std::string> expected{"rows", "totals"};
+  std::vector<std::string> expected{"totals"};
   for (const StoreTable* table : kStoreTables) expected.emplace_back(table->name);
   for (const std::string& name : expected)
     if (!there.contains(name)) damaged("it has no table `" + name + "`");

@@ -50,6 +50,7 @@ struct KeySet {
 
 struct StoreDatabase {
   std::string path;
+  std::string network_file_system = {};  // "NFS"; set by open_for_writing
   int lock = -1;  // held as long as the database is open, and closed after it: closing any descriptor of a file
                   // drops the locks that SQLite holds on it
   bool made = false;
@@ -71,6 +72,7 @@ struct StoreDatabase {
   // ---- opening (store_database.cpp) ----
   void open_for_writing();
   void open_for_reading(bool count_keys);
+  void open_new();  // for `merge`: without a journal, over what a killed program left
   void remove_what_was_made();
   bool is_current() { return version() == kStoreSchema; }
 
@@ -90,9 +92,10 @@ struct StoreDatabase {
   std::string provenance_hash(const Provenance& provenance);       // stores it if it is new
   Provenance provenance(const std::string& hash);
   void insert_measured(const std::string& key, const std::string& cell_hash, const MeasuredRecord& record);
-  std::vector<Row> select_rows(const std::string& key, std::int64_t count, std::int64_t checksum);
   // Compares number and sum of the keys with those in `totals`. Empty, or what is wrong.
   std::string read_keys(const StoreTable& table);
+  void write_total(const StoreTable& table);
+  void write_totals();  // of tables whose keys the present transaction has changed
   // Makes all tables again from a scan: where the order of a table or an index is damaged, entries cannot be found or
   // deleted by key. Inside a transaction; once per opening.
   void rebuild();
@@ -125,6 +128,7 @@ struct StoreDatabase {
       try {
         SQLite::Transaction transaction(*sql);
         work();
+        write_totals();
         transaction.commit();
       } catch (...) {
         undo_changes();
@@ -143,7 +147,7 @@ struct StoreDatabase {
   void undo_changes();
 };
 
-// store_schema.cpp: from schema 2, inside a transaction of the caller's.
+// store_schema.cpp: from schema 3, inside a transaction of the caller's.
 void migrate_store(StoreDatabase& database);
 
 std::string blob_of(const SQLite::Column& column);

@@ -1,7 +1,10 @@
 // Entries of the store's tables: found and verified, inserted with their checksums, counted.
 #include <sqlite3.h>
 
+#include <set>
+
 #include "validation/study/content_hash.hpp"
+#include "validation/study/row_blob.hpp"
 #include "validation/study/store_database.hpp"
 
 namespace atwood {
@@ -101,11 +104,20 @@ void StoreDatabase::count_key(const StoreTable& table, const std::string& key, b
   if (!table.counted || keys[&table].keys.contains(key) == added) return;
   set_key(table, key, added);
   changes.push_back({&table, key, added});
+}
+
+void StoreDatabase::write_total(const StoreTable& table) {
   SQLite::Statement& total = prepared("INSERT OR REPLACE INTO totals(name, entries, key_sum) VALUES(?,?,?)");
   total.bind(1, table.name);
   total.bind(2, static_cast<std::int64_t>(keys[&table].keys.size()));
   total.bind(3, static_cast<std::int64_t>(keys[&table].sum));
   total.exec();
+}
+
+void StoreDatabase::write_totals() {
+  std::set<const StoreTable*> changed;
+  for (const Change& change : changes) changed.insert(change.table);
+  for (const StoreTable* table : changed) write_total(*table);
 }
 
 void StoreDatabase::undo_changes() {
@@ -140,7 +152,7 @@ void StoreDatabase::rebuild() {
   if (rebuilt) return;
   rebuilt = true;
   statements.clear();
-  std::vector<std::string> names{"rows", "totals"};
+  std::vector<std::string> names{"totals"};
   for (const StoreTable* table : kStoreTables) names.emplace_back(table->name);
   for (const std::string& name : names) sql->exec("ALTER TABLE " + name + " RENAME TO old_" + name);
   sql->exec(kStoreTablesSql);
@@ -150,11 +162,7 @@ void StoreDatabase::rebuild() {
   }
   for (const StoreTable* table : kStoreTables) {
     if (!table->counted || read_keys(*table).empty()) continue;  // else ignored entries are no longer counted
-    SQLite::Statement& total = prepared("INSERT OR REPLACE INTO totals(name, entries, key_sum) VALUES(?,?,?)");
-    total.bind(1, table->name);
-    total.bind(2, static_cast<std::int64_t>(keys[table].keys.size()));
-    total.bind(3, static_cast<std::int64_t>(keys[table].sum));
-    total.exec();
+    write_total(*table);
   }
 }
 
@@ -187,59 +195,9 @@ Provenance StoreDatabase::provenance(const std::string& hash) {
 
 void StoreDatabase::insert_measured(const std::string& key, const std::string& cell_hash,
                                     const MeasuredRecord& record) {
-  SQLite::Statement& clear = prepared("DELETE FROM rows WHERE key=?");
-  clear.bind(1, key);
-  clear.exec();
-  const auto optional = [](const std::optional<double>& value) { return value ? StoreValue(*value) : nullptr; };
-  ValueChecksum checksum;
-  std::int64_t ordinal = 0;
-  for (const Row& row : record.rows) {
-    SQLite::Statement& insert = prepared(std::string("INSERT OR REPLACE INTO rows(key, ") + kRowColumns + ") VALUES(" +
-                                         placeholders(kRowColumnCount + 1) + ")");
-    insert.bind(1, key);
-    int index = 1;
-    for (const StoreValue& value : std::vector<StoreValue>{
-             ordinal, row.body, optional(row.t_s), row.metric, row.unit, row.value, row.truth_bar,
-             to_string(row.status), row.reason, optional(row.spacing_m), optional(row.sound_speed_m_per_s)}) {
-      checksum.add(value);
-      bind(insert, ++index, value);
-    }
-    insert.exec();
-    ++ordinal;
-  }
-  const std::string errors = pack_series_and_picture(record.series, record.picture);
-  insert(kMeasured, {key, cell_hash, record.basis, Blob{errors}, ordinal, checksum.value()});
-}
-
-std::vector<Row> StoreDatabase::select_rows(const std::string& key, std::int64_t count, std::int64_t expected) {
-  SQLite::Statement& select =
-      prepared(std::string("SELECT ") + kRowColumns + ", key FROM rows WHERE key=? ORDER BY ordinal");
-  select.bind(1, key);
-  std::vector<Row> rows;
-  ValueChecksum checksum;
-  while (select.executeStep()) {
-    // A search of the key's range takes in a row in its midst whose own key has changed to a smaller one.
-    if (select.getColumn(kRowColumnCount).getString() != key)
-      throw StoreDamage("store " + path + ": the key of a row has changed");
-    for (int i = 0; i < kRowColumnCount; ++i) checksum.add(select.getColumn(i));
-    const auto optional = [&](int i) {
-      return select.getColumn(i).isNull() ? std::nullopt : std::optional(select.getColumn(i).getDouble());
-    };
-    Row& row = rows.emplace_back();
-    row.body = select.getColumn(1).getString();
-    row.t_s = optional(2);
-    row.metric = select.getColumn(3).getString();
-    row.unit = select.getColumn(4).getString();
-    row.value = real_or_nan(select.getColumn(5));
-    row.truth_bar = real_or_nan(select.getColumn(6));
-    row.status = status_from_string(select.getColumn(7).getString());
-    row.reason = select.getColumn(8).getString();
-    row.spacing_m = optional(9);
-    row.sound_speed_m_per_s = optional(10);
-  }
-  if (static_cast<std::int64_t>(rows.size()) != count || checksum.value() != expected)
-    throw StoreDamage("store " + path + ": rows differ from their checksum");
-  return rows;
+  const std::string rows = compressed(pack_rows(record.rows)),
+                    errors = compressed(pack_series_and_picture(record.series, record.picture));
+  insert(kMeasured, {key, cell_hash, record.basis, Blob{rows}, Blob{errors}});
 }
 
 }  // namespace atwood

@@ -2,7 +2,7 @@
 
 #include <sqlite3.h>
 
-#include "validation/study/content_hash.hpp"
+#include "validation/study/row_blob.hpp"
 #include "validation/study/store_database.hpp"
 
 namespace atwood {
@@ -17,17 +17,20 @@ CREATE TABLE campaigns(id TEXT PRIMARY KEY, series TEXT NOT NULL, engine TEXT NO
 CREATE TABLE cells(hash TEXT PRIMARY KEY, scenario TEXT NOT NULL, method TEXT NOT NULL, steps INTEGER NOT NULL,
   status TEXT NOT NULL, reason TEXT NOT NULL, steps_taken INTEGER, rate_evaluations INTEGER, wall_ns INTEGER,
   limit_s REAL, killed_from_outside INTEGER, provenance TEXT NOT NULL, checksum INTEGER NOT NULL) WITHOUT ROWID;
-CREATE TABLE series(hash TEXT PRIMARY KEY, samples BLOB NOT NULL, events BLOB NOT NULL, checksum INTEGER NOT NULL);
-CREATE TABLE measured(key TEXT PRIMARY KEY, cell TEXT NOT NULL, basis TEXT NOT NULL, errors BLOB NOT NULL,
-  row_count INTEGER NOT NULL, rows_checksum INTEGER NOT NULL, checksum INTEGER NOT NULL);
-CREATE TABLE rows(key TEXT, ordinal INTEGER, body TEXT, t_s REAL, metric TEXT, unit TEXT, value REAL, truth_bar REAL,
-  status TEXT, reason TEXT, spacing_m REAL, sound_speed_m_per_s REAL, PRIMARY KEY(key, ordinal)) WITHOUT ROWID;
+CREATE TABLE series(hash TEXT PRIMARY KEY, samples BLOB NOT NULL, events BLOB NOT NULL, kept TEXT NOT NULL,
+  checksum INTEGER NOT NULL);
+CREATE TABLE measured(key TEXT PRIMARY KEY, cell TEXT NOT NULL, basis TEXT NOT NULL, rows BLOB NOT NULL,
+  errors BLOB NOT NULL, checksum INTEGER NOT NULL);
 CREATE TABLE timings(hash TEXT PRIMARY KEY, cell TEXT NOT NULL, status TEXT NOT NULL, reason TEXT NOT NULL,
-  steps_taken INTEGER, rate_evaluations INTEGER, busy_ns BLOB NOT NULL, provenance TEXT NOT NULL,
+  steps_taken INTEGER, rate_evaluations INTEGER, busy_ns BLOB NOT NULL, provenance TEXT NOT NULL, host TEXT NOT NULL,
   checksum INTEGER NOT NULL) WITHOUT ROWID;
 CREATE TABLE truths(hash TEXT PRIMARY KEY, scenario TEXT NOT NULL, status TEXT NOT NULL, reason TEXT NOT NULL,
   source TEXT, note TEXT, condition REAL, samples BLOB NOT NULL, bars BLOB NOT NULL, events BLOB NOT NULL,
   event_bars BLOB NOT NULL, checksum INTEGER NOT NULL);
+CREATE TABLE plans(hash TEXT PRIMARY KEY, study TEXT NOT NULL, cells BLOB NOT NULL, checksum INTEGER NOT NULL);
+CREATE TABLE shards(id TEXT PRIMARY KEY, plan TEXT NOT NULL, number INTEGER NOT NULL, count INTEGER NOT NULL,
+  costs TEXT NOT NULL, source TEXT NOT NULL, host TEXT NOT NULL, complete INTEGER NOT NULL,
+  checksum INTEGER NOT NULL) WITHOUT ROWID;
 CREATE TABLE totals(name TEXT PRIMARY KEY, entries INTEGER NOT NULL, key_sum INTEGER NOT NULL) WITHOUT ROWID;
 )";
 
@@ -45,79 +48,90 @@ StoreValue copied(const SQLite::Column& column) {
   }
 }
 
-// Schema 2 numbered its provenances.
-std::map<std::int64_t, std::string> migrate_provenances(StoreDatabase& database) {
-  std::map<std::int64_t, std::string> hashes;
-  SQLite::Statement select(*database.sql,
-                           "SELECT id, engine_version, commit_id, compiler, flags, cpu, run_id FROM old_provenances");
+// Schema 3 kept each row as an entry of its own, and blobs as they are.
+constexpr StoreTable kOldTables[] = {
+    {"series", "hash, samples, events", 3, false},
+    {"measured", "key, cell, basis, errors, row_count, rows_checksum", 6, true},
+    {"timings", "hash, cell, status, reason, steps_taken, rate_evaluations, busy_ns, provenance", 8, true}};
+
+void migrate_series(StoreDatabase& database) {
+  SQLite::Statement select(*database.sql, "SELECT hash, samples, events FROM old_series");
   while (select.executeStep()) {
-    const auto text = [&](int i) { return select.getColumn(i).getString(); };
-    hashes[select.getColumn(0).getInt64()] =
-        database.provenance_hash({text(1), text(2), text(3), text(4), text(5), text(6)});
+    const std::string samples = compressed(blob_of(select.getColumn(1))),
+                      events = compressed(blob_of(select.getColumn(2)));
+    database.insert(kSeries, {copied(select.getColumn(0)), Blob{samples}, Blob{events}, std::string("all")});
   }
-  return hashes;
 }
 
 void migrate_measured(StoreDatabase& database) {
-  database.sql->exec(
-      "INSERT INTO rows SELECT key, ordinal, body, t_s, metric, unit, value, truth_bar, status, reason, NULL, NULL "
-      "FROM old_rows");
-  SQLite::Statement select(*database.sql, "SELECT key, basis, errors FROM old_measured");
+  SQLite::Statement select(*database.sql,
+                           "SELECT key, cell, basis, errors, row_count, rows_checksum FROM old_measured");
   SQLite::Statement rows(*database.sql,
-                         std::string("SELECT ") + kRowColumns + " FROM rows WHERE key=? ORDER BY ordinal");
+                         "SELECT ordinal, body, t_s, metric, unit, value, truth_bar, status, reason, spacing_m, "
+                         "sound_speed_m_per_s FROM old_rows WHERE key=? ORDER BY ordinal");
   while (select.executeStep()) {
     rows.reset();
     rows.bind(1, select.getColumn(0).getString());
+    std::vector<Row> all;
     ValueChecksum checksum;
-    std::int64_t count = 0;
-    for (; rows.executeStep(); ++count)
-      for (int i = 0; i < kRowColumnCount; ++i) checksum.add(rows.getColumn(i));
-    database.insert(kMeasured, {copied(select.getColumn(0)), std::string(), copied(select.getColumn(1)),
-                                copied(select.getColumn(2)), count, checksum.value()});
+    while (rows.executeStep()) {
+      for (int i = 0; i < rows.getColumnCount(); ++i) checksum.add(rows.getColumn(i));
+      const auto text = [&](int i) { return rows.getColumn(i).getString(); };
+      const auto optional = [&](int i) {
+        return rows.getColumn(i).isNull() ? std::nullopt : std::optional(rows.getColumn(i).getDouble());
+      };
+      Row& row = all.emplace_back();
+      row.body = text(1), row.t_s = optional(2), row.metric = text(3), row.unit = text(4);
+      row.value = real_or_nan(rows.getColumn(5)), row.truth_bar = real_or_nan(rows.getColumn(6));
+      row.status = status_from_string(text(7)), row.reason = text(8);
+      row.spacing_m = optional(9), row.sound_speed_m_per_s = optional(10);
+    }
+    if (static_cast<std::int64_t>(all.size()) != select.getColumn(4).getInt64() ||
+        checksum.value() != select.getColumn(5).getInt64())
+      database.damaged("rows differ from their checksum");
+    const std::string packed = compressed(pack_rows(all)), errors = compressed(blob_of(select.getColumn(3)));
+    database.insert(kMeasured, {copied(select.getColumn(0)), copied(select.getColumn(1)), copied(select.getColumn(2)),
+                                Blob{packed}, Blob{errors}});
+  }
+}
+
+void migrate_timings(StoreDatabase& database) {
+  SQLite::Statement select(*database.sql,
+                           "SELECT hash, cell, status, reason, steps_taken, rate_evaluations, busy_ns, provenance "
+                           "FROM old_timings");
+  while (select.executeStep()) {
+    std::vector<StoreValue> values;
+    for (int i = 0; i < 8; ++i) values.push_back(copied(select.getColumn(i)));
+    values.emplace_back(std::string());  // its host was not recorded
+    database.insert(kTimings, values);
   }
 }
 
 }  // namespace
 
-// Keeps all entries under their old hashes, with checksums of their present content.
+// Keeps all entries under their old hashes. A damaged entry would get a new checksum, so all are verified first, and a
+// damaged store is not brought up to date.
 void migrate_store(StoreDatabase& database) {
   SQLite::Database& sql = *database.sql;
-  for (const char* name : {"provenances", "cells", "series", "measured", "rows", "timings", "truths"})
-    sql.exec(std::string("ALTER TABLE ") + name + " RENAME TO old_" + name);
-  sql.exec(kStoreTablesSql);
-  const std::map<std::int64_t, std::string> provenances = migrate_provenances(database);
-  const auto provenance = [&](const SQLite::Column& column) {
-    const auto found = provenances.find(column.getInt64());
-    return found == provenances.end() ? database.provenance_hash({}) : found->second;
-  };
-  const std::string none;
-  {
-    SQLite::Statement cells(sql,
-                            "SELECT hash, status, reason, steps_taken, rate_evaluations, wall_ns, limit_s, "
-                            "killed_from_outside, provenance FROM old_cells");
-    const auto at = [&](int i) { return copied(cells.getColumn(i)); };
-    while (cells.executeStep())
-      database.insert(kCells, {at(0), none, none, std::int64_t{0}, at(1), at(2), at(3), at(4), at(5), at(6), at(7),
-                               provenance(cells.getColumn(8))});
-    SQLite::Statement series(sql, "SELECT hash, samples, events FROM old_series");
-    while (series.executeStep())
-      database.insert(kSeries, {copied(series.getColumn(0)), copied(series.getColumn(1)), copied(series.getColumn(2))});
-    migrate_measured(database);
-    SQLite::Statement timings(
-        sql, "SELECT hash, status, reason, steps_taken, rate_evaluations, busy_ns, provenance FROM old_timings");
-    const auto of = [&](int i) { return copied(timings.getColumn(i)); };
-    while (timings.executeStep())
-      database.insert(kTimings, {of(0), none, of(1), of(2), of(3), of(4), of(5), provenance(timings.getColumn(6))});
-    SQLite::Statement truths(sql,
-                             "SELECT hash, status, reason, source, note, condition, samples, bars, events, event_bars "
-                             "FROM old_truths");
-    const auto value = [&](int i) { return copied(truths.getColumn(i)); };
-    while (truths.executeStep())
-      database.insert(kTruths, {value(0), none, value(1), value(2), value(3), value(4), value(5), value(6), value(7),
-                                value(8), value(9)});
+  for (const StoreTable& table : kOldTables) {
+    if (const std::string wrong = table.counted ? database.read_keys(table) : ""; !wrong.empty())
+      database.damaged(wrong);
+    if (!database.damaged_keys(table).empty())
+      database.damaged(std::string("an entry of `") + table.name + "` differs from its checksum");
   }
-  for (const char* name : {"provenances", "cells", "series", "measured", "rows", "timings", "truths"})
-    sql.exec(std::string("DROP TABLE old_") + name);
+  for (const StoreTable* table : {&kMeasured, &kTimings})  // of the new tables, which have the same keys
+    database.read_keys(*table);
+  constexpr std::array kSame{"provenances", "runs", "campaigns", "cells", "truths", "totals"};
+  constexpr std::array kChanged{"series", "measured", "rows", "timings"};
+  for (const char* name : kSame) sql.exec(std::string("ALTER TABLE ") + name + " RENAME TO old_" + name);
+  for (const char* name : kChanged) sql.exec(std::string("ALTER TABLE ") + name + " RENAME TO old_" + name);
+  sql.exec(kStoreTablesSql);
+  for (const char* name : kSame) sql.exec(std::string("INSERT INTO ") + name + " SELECT * FROM old_" + name);
+  migrate_series(database);
+  migrate_measured(database);
+  migrate_timings(database);
+  for (const char* name : kSame) sql.exec(std::string("DROP TABLE old_") + name);
+  for (const char* name : kChanged) sql.exec(std::string("DROP TABLE old_") + name);
 }
 
 }  // namespace atwood

@@ -11,7 +11,7 @@ class Database;
 namespace atwood {
 
 inline constexpr int kStoreApplication = 0x41747764;  // "Atwd", in the file's header
-inline constexpr int kStoreSchema = 3;
+inline constexpr int kStoreSchema = 4;
 
 // A table whose entries are found by their first column and end with the checksum of all the others. `counted`: the
 // number and the sum of its keys are stored in `totals`, so that a missing entry is noticed.
@@ -30,18 +30,18 @@ inline constexpr StoreTable kCells{"cells",
                                    "hash, scenario, method, steps, status, reason, steps_taken, rate_evaluations, "
                                    "wall_ns, limit_s, killed_from_outside, provenance",
                                    12, true};
-inline constexpr StoreTable kSeries{"series", "hash, samples, events", 3, false};
-inline constexpr StoreTable kMeasured{"measured", "key, cell, basis, errors, row_count, rows_checksum", 6, true};
+// `kept`: 'all', or 'end' where only the last sample is kept. Blobs here and in `measured` are compressed.
+inline constexpr StoreTable kSeries{"series", "hash, samples, events, kept", 4, false};
+inline constexpr StoreTable kMeasured{"measured", "key, cell, basis, rows, errors", 5, true};
 inline constexpr StoreTable kTimings{
-    "timings", "hash, cell, status, reason, steps_taken, rate_evaluations, busy_ns, provenance", 8, true};
+    "timings", "hash, cell, status, reason, steps_taken, rate_evaluations, busy_ns, provenance, host", 9, true};
 inline constexpr StoreTable kTruths{
     "truths", "hash, scenario, status, reason, source, note, condition, samples, bars, events, event_bars", 11, false};
-inline constexpr std::array kStoreTables{&kProvenances, &kRuns,     &kCampaigns, &kCells,
-                                         &kSeries,      &kMeasured, &kTimings,   &kTruths};
-// Rows have no checksums of their own: `measured` has one for all rows of its key.
-inline constexpr const char* kRowColumns =
-    "ordinal, body, t_s, metric, unit, value, truth_bar, status, reason, spacing_m, sound_speed_m_per_s";
-inline constexpr int kRowColumnCount = 11;
+// The plans that shards ran a share of, and those shares. `cells`: of the whole plan, to tell which ones are absent.
+inline constexpr StoreTable kPlans{"plans", "hash, study, cells", 3, false};
+inline constexpr StoreTable kShards{"shards", "id, plan, number, count, costs, source, host, complete", 8, false};
+inline constexpr std::array kStoreTables{&kProvenances, &kRuns,    &kCampaigns, &kCells, &kSeries,
+                                         &kMeasured,    &kTimings, &kTruths,    &kPlans, &kShards};
 
 extern const char* const kStoreTablesSql;
 

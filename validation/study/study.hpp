@@ -4,7 +4,9 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -65,8 +67,8 @@ std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::stri
 
 // ---- one cell ---------------------------------------------------------------------------------------------------
 struct Cell {
-  Scenario scenario;
-  std::string method;  // full id
+  std::shared_ptr<const Scenario> scenario;  // of many cells
+  std::string method;                        // full id
   Plan plan;
   int worker = -1;  // index; -1: no available engine provides the method
   int repeats = 5;
@@ -111,6 +113,19 @@ ContactAnswer contacts_once(const Worker& worker, const Scene& scene, const Cont
 Truth truth_once(const std::string& truth_worker, const Scenario& scenario, std::int64_t samples, double limit_s);
 
 // ---- running -----------------------------------------------------------------------------------------------------
+// What is kept of a run besides its rows: samples, events and the series of errors of every cell; of the worst cell of
+// each ladder and of those that did not end ok; of none. Of the others the last sample stays, which orders of the end
+// states are fitted from. Nothing else can be measured again without a new run.
+enum class Keep { all, worst, none };
+// The share of a plan that a process runs (shares.hpp).
+struct ShardOfPlan {
+  std::string study;
+  const std::vector<Cell>* planned = nullptr;  // the whole plan
+  int number = 1, count = 1;
+  std::string costs, source;  // hash of the file of costs, or ""; who gave this share
+  bool last = true;           // no more cells of the share follow
+};
+
 struct StudyOptions {
   std::string store_path;  // atwood-out/store.db
   std::string truth_worker;
@@ -118,11 +133,14 @@ struct StudyOptions {
   double cell_limit_s = 20;
   double truth_limit_s = 120;  // truths are solved several times in quad
   bool timing = true;
-  bool fresh = false;                                   // run every cell again, also those in the store
-  bool reuse = false;                                   // campaigns: reuse cells of the last completed one
-  bool narrowed = false;                                // campaigns: a part of the study, which joins the latest one
-  std::string purpose = "run";                          // campaigns of another purpose (compare, advise) stay apart
-  Provenance provenance;                                // engine_version is filled per cell
+  bool fresh = false;           // run every cell again, also those in the store
+  bool reuse = false;           // campaigns: reuse cells of the last completed one
+  bool narrowed = false;        // campaigns: a part of the study, which joins the latest one
+  std::string purpose = "run";  // campaigns of another purpose (compare, advise) stay apart
+  Provenance provenance;        // engine_version is filled per cell
+  Keep keep = Keep::all;
+  std::string host = host_name();                       // recorded with times
+  std::optional<ShardOfPlan> shard = {};                // a share of a plan instead of a whole one
   std::function<void(const std::string&)> progress;     // a line with an estimate, for stderr
   std::function<void(const std::string&)> notice = {};  // a warning, for stderr
 };
@@ -143,8 +161,9 @@ struct StudyResult {
   std::vector<std::size_t> missing = {};
   bool interrupted = false;  // SIGINT or SIGTERM: what was done is kept
   int signal = 0;
-  int failed_cells = 0;             // crashed, timed out or sent an invalid answer
-  std::vector<Reused> reused = {};  // of run_study
+  int failed_cells = 0;              // crashed, timed out or sent an invalid answer
+  std::vector<Reused> reused = {};   // of run_study
+  std::set<std::string> hosts = {};  // that measured the times of these cells
 };
 StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options);
 

@@ -102,7 +102,8 @@ class StudyRun {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<bool> taken_;  // of ladders_
+  std::vector<bool> taken_;                         // of ladders_
+  std::size_t first_truth_ = 0, first_ladder_ = 0;  // all before them are taken
   std::exception_ptr failure_;
   bool stop_ = false;
   int failed_truths_ = 0, timed_ = 0, measured_again_ = 0;

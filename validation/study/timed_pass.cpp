@@ -28,7 +28,7 @@ std::vector<const Cell*> StudyRun::cells_to_time() {
     if (!run || run->outcome.status != Status::ok) continue;
     if (cell.probe != Probe::none) continue;
     const bool first =
-        timed_ladders.insert(cell.scenario.id + "\n" + cell.method + "\n" + resolution_text(resolution_of(cell)))
+        timed_ladders.insert(cell.scenario->id + "\n" + cell.method + "\n" + resolution_text(resolution_of(cell)))
             .second;
     if (run->wall_ns > kLongRunNs && !first) continue;
     if (cell.repeats > 0 && (options_.fresh || !store_.timing(keys.timing))) by_worker[cell.worker].push_back(&cell);
@@ -52,10 +52,10 @@ void StudyRun::timed_pass() {
       const Worker& next = workers_[static_cast<std::size_t>(worker)];
       client.emplace(next.command, true, next.foreign);
     }
-    const std::string id = cell->scenario.id + "\n" + resolution_text(resolution_of(*cell));
+    const std::string id = cell->scenario->id + "\n" + resolution_text(resolution_of(*cell));
     if (scene_id != id) {
       scene_id = id;
-      scene_json = scene_to_json(cell->scenario.scene);
+      scene_json = scene_to_json(cell->scenario->scene);
     }
     const CellKeys keys = campaigns_.keys(*cell);
     const auto run = store_.run(keys.accuracy);
@@ -64,10 +64,11 @@ void StudyRun::timed_pass() {
         static_cast<int>(std::clamp(kTimedBudgetNs / expected_ns, 1.0, static_cast<double>(cell->repeats)));
     TimingRecord timing;
     timing.provenance = options_.provenance;
+    timing.host = options_.host;
     timing.provenance.engine_version = workers_[static_cast<std::size_t>(worker)].engine.version;
     try {
       timing.outcome = client
-                           ->run(cell->method, scene_json, sampled_bodies(cell->scenario.scene), cell->plan, repeats,
+                           ->run(cell->method, scene_json, sampled_bodies(cell->scenario->scene), cell->plan, repeats,
                                  limit_of(*cell, options_) * repeats)
                            .outcome;
     } catch (const Interrupted&) {

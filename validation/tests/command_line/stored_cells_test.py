@@ -161,7 +161,7 @@ class Damage(OwnEngine):
         with open(self.path("rows.csv")) as file:
             expected = file.read()
         self.atwood("doctor", "--check-store", told=["sound"])
-        self.damage("UPDATE rows SET value = value * 1.01 WHERE key = (SELECT key FROM measured JOIN cells ON cell = hash WHERE steps = 128)")
+        self.damage("UPDATE measured SET rows = zeroblob(length(rows)) WHERE cell = (SELECT hash FROM cells WHERE steps = 128)")
         name = "mine, atwood/rk4, 128 steps"
         self.atwood("report", *self.words, code=5, told=[name, "atwood run"])
         self.atwood("gate", *self.words, code=5, told=[name])
@@ -187,9 +187,9 @@ class Damage(OwnEngine):
         self.atwood("bless", *words, "--reason", "why", code=2)
         self.atwood("doctor", "--check-store")
         self.atwood("run", *words, "--no-timing")
-        self.damage("DROP TABLE rows")
+        self.damage("DROP TABLE measured")
         for command in ("gate", "report", "run"):
-            self.atwood(command, *words, code=5, told=["no table `rows`"])
+            self.atwood(command, *words, code=5, told=["no table `measured`"])
         os.remove(store)
         os.mkdir(store)
         for command in ("gate", "report", "run"):

@@ -38,7 +38,7 @@ std::vector<Cell> plan(StudyCells cells, std::vector<Worker> workers = table()) 
 std::vector<std::string> ids(const std::vector<Cell>& cells) {
   std::vector<std::string> ids;
   for (const Cell& cell : cells)
-    ids.push_back(cell.scenario.id + " " + cell.method + " " + std::to_string(cell.plan.steps));
+    ids.push_back(cell.scenario->id + " " + cell.method + " " + std::to_string(cell.plan.steps));
   return ids;
 }
 
@@ -391,7 +391,7 @@ TEST_CASE("a fluid's cells are spacings x sound speeds x rungs, with steps that 
   for (const Cell& cell : cells) {
     found.insert({*cell.spacing_m, *cell.sound_speed_m_per_s, cell.plan.steps});
     hashes.insert(cell.accuracy_hash);
-    const Fluid& fluid = cell.scenario.scene.fluids[0];
+    const Fluid& fluid = cell.scenario->scene.fluids[0];
     CHECK(fluid.spacing_m == cell.spacing_m);
     CHECK(fluid.sound_speed_m_per_s == cell.sound_speed_m_per_s);
     CHECK(fluid.particles.position_m.size() ==

@@ -19,7 +19,7 @@ TEST_CASE("a study gives rows of every cell, and a second run of it does no work
   for (const Cell& cell : cells) {
     for (const char* metric : {"error-position-max", "step-time", "run-time"}) {
       const auto has = [&](const Row& row) {
-        return row.scenario == cell.scenario.id && row.method == cell.method && row.steps == cell.plan.steps &&
+        return row.scenario == cell.scenario->id && row.method == cell.method && row.steps == cell.plan.steps &&
                row.metric == metric;
       };
       CHECK(std::count_if(first.rows.begin(), first.rows.end(), has) == 1);

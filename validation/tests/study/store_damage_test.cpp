@@ -14,9 +14,11 @@
 
 #include "scene/files.hpp"
 #include "validation/study/campaigns.hpp"
+#include "validation/study/content_hash.hpp"
 #include "validation/study/process.hpp"
 #include "validation/study/recording_blob.hpp"
 #include "validation/study/store.hpp"
+#include "validation/study/store_database.hpp"
 #include "validation/tests/study/free_flight.hpp"
 
 using namespace atwood;
@@ -43,7 +45,7 @@ void fill(const std::string& path, const std::vector<Cell>& cells) {
     RunRecord run;
     run.provenance = {"1", "commit", "g++", "-O3", "cpu", "run", "avx2", "glibc"};
     run.outcome.steps_taken = cell.plan.steps;
-    run.scenario = cell.scenario.id;
+    run.scenario = cell.scenario->id;
     run.method = cell.method;
     run.steps = cell.plan.steps;
     Recording recording;
@@ -171,9 +173,8 @@ TEST_CASE("damage is told by the cell's name, in reading and in the check of the
   damaged_by("UPDATE cells SET steps_taken=63 WHERE hash='" + hash + "'");
   damaged_by("UPDATE series SET samples=zeroblob(length(samples)) WHERE hash='" + hash + "'");
   damaged_by("UPDATE timings SET busy_ns=zeroblob(length(busy_ns)) WHERE cell='" + hash + "'");
-  damaged_by("UPDATE rows SET value=value*1.0000001 WHERE ordinal=1 AND key=(SELECT key FROM measured WHERE cell='" +
-             hash + "')");
-  damaged_by("DELETE FROM rows WHERE ordinal=2 AND key=(SELECT key FROM measured WHERE cell='" + hash + "')");
+  damaged_by("UPDATE measured SET rows=zeroblob(length(rows)) WHERE cell='" + hash + "'");
+  damaged_by("UPDATE measured SET rows=x'' WHERE cell='" + hash + "'");
 }
 
 TEST_CASE("an entry that has gone is missed") {
@@ -212,7 +213,7 @@ TEST_CASE("a store without its tables, or that is no file, is an error in words 
   CHECK(read_and_write("empty.db") == 0);  // as a run that was killed at once leaves it: the next one goes on
   fill(folder / "empty.db", cells);
   CHECK(load_rows(folder / "empty.db", cells).rows.size() > 16);
-  for (const char* table : {"rows", "cells", "totals", "provenances"}) {
+  for (const char* table : {"measured", "cells", "totals", "provenances", "shards"}) {
     const std::string name = std::string("no-") + table + ".db";
     fill(folder / name, cells);
     execute(folder / name, std::string("DROP TABLE ") + table);
@@ -251,46 +252,85 @@ TEST_CASE("with the standard descriptors closed, nothing that is printed reaches
 namespace {
 
 // The tables of the schema before this one, with one cell of two rows, its truth and its times.
-void make_schema_2(const std::string& path) {
-  SQLite::Database sql(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
-  sql.exec(R"(
+class Schema3 {
+ public:
+  explicit Schema3(const std::string& path) : sql_(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE) {
+    sql_.exec(R"(
 PRAGMA journal_mode=WAL;
-CREATE TABLE provenances(id INTEGER PRIMARY KEY, engine_version TEXT, commit_id TEXT, compiler TEXT, flags TEXT, cpu TEXT,
-  run_id TEXT, UNIQUE(engine_version, commit_id, compiler, flags, cpu, run_id));
-CREATE TABLE cells(hash TEXT PRIMARY KEY, status TEXT NOT NULL, reason TEXT NOT NULL, steps_taken INTEGER,
-  rate_evaluations INTEGER, wall_ns INTEGER, limit_s REAL, killed_from_outside INTEGER, provenance INTEGER NOT NULL);
-CREATE TABLE series(hash TEXT PRIMARY KEY, samples BLOB NOT NULL, events BLOB NOT NULL);
-CREATE TABLE measured(key TEXT PRIMARY KEY, basis TEXT NOT NULL, errors BLOB NOT NULL);
+CREATE TABLE provenances(hash TEXT PRIMARY KEY, engine_version TEXT, commit_id TEXT, compiler TEXT, flags TEXT, cpu TEXT,
+  cpu_features TEXT, libm TEXT, run_id TEXT, checksum INTEGER NOT NULL) WITHOUT ROWID;
+CREATE TABLE runs(id TEXT PRIMARY KEY, begun_ns INTEGER, ended_ns INTEGER, checksum INTEGER NOT NULL) WITHOUT ROWID;
+CREATE TABLE campaigns(id TEXT PRIMARY KEY, series TEXT NOT NULL, engine TEXT NOT NULL, run_id TEXT NOT NULL,
+  touched INTEGER NOT NULL, complete INTEGER NOT NULL, checksum INTEGER NOT NULL) WITHOUT ROWID;
+CREATE TABLE cells(hash TEXT PRIMARY KEY, scenario TEXT NOT NULL, method TEXT NOT NULL, steps INTEGER NOT NULL,
+  status TEXT NOT NULL, reason TEXT NOT NULL, steps_taken INTEGER, rate_evaluations INTEGER, wall_ns INTEGER,
+  limit_s REAL, killed_from_outside INTEGER, provenance TEXT NOT NULL, checksum INTEGER NOT NULL) WITHOUT ROWID;
+CREATE TABLE series(hash TEXT PRIMARY KEY, samples BLOB NOT NULL, events BLOB NOT NULL, checksum INTEGER NOT NULL);
+CREATE TABLE measured(key TEXT PRIMARY KEY, cell TEXT NOT NULL, basis TEXT NOT NULL, errors BLOB NOT NULL,
+  row_count INTEGER NOT NULL, rows_checksum INTEGER NOT NULL, checksum INTEGER NOT NULL);
 CREATE TABLE rows(key TEXT, ordinal INTEGER, body TEXT, t_s REAL, metric TEXT, unit TEXT, value REAL, truth_bar REAL,
-  status TEXT, reason TEXT, PRIMARY KEY(key, ordinal)) WITHOUT ROWID;
-CREATE TABLE timings(hash TEXT PRIMARY KEY, status TEXT NOT NULL, reason TEXT NOT NULL, steps_taken INTEGER,
-  rate_evaluations INTEGER, busy_ns BLOB NOT NULL, provenance INTEGER NOT NULL);
-CREATE TABLE truths(hash TEXT PRIMARY KEY, status TEXT NOT NULL, reason TEXT NOT NULL, source TEXT, note TEXT,
-  condition REAL, samples BLOB NOT NULL, bars BLOB NOT NULL, events BLOB NOT NULL, event_bars BLOB NOT NULL);
+  status TEXT, reason TEXT, spacing_m REAL, sound_speed_m_per_s REAL, PRIMARY KEY(key, ordinal)) WITHOUT ROWID;
+CREATE TABLE timings(hash TEXT PRIMARY KEY, cell TEXT NOT NULL, status TEXT NOT NULL, reason TEXT NOT NULL,
+  steps_taken INTEGER, rate_evaluations INTEGER, busy_ns BLOB NOT NULL, provenance TEXT NOT NULL,
+  checksum INTEGER NOT NULL) WITHOUT ROWID;
+CREATE TABLE truths(hash TEXT PRIMARY KEY, scenario TEXT NOT NULL, status TEXT NOT NULL, reason TEXT NOT NULL,
+  source TEXT, note TEXT, condition REAL, samples BLOB NOT NULL, bars BLOB NOT NULL, events BLOB NOT NULL,
+  event_bars BLOB NOT NULL, checksum INTEGER NOT NULL);
+CREATE TABLE totals(name TEXT PRIMARY KEY, entries INTEGER NOT NULL, key_sum INTEGER NOT NULL) WITHOUT ROWID;
 PRAGMA application_id=1098151780;
-PRAGMA user_version=2;
-INSERT INTO provenances VALUES(7, '1', 'commit', 'g++', '-O3', 'cpu', 'old run');
-INSERT INTO cells VALUES('cell', 'ok', '', 64, 256, 5, 20, 0, 7);
-INSERT INTO rows VALUES('key', 0, '', NULL, 'error-position-max', 'm', 0.25, 1e-12, 'ok', '');
-INSERT INTO rows VALUES('key', 1, 'ball', 0.5, 'energy-max', 'J', NULL, 0, 'not finite', 'it''s so');
+PRAGMA user_version=3;
 )");
-  Sample sample;
-  sample.bodies.resize(1);
-  const auto put = [&](const char* text, const std::vector<std::string>& blobs) {
-    SQLite::Statement insert(sql, text);
-    for (std::size_t i = 0; i < blobs.size(); ++i)
-      insert.bind(static_cast<int>(i + 1), blobs[i].data(), static_cast<int>(blobs[i].size()));
-    insert.exec();
-  };
-  const std::string samples = pack_samples({sample}), events = pack_events({});
-  put("INSERT INTO series VALUES('cell', ?, ?)", {samples, events});
-  Series series;
-  series.t_s = {0, 1};
-  put("INSERT INTO measured VALUES('key', 'basis', ?)", {pack_series(series)});
-  put("INSERT INTO timings VALUES('timing', 'ok', '', 64, 256, ?, 7)", {pack_reals({3, 1, 2})});
-  put("INSERT INTO truths VALUES('truth', 'ok', '', 'closed form', '', 1, ?, ?, ?, ?)",
-      {samples, samples, events, pack_reals({1e-20})});
-}
+    Sample sample;
+    sample.bodies.resize(1);
+    Series series;
+    series.t_s = {0, 1};
+    const std::string samples = pack_samples({sample}), events = pack_events({}), errors = pack_series(series),
+                      busy = pack_reals({3, 1, 2}), bars = pack_reals({1e-20});
+    const std::int64_t no = 0, yes = 1;
+    const auto whole = [](std::int64_t n) { return StoreValue(n); };
+    put("provenances", {"old", "1", "commit", "g++", "-O3", "cpu", "avx2", "glibc 2.36", "old run"});
+    put("cells", {"cell", "one", "demo/a", whole(64), "ok", "", whole(64), whole(256), whole(5), 20.0, no, "old"});
+    put("series", {"cell", Blob{samples}, Blob{events}});
+    ValueChecksum rows;
+    row(rows, {no, "", nullptr, "error-position-max", "m", 0.25, 1e-12, "ok", "", nullptr, 0.5});
+    row(rows, {yes, "ball", 0.5, "energy-max", "J", nullptr, 0.0, "not finite", "it's so", nullptr, nullptr});
+    put("measured", {"key", "cell", "basis", Blob{errors}, whole(2), rows.value()});
+    put("timings", {"timing", "cell", "ok", "", whole(64), whole(256), Blob{busy}, "old"});
+    put("truths",
+        {"truth", "one", "ok", "", "closed form", "", 1.0, Blob{samples}, Blob{samples}, Blob{events}, Blob{bars}});
+    for (const auto& [table, key] :
+         {std::pair{"cells", "cell"}, std::pair{"measured", "key"}, std::pair{"timings", "timing"}})
+      insert("totals", {table, yes, static_cast<std::int64_t>(checksum(key))});
+  }
+
+ private:
+  void insert(const std::string& table, const std::vector<StoreValue>& values) {
+    std::string places = "?";
+    for (std::size_t i = 1; i < values.size(); ++i) places += ",?";
+    SQLite::Statement statement(sql_, "INSERT INTO " + table + " VALUES(" + places + ")");
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const int index = static_cast<int>(i + 1);
+      if (const auto* text = std::get_if<std::string>(&values[i])) statement.bind(index, *text);
+      if (const auto* blob = std::get_if<Blob>(&values[i]))
+        statement.bind(index, blob->bytes.data(), static_cast<int>(blob->bytes.size()));
+      if (const auto* real = std::get_if<double>(&values[i])) statement.bind(index, *real);
+      if (const auto* n = std::get_if<std::int64_t>(&values[i])) statement.bind(index, *n);
+    }
+    statement.exec();
+  }
+  void put(const std::string& table, std::vector<StoreValue> values) {
+    ValueChecksum sum;
+    for (const StoreValue& value : values) sum.add(value);
+    values.emplace_back(sum.value());
+    insert(table, values);
+  }
+  void row(ValueChecksum& sum, std::vector<StoreValue> values) {
+    for (const StoreValue& value : values) sum.add(value);
+    values.insert(values.begin(), std::string("key"));
+    insert("rows", values);
+  }
+  SQLite::Database sql_;
+};
 
 }  // namespace
 
@@ -298,12 +338,12 @@ TEST_CASE("a store of the schema before is brought up to date where it lies, not
   const Folder folder;
   const bool by_reading = GENERATE(false, true);
   const std::string path = folder / "store.db";
-  make_schema_2(path);
+  Schema3{path};
   if (by_reading) Store(path, Store::Mode::read);
   else Store(path, Store::Mode::write);
   {
     SQLite::Database sql(path, SQLite::OPEN_READWRITE);
-    CHECK(sql.execAndGet("PRAGMA user_version").getInt() == 3);
+    CHECK(sql.execAndGet("PRAGMA user_version").getInt() == 4);
     CHECK(sql.execAndGet("SELECT count(*) FROM sqlite_master WHERE name LIKE 'old_%'").getInt() == 0);
   }
   CHECK(check_store(path).empty());
@@ -313,7 +353,7 @@ TEST_CASE("a store of the schema before is brought up to date where it lies, not
   CHECK(run->outcome.rate_evaluations == 256);
   CHECK(run->limit_s == 20);
   CHECK(run->provenance.run_id == "old run");
-  CHECK(run->provenance.libm.empty());
+  CHECK(run->provenance.libm == "glibc 2.36");
   CHECK(store.recording("cell", run->outcome).values.size() == 1);
   const auto measured = store.measured("key", true, true);
   REQUIRE(measured);
@@ -322,6 +362,10 @@ TEST_CASE("a store of the schema before is brought up to date where it lies, not
   CHECK(std::isnan(measured->rows[1].value));
   CHECK(measured->rows[1].reason == "it's so");
   CHECK_FALSE(measured->rows[1].spacing_m);
+  CHECK(measured->rows[0].sound_speed_m_per_s == 0.5);
+  CHECK(measured->rows[1].t_s == 0.5);
+  CHECK_FALSE(measured->rows[0].t_s);
+  CHECK(store.keeps_recording("cell"));
   CHECK(measured->series.t_s == std::vector<double>{0, 1});
   CHECK(store.timing("timing")->outcome.busy_ns == std::vector<std::int64_t>{3, 1, 2});
   CHECK(store.truth("truth")->event_bar_s == std::vector<double>{1e-20});
@@ -329,12 +373,22 @@ TEST_CASE("a store of the schema before is brought up to date where it lies, not
 
 TEST_CASE("a store of the schema before that cannot be brought up to date stays as it is") {
   const Folder folder;
-  make_schema_2(folder / "store.db");
+  Schema3{folder / "store.db"};
   execute(folder / "store.db", "DROP TABLE timings");
   CHECK_THROWS_WITH(Store(folder / "store.db", Store::Mode::write), Catch::Contains("is damaged"));
   SQLite::Database sql(folder / "store.db", SQLite::OPEN_READWRITE);
-  CHECK(sql.execAndGet("PRAGMA user_version").getInt() == 2);
+  CHECK(sql.execAndGet("PRAGMA user_version").getInt() == 3);
   CHECK(sql.execAndGet("SELECT count(*) FROM cells").getInt() == 1);
+  for (const char* damage : {"UPDATE rows SET value=0.5 WHERE ordinal=0", "UPDATE timings SET status='diverged'",
+                             "DELETE FROM measured", "UPDATE series SET samples=events"}) {
+    const std::string path = folder / (std::to_string(std::string_view(damage).size()) + ".db");
+    Schema3{path};
+    execute(path, damage);
+    CHECK_THROWS_WITH(Store(path, Store::Mode::write), Catch::Contains("is damaged"));
+  }
+  execute(folder / "store.db", "PRAGMA user_version=2");
+  CHECK_THROWS_WITH(Store(folder / "store.db", Store::Mode::write),
+                    Catch::Contains("has schema 2; this program reads schemas 3 and 4"));
   execute(folder / "store.db", "PRAGMA user_version=9");
   CHECK_THROWS_WITH(Store(folder / "store.db", Store::Mode::write), Catch::Contains("of a newer program"));
 }

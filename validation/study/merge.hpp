@@ -1,0 +1,23 @@
+// Joins the stores of shards, or of any runs, into one. Entries are joined by their keys, which are hashes of content.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace atwood {
+
+struct Merged {
+  std::size_t cells = 0;               // in the new store
+  std::size_t twice = 0;               // cells that several stores had, with the same outcome, samples and rows
+  std::size_t other_host = 0;          // timed passes left out, because another host's of the same cell was taken
+  std::vector<std::string> absent;     // cells of the shards' plans that no store has
+  std::vector<std::string> conflicts;  // what differs, both values; not empty: no store was written
+};
+// Writes `out`, which must not exist, completely or not at all. Times, time limits and run ids are those of the first
+// store that has the cell; a cell that timed out or was killed gives way to one that was not. The same cell with
+// another outcome, other samples or other rows is a conflict: its code is not deterministic, or its hash does not
+// cover all of it. InputError: files that are no stores, shards with different files of costs, cells measured
+// against different truths or by different metrics. StoreDamage: an entry differs from its checksum.
+Merged merge_stores(const std::vector<std::string>& stores, const std::string& out);
+
+}  // namespace atwood

@@ -1,0 +1,22 @@
+#include "validation/study/shard_record.hpp"
+
+#include "validation/study/content_hash.hpp"
+#include "validation/study/row_blob.hpp"
+#include "validation/study/shares.hpp"
+
+namespace atwood {
+
+void record_shard(Store& store, const ShardOfPlan& shard, const Campaigns& campaigns, const std::string& host,
+                  bool complete) {
+  std::vector<PlannedCell> cells;
+  for (const Cell& cell : *shard.planned)
+    if (cell.worker >= 0)
+      cells.push_back(
+          {campaigns.keys(cell).accuracy, ladder_name(cell) + ", " + std::to_string(cell.plan.steps) + " steps"});
+  const std::string plan = content_hash(std::string_view(pack_plan(cells)));
+  if (!store.has_plan(plan)) store.put_plan(plan, shard.study, cells);
+  const std::string id = content_hash({"shard 1", plan, std::to_string(shard.number), std::to_string(shard.count)});
+  store.put_shard({id, plan, shard.number, shard.count, shard.costs, shard.source, host, complete});
+}
+
+}  // namespace atwood

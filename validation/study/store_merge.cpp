@@ -1,0 +1,406 @@
+// Every table of every store is read once in the order of its keys, all stores side by side, so that the new store is
+// written in order too: N log N in the number of entries, and no list of them in memory.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <map>
+#include <set>
+#include <unordered_map>
+
+#include "scene/files.hpp"
+#include "validation/study/merge.hpp"
+#include "validation/study/process.hpp"
+#include "validation/study/row_blob.hpp"
+#include "validation/study/store_database.hpp"
+
+namespace atwood {
+namespace {
+
+constexpr std::size_t kMostConflicts = 20;
+
+// A copy of an entry.
+using Entry = std::vector<std::variant<std::nullptr_t, std::int64_t, double, std::string>>;
+
+std::string text_of(const Entry& entry, int i) { return std::get<std::string>(entry[static_cast<std::size_t>(i)]); }
+std::int64_t whole_of(const Entry& entry, int i) { return std::get<std::int64_t>(entry[static_cast<std::size_t>(i)]); }
+
+// One table of one store, entry by entry in the order of keys.
+class Entries {
+ public:
+  Entries(StoreDatabase& database, const StoreTable& table)
+      : database_(database), table_(table),
+        select_(*database.sql, std::string("SELECT ") + table.columns + ", checksum FROM " + table.name + " ORDER BY " +
+                                   std::string(table.columns).substr(0, std::string(table.columns).find(','))) {
+    next();
+  }
+  bool ended() const { return ended_; }
+  const std::string& key() const { return key_; }
+  const Entry& entry() const { return entry_; }
+
+  void next() {
+    ended_ = !select_.executeStep();
+    if (ended_) return;
+    ValueChecksum sum;
+    entry_.clear();
+    for (int i = 0; i < table_.count; ++i) {
+      const SQLite::Column column = select_.getColumn(i);
+      sum.add(column);
+      if (column.isInteger()) entry_.emplace_back(std::int64_t{column.getInt64()});
+      else if (column.isFloat()) entry_.emplace_back(column.getDouble());
+      else if (column.isNull()) entry_.emplace_back(nullptr);
+      else entry_.emplace_back(column.isBlob() ? blob_of(column) : column.getString());
+    }
+    if (select_.getColumn(table_.count).getInt64() != sum.value())
+      throw StoreDamage("store " + database_.path + ": an entry of `" + table_.name +
+                        "` differs from its checksum; the next run of its shard measures it again");
+    key_ = text_of(entry_, 0);
+  }
+
+ private:
+  StoreDatabase& database_;
+  const StoreTable& table_;
+  SQLite::Statement select_;
+  Entry entry_;
+  std::string key_;
+  bool ended_ = false;
+};
+
+struct Found {
+  std::size_t store;
+  Entry entry;
+};
+
+bool is_blob(const StoreTable& table, int i) {
+  if (&table == &kSeries) return i == 1 || i == 2;
+  if (&table == &kMeasured) return i == 3 || i == 4;
+  if (&table == &kTimings) return i == 6;
+  if (&table == &kTruths) return i >= 7;
+  return &table == &kPlans && i == 2;
+}
+
+class Merge {
+ public:
+  Merge(const std::vector<std::string>& paths, StoreDatabase& out) : out_(out) {
+    for (const std::string& path : paths) {
+      { const Store upgraded(path, Store::Mode::read); }
+      stores_.push_back(std::make_unique<StoreDatabase>());
+      stores_.back()->path = path;
+      stores_.back()->open_for_reading(true);  // an entry that has gone is noticed
+      stores_.back()->keys.clear();
+      stores_.back()->sql->exec("PRAGMA cache_size=-16384");
+    }
+  }
+
+  Merged merge() {
+    require_same_costs();
+    for (const StoreTable* table : kStoreTables) copy(*table);
+    find_absent();
+    merged_.cells = out_.keys[&kCells].keys.size();
+    return std::move(merged_);
+  }
+
+ private:
+  void copy(const StoreTable& table) {
+    std::vector<std::unique_ptr<Entries>> all;
+    for (const auto& store : stores_)
+      if (!store->empty) all.push_back(std::make_unique<Entries>(*store, table));
+      else all.push_back(nullptr);
+    std::set<std::pair<std::string, std::size_t>> heads;  // of the stores that have more entries
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (all[i] && !all[i]->ended()) heads.emplace(all[i]->key(), i);
+    while (!heads.empty()) {
+      const std::string key = heads.begin()->first;
+      std::vector<Found> same;
+      while (!heads.empty() && heads.begin()->first == key) {
+        const std::size_t store = heads.begin()->second;
+        heads.erase(heads.begin());
+        same.push_back({store, all[store]->entry()});
+        all[store]->next();
+        if (!all[store]->ended()) heads.emplace(all[store]->key(), store);
+      }
+      insert(table, joined(table, same));
+    }
+  }
+
+  void insert(const StoreTable& table, const Entry& entry) {
+    std::vector<StoreValue> values;
+    for (int i = 0; i < table.count; ++i) {
+      const auto& value = entry[static_cast<std::size_t>(i)];
+      if (is_blob(table, i)) values.emplace_back(Blob{std::get<std::string>(value)});
+      else std::visit([&](const auto& one) { values.emplace_back(one); }, value);
+    }
+    out_.insert(table, values);
+  }
+
+  // One entry for those of several stores; differences that must not be are added to the conflicts.
+  Entry joined(const StoreTable& table, std::vector<Found>& same) {
+    if (same.size() == 1) return std::move(same.front().entry);
+    if (&table == &kCells) return joined_cells(same);
+    if (&table == &kSeries) return joined_series(same);
+    if (&table == &kMeasured) return joined_measured(same);
+    if (&table == &kTimings) return joined_timings(same);
+    if (&table == &kTruths) return joined_truths(same);
+    if (&table == &kCampaigns || &table == &kShards) return joined_campaigns(table, same);
+    return std::move(same.front().entry);
+  }
+
+  void conflict(const std::string& what, std::size_t a, const std::string& of_a, std::size_t b,
+                const std::string& of_b) {
+    if (merged_.conflicts.size() == kMostConflicts) merged_.conflicts.push_back("... and more");
+    if (merged_.conflicts.size() > kMostConflicts) return;
+    merged_.conflicts.push_back(
+        printable(what + ": " + stores_[a]->path + " has " + of_a + "; " + stores_[b]->path + " has " + of_b));
+  }
+
+  // ---- cells ----
+  // How a run ended does not tell what its code computes where time ran out or something killed it.
+  static bool settled(const Entry& cell) { return whole_of(cell, 10) == 0 && text_of(cell, 4) != "timeout"; }
+
+  static std::string outcome(const Entry& cell) {
+    return text_of(cell, 4) + (text_of(cell, 5).empty() ? "" : " (" + text_of(cell, 5) + ")") + ", " +
+           std::to_string(whole_of(cell, 6)) + " steps taken, " + std::to_string(whole_of(cell, 7)) + " evaluations";
+  }
+
+  Entry joined_cells(std::vector<Found>& same) {
+    std::size_t taken = 0;
+    while (taken + 1 < same.size() && !settled(same[taken].entry)) ++taken;
+    if (!settled(same[taken].entry)) taken = 0;
+    ++merged_.twice;
+    std::set<std::size_t>& from = sources_[text_of(same[taken].entry, 0)];
+    const std::string name = text_of(same[taken].entry, 1) + ", " + text_of(same[taken].entry, 2) + ", " +
+                             std::to_string(whole_of(same[taken].entry, 3)) + " steps";
+    for (const Found& one : same) {
+      if (settled(one.entry) != settled(same[taken].entry)) continue;
+      if (!settled(one.entry) && &one != &same[taken]) continue;
+      from.insert(one.store);
+      if (outcome(one.entry) != outcome(same[taken].entry))
+        conflict(name, same[taken].store, outcome(same[taken].entry), one.store, outcome(one.entry));
+    }
+    return std::move(same[taken].entry);
+  }
+
+  // Whether this store's run of the cell is one that counts.
+  bool counts(const std::string& cell, std::size_t store) const {
+    const auto known = sources_.find(cell);
+    return known == sources_.end() || known->second.contains(store);
+  }
+
+  std::vector<Found*> counting(std::vector<Found>& same, int cell_column) {
+    std::vector<Found*> some;
+    for (Found& one : same)
+      if (counts(text_of(one.entry, cell_column), one.store)) some.push_back(&one);
+    if (some.empty()) some.push_back(&same.front());
+    return some;
+  }
+
+  std::string name_of(const std::string& cell) {
+    SQLite::Statement& select = out_.prepared("SELECT scenario, method, steps FROM cells WHERE hash=?");
+    select.bind(1, cell);
+    if (!select.executeStep()) return "cell " + cell;
+    return select.getColumn(0).getString() + ", " + select.getColumn(1).getString() + ", " +
+           std::to_string(select.getColumn(2).getInt64()) + " steps";
+  }
+
+  // ---- recordings ----
+  static std::string end_of(const Entry& series) {
+    std::vector<Sample> samples = unpack_samples(expanded(text_of(series, 1)));
+    if (samples.size() > 1) samples.erase(samples.begin(), samples.end() - 1);
+    return pack_samples(samples);
+  }
+
+  static std::string sample_text(const std::vector<Sample>& samples, std::size_t i) {
+    if (i >= samples.size()) return "no sample " + std::to_string(i);
+    std::string text = "at t = " + format_double(static_cast<double>(samples[i].t_s)) + " s";
+    if (!samples[i].bodies.empty()) {
+      text += " its first body at";
+      for (const Wide x : samples[i].bodies.front().p_m) text += " " + format_double(static_cast<double>(x));
+    }
+    return text;
+  }
+
+  void compare_series(const Found& a, const Found& b) {
+    const bool whole = text_of(a.entry, 3) == "all" && text_of(b.entry, 3) == "all";
+    if (whole && text_of(a.entry, 1) == text_of(b.entry, 1) && text_of(a.entry, 2) == text_of(b.entry, 2)) return;
+    const auto of_a = expanded(text_of(a.entry, 1)), of_b = expanded(text_of(b.entry, 1));
+    const bool same_samples = whole ? of_a == of_b : end_of(a.entry) == end_of(b.entry);
+    const std::string what = "recording of " + name_of(text_of(a.entry, 0));
+    if (!same_samples) {
+      const auto samples_a = unpack_samples(of_a), samples_b = unpack_samples(of_b);
+      std::size_t i = 0;
+      while (whole && i < std::min(samples_a.size(), samples_b.size()) &&
+             pack_samples({samples_a[i]}) == pack_samples({samples_b[i]}))
+        ++i;
+      conflict(what, a.store, sample_text(samples_a, whole ? i : samples_a.size() - 1), b.store,
+               sample_text(samples_b, whole ? i : samples_b.size() - 1));
+    } else if (whole && expanded(text_of(a.entry, 2)) != expanded(text_of(b.entry, 2))) {
+      conflict(what, a.store, "some events", b.store, "others");
+    }
+  }
+
+  Entry joined_series(std::vector<Found>& same) {
+    const std::vector<Found*> some = counting(same, 0);
+    Found* taken = some.front();
+    for (Found* one : some) {
+      if (one != some.front()) compare_series(*some.front(), *one);
+      if (text_of(taken->entry, 3) != "all") taken = one;
+    }
+    return std::move(taken->entry);
+  }
+
+  // ---- rows ----
+  static std::string row_text(const Row& row) {
+    std::string text = row.metric + (row.body.empty() ? "" : " of " + row.body);
+    if (row.t_s) text += " at " + format_double(*row.t_s) + " s";
+    return text + " = " + format_double(row.value) + " " + row.unit + " +- " + format_double(row.truth_bar) + " (" +
+           to_string(row.status) + (row.reason.empty() ? "" : ", " + row.reason) + ")";
+  }
+
+  void compare_rows(const Found& a, const Found& b) {
+    const std::string name = name_of(text_of(a.entry, 1));
+    if (text_of(a.entry, 2) != text_of(b.entry, 2))
+      throw InputError(name + ": " + stores_[a.store]->path + " and " + stores_[b.store]->path +
+                       " measured it against different truths, or by different metrics; `atwood run` with one of the "
+                       "programs brings the other store up to date");
+    if (text_of(a.entry, 3) == text_of(b.entry, 3)) return;
+    const std::string packed_a = expanded(text_of(a.entry, 3)), packed_b = expanded(text_of(b.entry, 3));
+    if (packed_a == packed_b) return;
+    const std::vector<Row> of_a = unpack_rows(packed_a), of_b = unpack_rows(packed_b);
+    std::size_t i = 0;
+    while (i < std::min(of_a.size(), of_b.size()) && pack_rows({of_a[i]}) == pack_rows({of_b[i]})) ++i;
+    conflict("rows of " + name, a.store, i < of_a.size() ? row_text(of_a[i]) : "no more rows", b.store,
+             i < of_b.size() ? row_text(of_b[i]) : "no more rows");
+  }
+
+  Entry joined_measured(std::vector<Found>& same) {
+    const std::vector<Found*> some = counting(same, 1);
+    Found* taken = some.front();
+    for (Found* one : some) {
+      if (one != some.front()) compare_rows(*some.front(), *one);
+      if (text_of(one->entry, 4).size() > text_of(taken->entry, 4).size()) taken = one;  // with a series of errors
+    }
+    return std::move(taken->entry);
+  }
+
+  // ---- times: the whole entry of one host ----
+  Entry joined_timings(std::vector<Found>& same) {
+    for (const Found& one : same)
+      if (text_of(one.entry, 8) != text_of(same.front().entry, 8)) ++merged_.other_host;
+    return std::move(same.front().entry);
+  }
+
+  Entry joined_truths(std::vector<Found>& same) {
+    for (const Found& one : same) {
+      Entry a = same.front().entry, b = one.entry;
+      if (a == b) continue;
+      const auto text = [](const Entry& truth) {
+        return text_of(truth, 2) + ", " + text_of(truth, 4) + ", " + text_of(truth, 5);
+      };
+      conflict("truth of " + text_of(a, 1), same.front().store, text(a), one.store, text(b));
+    }
+    return std::move(same.front().entry);
+  }
+
+  // Complete where all are: columns of this name are the last ones.
+  Entry joined_campaigns(const StoreTable& table, std::vector<Found>& same) {
+    Entry entry = same.front().entry;
+    const auto complete = static_cast<std::size_t>(table.count - 1);
+    bool all = true, any = false;
+    for (const Found& one : same) {
+      all = all && std::get<std::int64_t>(one.entry[complete]) != 0;
+      any = any || std::get<std::int64_t>(one.entry[complete]) != 0;
+      if (&table == &kCampaigns) entry[4] = std::max(whole_of(entry, 4), whole_of(one.entry, 4));
+    }
+    entry[complete] = std::int64_t{(&table == &kCampaigns ? all : any) ? 1 : 0};
+    return entry;
+  }
+
+  // ---- plans and shards ----
+  void require_same_costs() {
+    std::map<std::string, std::pair<std::string, std::string>> known;  // plan -> costs, store
+    for (const auto& store : stores_) {
+      if (store->empty) continue;
+      SQLite::Statement select(*store->sql, "SELECT plan, costs FROM shards");
+      while (select.executeStep()) {
+        const std::string plan = select.getColumn(0).getString(), costs = select.getColumn(1).getString();
+        const auto [place, fresh] = known.emplace(plan, std::pair(costs, store->path));
+        if (fresh || place->second.first == costs) continue;
+        const auto text = [](const std::string& hash) {
+          return hash.empty() ? std::string("no file") : "the file " + hash;
+        };
+        throw InputError(place->second.second + " and " + store->path +
+                         " are shards of one study with different costs (" + text(place->second.first) + ", " +
+                         text(costs) +
+                         "), so that their shares do not fit together; run all shards with the same --costs");
+      }
+    }
+  }
+
+  void find_absent() {
+    std::set<std::string> told;
+    for (const auto& store : stores_) {
+      if (store->empty) continue;
+      SQLite::Statement select(*store->sql, "SELECT hash, cells FROM plans");
+      while (select.executeStep()) {
+        if (!told.insert(select.getColumn(0).getString()).second) continue;
+        for (const PlannedCell& cell : unpack_plan(expanded(blob_of(select.getColumn(1)))))
+          if (!out_.keys[&kCells].keys.contains(cell.hash)) merged_.absent.push_back(printable(cell.name));
+      }
+    }
+    std::sort(merged_.absent.begin(), merged_.absent.end());
+    merged_.absent.erase(std::unique(merged_.absent.begin(), merged_.absent.end()), merged_.absent.end());
+  }
+
+  StoreDatabase& out_;
+  std::vector<std::unique_ptr<StoreDatabase>> stores_;
+  std::map<std::string, std::set<std::size_t>> sources_;  // of cells that several stores have: those whose run counts
+  Merged merged_;
+};
+
+void sync(const std::string& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool done = file >= 0 && fsync(file) == 0;
+  const int error = errno;
+  if (file >= 0) close(file);
+  if (!done) throw std::runtime_error("store " + path + ": " + std::strerror(error));
+}
+
+}  // namespace
+
+Merged merge_stores(const std::vector<std::string>& stores, const std::string& out) {
+  std::set<std::string> names;
+  for (const std::string& store : stores) {
+    if (!store_exists(store)) throw InputError(store + ": no such file; expected a store");
+    if (!names.insert(store).second) throw InputError(store + ": named twice");
+  }
+  if (store_exists(out)) throw InputError(out + ": exists already; move it away, or choose another file");
+  const std::string path = out + ".merging";
+  Merged merged;
+  StoreDatabase database;
+  database.path = path;
+  try {
+    database.open_new();
+    database.written([&] { merged = Merge(stores, database).merge(); });
+    database.statements.clear();
+    database.sql.reset();
+    if (!merged.conflicts.empty()) {
+      unlink(path.c_str());
+      return merged;
+    }
+    sync(path);
+    if (link(path.c_str(), out.c_str()) != 0 && (errno == EEXIST || rename(path.c_str(), out.c_str()) != 0))
+      throw std::runtime_error("store " + out + ": " + std::strerror(errno));
+    unlink(path.c_str());
+  } catch (const SQLite::Exception& error) {
+    unlink(path.c_str());
+    database.fail(error);
+  } catch (...) {
+    if (database.lock >= 0) unlink(path.c_str());
+    throw;
+  }
+  return merged;
+}
+
+}  // namespace atwood
