@@ -31,7 +31,8 @@ double Stopwatch::seconds(const Contender& contender) {
                               .run(contender.method, scene_to_json(*contender.scene), sampled_bodies(*contender.scene),
                                    contender.plan, repeats, limit_s_ * repeats)
                               .outcome;
-  if (outcome.status != Status::ok || outcome.busy_ns.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const bool timed = outcome.status == Status::ok && !outcome.busy_ns.empty();
+  if (!timed || outcome.busy_ns.back() < 0) return std::numeric_limits<double>::quiet_NaN();  // below 0: WebAssembly
   // Sampling may need some more evaluations; a difference of half of them shows another run or a failing worker.
   const double counted = static_cast<double>(outcome.rate_evaluations);
   if (contender.evaluations > 0 && counted > 0 && counted < 0.5 * contender.evaluations)

@@ -5,6 +5,7 @@
 
 #include "benchmarks/bench_file.hpp"
 #include "reports/command_line/command_line.hpp"
+#include "reports/render/wasm_table.hpp"
 #include "scene/files.hpp"
 #include "validation/study/write_file.hpp"
 
@@ -37,6 +38,7 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
   data.bench = read_bench(options.out_dir + "/bench.json");
   data.goals = read_goal_results(options.out_dir + "/bench.json");
   data.tables = read_bench_tables(options.out_dir + "/bench.json");
+  for (BenchTable& table : wasm_tables(data.rows)) data.tables.push_back(std::move(table));
   data.dominance = find_dominance(data.rows);
   if (selection.study == "audit") data.audit = audit_orders(data.engines, data.rows);
   return data;

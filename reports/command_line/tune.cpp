@@ -86,6 +86,12 @@ double value_of(const Runs& runs, const std::string& method, std::int64_t steps,
   return row == nullptr ? kNone : row->value;
 }
 
+// Of the run [s]; of an engine that runs as WebAssembly, which is compared with itself alone, too.
+double time_of(const Runs& runs, const std::string& method, std::int64_t steps) {
+  const double native_s = value_of(runs, method, steps, "run-time");
+  return std::isfinite(native_s) ? native_s : value_of(runs, method, steps, "run-time-wasm");
+}
+
 std::string trouble_of(const Runs& runs, const std::string& method, std::int64_t steps) {
   const auto run = runs.find({method, steps});
   if (run == runs.end()) return "not run";
@@ -165,7 +171,7 @@ bool SettingSearch::suits(const Scenario& scenario, const std::map<std::string, 
   const auto runs = all.find(scenario.id);
   const std::int64_t n = scenario.steps.front();
   if (runs == all.end() || !trouble_of(runs->second, id_of({}), n).empty()) return false;
-  if (value_of(runs->second, id_of({}), n, "run-time") > kLongestRun_s) return false;
+  if (time_of(runs->second, id_of({}), n) > kLongestRun_s) return false;
   return std::any_of(primary_metrics(class_).begin(), primary_metrics(class_).end(),
                      [&](const std::string& metric) { return row_of(runs->second, id_of({}), n, metric) != nullptr; });
 }
@@ -182,8 +188,7 @@ SettingSearch::Trial SettingSearch::judged(const Settings& changes, const std::m
       trial.score = std::numeric_limits<double>::infinity();
       return trial;
     }
-    const double ratio =
-        options_.no_timing ? 1 : value_of(runs, method, n, "run-time") / value_of(runs, base, n, "run-time");
+    const double ratio = options_.no_timing ? 1 : time_of(runs, method, n) / time_of(runs, base, n);
     for (const std::string& metric : primary_metrics(class_)) {
       const Row* of_default = row_of(runs, base, n, metric);
       if (of_default == nullptr || !std::isfinite(of_default->value)) continue;
@@ -211,7 +216,7 @@ double median_ratio(const Runs& runs, const std::string& method, const std::stri
   std::vector<double> ratios;
   for (int k = 0; k < 4; ++k) {
     const std::int64_t n = scenario.steps.front() + k * scenario.samples;
-    const double ratio = value_of(runs, method, n, "run-time") / value_of(runs, base, n, "run-time");
+    const double ratio = time_of(runs, method, n) / time_of(runs, base, n);
     if (std::isfinite(ratio)) ratios.push_back(ratio);
   }
   if (ratios.empty()) return 1;

@@ -48,7 +48,9 @@ struct Entry {
   std::string unit;
 };
 
-bool timing(const std::string& metric) { return metric.starts_with("step-time") || metric == "run-time"; }
+bool timing(const std::string& metric) {
+  return metric.starts_with("step-time") || metric.starts_with("run-time") || metric == "call-time-wasm";
+}
 
 // Whether a row belongs to the baseline. Residuals of solvers do not: at round-off they change with the order of a sum,
 // and gates judge them. Infinite figures and figures with an infinite bar do not: every value agrees with them. A time

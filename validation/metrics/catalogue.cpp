@@ -248,6 +248,13 @@ std::vector<MetricInfo> common_metrics() {
        "Time of one step: 95th percentile over the repeats of the timed pass, from 20 repeats on."},
       {"run-time", "s",
        "Time of the whole run: the same median as step-time's, times the number of steps taken, with the same bar."},
+      {"step-time-wasm", "s",
+       "step-time of an engine that runs as WebAssembly under Node.js. No ranking, goal or gate compares it with the "
+       "step-time of native engines: the same engine, built for the processor, takes another time."},
+      {"run-time-wasm", "s", "run-time of an engine that runs as WebAssembly under Node.js, as step-time-wasm."},
+      {"call-time-wasm", "s",
+       "Part of step-time-wasm: a step of a world without bodies, which is the call from JavaScript and what the engine "
+       "does in any step. Median of 11 means over 200 steps, times the substeps."},
       {"solver-capped", "1",
        "Solves that ended above their tolerance: at the iteration limit, or because the iteration diverged. `body` "
        "names the solver; without it all solvers of the run are counted. contact-sweeps takes a fixed number of "

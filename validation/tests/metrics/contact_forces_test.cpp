@@ -69,6 +69,15 @@ TEST_CASE("contact forces: friction beyond the cone, in the diagonal of a pyrami
   CHECK(value_of(measure(sliding(), {}, run), "cone-violation") == Approx((3 - kMu * 4) / 4));
 }
 
+TEST_CASE("contact forces: of an engine that does not tell friction's part neither cone nor dissipation is judged") {
+  Recording run = slide(sliding());
+  const double none = std::nan("");
+  run.values[2].contacts[0].force_t_N = {none, none, none};
+  const std::vector<Row> rows = measure(sliding(), {}, run);
+  for (const Row& each : rows) CHECK((each.metric != "cone-violation" && each.metric != "dissipation-defect"));
+  CHECK(value_of(rows, "signorini-gap") == 0);
+}
+
 TEST_CASE("contact forces: a gap under load and a pull are Signorini's residuals; an unloaded gap is none") {
   Recording run = slide(sliding());
   run.values[1].contacts[0].gap_m = 1e-3;

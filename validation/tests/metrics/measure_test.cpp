@@ -398,6 +398,7 @@ TEST_CASE(
   outcome.busy_ns = {1000};
   CHECK(value_of(timing_rows(outcome, 10), "step-time") == Approx(100e-9));
   CHECK(std::isnan(find(timing_rows(outcome, 10), "step-time")->truth_bar));  // one repeat has no interval
+  CHECK(find(timing_rows(outcome, 10), "call-time-wasm") == nullptr);
 }
 
 TEST_CASE("timing: of twenty repeats the 6th and the 15th enclose the median, and the 19th is the 95th percentile") {
@@ -409,4 +410,16 @@ TEST_CASE("timing: of twenty repeats the 6th and the 15th enclose the median, an
   CHECK(value_of(rows, "step-time") == Approx(1050e-9));
   CHECK(find(rows, "step-time")->truth_bar == Approx(450e-9));  // P(Binomial(20, 1/2) <= 5) = 0.0207
   CHECK(value_of(rows, "step-time-p95") == Approx(1900e-9));
+}
+
+TEST_CASE("timing: an engine that runs as WebAssembly has rows of its own") {
+  Outcome outcome;
+  outcome.busy_ns = {5000, 1000, 3000, -70};
+  const std::vector<Row> rows = timing_rows(outcome, 10);
+  CHECK(rows.size() == 3);
+  CHECK(value_of(rows, "step-time-wasm") == Approx(300e-9));
+  CHECK(value_of(rows, "run-time-wasm") == Approx(3000e-9));
+  CHECK(value_of(rows, "call-time-wasm") == Approx(70e-9));
+  CHECK(find(rows, "step-time") == nullptr);
+  CHECK(find(rows, "run-time") == nullptr);
 }

@@ -143,6 +143,9 @@ TEST_CASE("counts and times that cannot be are refused") {
            {R"("solvers":{"pgs":{"capped":-1}})", "\"capped\" is negative: -1"},
            {R"("solvers":{"pgs":{"residual_max":-0.5}})", "\"residual_max\" of solver `pgs` is negative: -0.5"},
            {R"("busy_ns":[0.0123])", "is it in seconds or milliseconds?"},
+           {R"("busy_ns":[5,-5])", "busy_ns has -5; the nanoseconds of a run are positive"},
+           {R"("busy_ns":[5],"call_ns":0)", "\"call_ns\" is 0"},
+           {R"("busy_ns":[5],"call_ns":-3)", "\"call_ns\" is -3"},
            {R"("step_ns":[-5])", "\"step_ns\" is negative"},
            {R"("phase_ns":{"broad":-5})", "\"phase_ns\" is negative"}}) {
     CAPTURE(done);

@@ -11,6 +11,7 @@
 #include "reports/render/ran_methods.hpp"
 #include "reports/render/solver_table.hpp"
 #include "reports/render/text.hpp"
+#include "reports/render/wasm_table.hpp"
 #include "synthetic.hpp"
 #include "validation/study/write_file.hpp"
 
@@ -325,4 +326,30 @@ TEST_CASE("HTML is one small file in which hostile text stays text") {
   }());
   CHECK(title.find("<script>alert") == std::string::npos);
   CHECK(title.find("No gates") != std::string::npos);
+}
+
+TEST_CASE("times under WebAssembly are a table of their own: the most steps, the call told apart") {
+  std::vector<Row> rows;
+  const auto add = [&](const char* method, std::int64_t steps, const char* metric, double value) {
+    Row row;
+    row.scenario = "bounce", row.method = method, row.steps = steps, row.metric = metric, row.value = value,
+    row.unit = "s";
+    rows.push_back(row);
+  };
+  CHECK(wasm_tables(rows).empty());
+  add("bullet32/default", 240, "step-time", 2e-6);
+  CHECK(wasm_tables(rows).empty());
+  for (const std::int64_t steps : {240, 480, 120}) {
+    add("rapier/default", steps, "step-time-wasm", 1e-8 * static_cast<double>(steps));
+    add("rapier/default", steps, "call-time-wasm", 1e-6);
+  }
+  const std::vector<BenchTable> tables = wasm_tables(rows);
+  REQUIRE(tables.size() == 1);
+  REQUIRE(tables[0].rows.size() == 1);
+  const std::vector<TableCell>& line = tables[0].rows[0];
+  CHECK(std::get<std::string>(line[1]) == "rapier/default");
+  CHECK(std::get<double>(line[2]) == 480);
+  CHECK(std::get<double>(line[3]) == Approx(4.8));
+  CHECK(std::get<double>(line[4]) == Approx(1));
+  CHECK(std::get<double>(line[5]) == Approx(3.8));
 }
