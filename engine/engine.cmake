@@ -34,7 +34,6 @@ add_library(atwood_engine STATIC
   joints/constraints_rows.cpp
   joints/joint_forces.cpp
   joints/mass_matrix.cpp
-  joints/planar.cpp
   joints/planar_rates.cpp
   joints/planar_loops.cpp
   joints/rope.cpp

@@ -1,6 +1,6 @@
 // The rates of a scene with mechanisms: every moving body is a link of its tree.
 #include "joints/constraints.hpp"
-#include "rigid/model.hpp"
+#include "rigid/joint_rates.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -25,10 +25,11 @@ template <class S> void RigidModel<S>::build_joints(const Scene& scene) {
   velocity_dependent_ = true;
   magnetic_only_ = false;
   system_.rate_of = &RigidModel::mechanism_rate_of;
+  system_.rates_of = &RigidModel::mechanism_rates_of;
   conservative_.refuse("its mechanisms move in coordinates in which the mass is not constant");
   series_forces_.refusal = "joints";
   build_constraints(scene);
-  if (constraints_ == nullptr) planar_ = PlanarTree<S>::of(*tree_);
+  joint_rates_ = std::make_unique<JointRates<S>>(*this);
 }
 
 template <class S> void RigidModel<S>::place_bodies(S t_s, const S* y, DrivenJoints driven) const {
@@ -43,8 +44,9 @@ template <class S> Motion<S> RigidModel<S>::motion(S t_s, const S* y) const {
 }
 
 template <class S> void RigidModel<S>::apply_joint_forces(S t_s, const S* y) {
+  if (joint_forces_->empty()) return;  // applied_ is 0
   std::fill(applied_.begin(), applied_.end(), S(0));
-  if (!joint_forces_->empty()) joint_forces_->add(*tree_, t_s, y, applied_.data());
+  joint_forces_->add(*tree_, t_s, y, applied_.data());
 }
 
 // Leaves loads_, applied_, du_ and the tree's kinematics and accelerations at (t, y).
@@ -58,18 +60,20 @@ template <class S> void RigidModel<S>::accelerate_mechanisms(S t_s, const S* y) 
 }
 
 template <class S> void RigidModel<S>::mechanism_rate_of(void* context, S t_s, const S* y, S* dydt) {
-  RigidModel& model = *static_cast<RigidModel*>(context);
-  if (model.holds_) std::fill(dydt, dydt + model.state_size_, S(0));  // held bodies do not move
-  if (model.planar_ && model.active_.empty()) {
-    model.apply_joint_forces(t_s, y);
-    model.planar_->accelerations(t_s, y, model.gravity_, model.applied_.data(), model.du_.data());
-  } else {
-    model.accelerate_mechanisms(t_s, y);
-  }
-  for (const Link<S>& link : model.tree_->links()) {
-    const S* du = model.du_.data() + link.first_rate;
+  static_cast<RigidModel*>(context)->joint_rates_->rate(t_s, y, dydt);
+}
+
+template <class S> void RigidModel<S>::mechanism_rates_of(void* context, int count, const S* t_s, const S* y, S* dydt) {
+  static_cast<RigidModel*>(context)->joint_rates_->rates(count, t_s, y, dydt);
+}
+
+template <class S> void RigidModel<S>::rate_of_links(S t_s, const S* y, S* dydt) {
+  if (holds_) std::fill(dydt, dydt + state_size_, S(0));  // held bodies do not move
+  accelerate_mechanisms(t_s, y);
+  for (const Link<S>& link : tree_->links()) {
+    const S* du = du_.data() + link.first_rate;
     if (link.joint < 0) {
-      if (model.slots_[link.body].resting != nullptr) continue;
+      if (slots_[link.body].resting != nullptr) continue;
       const S* at = y + link.at_q;
       S* rate = dydt + link.at_q;
       for (int k = 0; k < 3; ++k) rate[kAtPosition + k] = at[kAtVelocity + k];
@@ -112,13 +116,15 @@ template <class S> void RigidModel<S>::write_joints(S t_s, const S* y, Sample& s
   if (constraints_ != nullptr) write_constraints(t_s, y, sample);
 }
 
-#define ATWOOD_MECHANISM(S)                                                   \
-  template void RigidModel<S>::build_joints(const Scene&);                    \
-  template void RigidModel<S>::place_bodies(S, const S*, DrivenJoints) const; \
-  template Motion<S> RigidModel<S>::motion(S, const S*) const;                \
-  template void RigidModel<S>::apply_joint_forces(S, const S*);               \
-  template void RigidModel<S>::accelerate_mechanisms(S, const S*);            \
-  template void RigidModel<S>::mechanism_rate_of(void*, S, const S*, S*);     \
+#define ATWOOD_MECHANISM(S)                                                            \
+  template void RigidModel<S>::build_joints(const Scene&);                             \
+  template void RigidModel<S>::place_bodies(S, const S*, DrivenJoints) const;          \
+  template Motion<S> RigidModel<S>::motion(S, const S*) const;                         \
+  template void RigidModel<S>::apply_joint_forces(S, const S*);                        \
+  template void RigidModel<S>::accelerate_mechanisms(S, const S*);                     \
+  template void RigidModel<S>::mechanism_rate_of(void*, S, const S*, S*);              \
+  template void RigidModel<S>::mechanism_rates_of(void*, int, const S*, const S*, S*); \
+  template void RigidModel<S>::rate_of_links(S, const S*, S*);                         \
   template void RigidModel<S>::write_joints(S, const S*, Sample&);
 ATWOOD_MECHANISM(float)
 ATWOOD_MECHANISM(double)

@@ -65,8 +65,7 @@ RigidModel<S>::RigidModel(const Scene& scene, const ModelOptions& options)
     unsupported_ = u.reason;
   }
   system_.rate_of = &RigidModel::rate_of;
-  // The states of mechanisms are evaluated one by one unless JointRates has better: rates_of has lanes for bodies alone.
-  if (scene.joints.empty() && scene.ropes.empty()) system_.rates_of = &RigidModel::rates_of;
+  system_.rates_of = &RigidModel::rates_of;
   if (!scene.joints.empty() || !scene.ropes.empty()) build_joints(scene);
   system_.size = state_size_;
   one_.resize(2 * static_cast<std::size_t>(state_size_));
@@ -78,15 +77,9 @@ RigidModel<S>::RigidModel(const Scene& scene, const ModelOptions& options)
     system_.project_of = &RigidModel::project_of;
     system_.projection_of = &RigidModel::projection_of;
   }
-  if (tree_ != nullptr && unsupported_.empty())
-    JointRates<S>::take({system_, *tree_, constraints_.get(), project_constraints_, *joint_forces_, active_, holds_,
-                         lanes_, width_, gravity_, slots_, on_joints_, loads_, placed_, resting_lanes_, load_lanes_,
-                         state_size_});
 }
 
-template <class S> RigidModel<S>::~RigidModel() {
-  if (tree_ != nullptr) JointRates<S>::forget(system_);
-}
+template <class S> RigidModel<S>::~RigidModel() = default;
 
 template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
   const std::size_t count = scene.bodies.size();

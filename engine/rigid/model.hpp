@@ -15,7 +15,7 @@
 #include "forces/conservative.hpp"
 #include "forces/force.hpp"
 #include "forces/series_forces.hpp"
-#include "joints/planar.hpp"
+#include "joints/tree.hpp"
 #include "math/lanes.hpp"
 #include "math/principal_axes.hpp"
 #include "math/system.hpp"
@@ -54,6 +54,7 @@ template <class S> struct MassProperties {
 };
 
 template <class S> class Constraints;
+template <class S> class JointRates;
 
 // How rates are computed. Results depend on `gravity.sum` and `gravity.opening` only.
 struct ModelOptions {
@@ -150,6 +151,8 @@ template <class S> class RigidModel {
   void apply_joint_forces(S t_s, const S* y);
   void accelerate_mechanisms(S t_s, const S* y);
   static void mechanism_rate_of(void* context, S t_s, const S* y, S* dydt);
+  static void mechanism_rates_of(void* context, int count, const S* t_s, const S* y, S* dydt);
+  void rate_of_links(S t_s, const S* y, S* dydt);  // by the tree and its constraints, whatever acts
   const S* at_driven_coordinates(S t_s, const S* y);
   void write_joints(S t_s, const S* y, Sample& sample);
   void write_constraints(S t_s, const S* y, Sample& sample);
@@ -172,9 +175,10 @@ template <class S> class RigidModel {
   std::vector<MassProperties<S>> mass_;
   std::vector<Load<S>> loads_;
   std::unique_ptr<Tree<S>> tree_;
-  std::optional<PlanarTree<S>> planar_;  // has a value where the whole tree moves in planes
   std::unique_ptr<JointForces<S>> joint_forces_;
   std::unique_ptr<Constraints<S>> constraints_;
+  friend class JointRates<S>;
+  std::unique_ptr<JointRates<S>> joint_rates_;  // null: no joints
   bool project_constraints_ = true, forces_depend_on_velocities_ = false;
   std::vector<S> start_, projected_;   // of scenes with constraints: the state at t = 0; room for a state
   std::vector<Joint> closing_joints_;  // by scene joint; those of the tree are left empty

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "joints/mass_matrix.hpp"
+#include "joints/planar_rates.hpp"
 #include "mechanisms.hpp"
 
 namespace atwood::testing {
@@ -277,7 +278,7 @@ template <class S> double planar_difference(const Scene& scene) {
   model.system().rate(S(0.25), y.data(), dydt.data());  // in planes
   std::vector<int> offsets(scene.bodies.size(), -1);
   Tree<S> tree(scene, offsets, 0);
-  REQUIRE(PlanarTree<S>::of(tree).has_value());
+  REQUIRE(PlanarRates<S>::of(tree).has_value());
   tree.kinematics(S(0.25), y.data());
   std::vector<Load<S>> loads(scene.bodies.size());
   for (auto& load : loads) load.acceleration_W = narrow3<S>(scene.gravity_m_per_s2);
@@ -306,7 +307,7 @@ TEST_CASE("mechanisms in planes accelerate as in space") {
 TEST_CASE("mechanisms that leave their plane are not planar") {
   const auto is_planar = [](const Scene& scene) {
     std::vector<int> offsets(scene.bodies.size(), -1);
-    return PlanarTree<double>::of(Tree<double>(scene, offsets, 0)).has_value();
+    return PlanarRates<double>::of(Tree<double>(scene, offsets, 0)).has_value();
   };
   Scene scene = hinge_chain({0.5, 0.2, 0.3});
   CHECK(is_planar(scene));
