@@ -140,14 +140,12 @@ void read_solvers(const Json& solvers, Outcome& outcome) {
 }
 
 // "call_ns" of an engine that runs as WebAssembly: a step of a world without bodies, which is the call into it and what the
-// engine does in any step. It is kept behind the repeats as a negative number; native engines have none.
-void read_call_time(const Json& done, Outcome& outcome) {
-  for (const std::int64_t each : outcome.busy_ns)
-    if (each < 0) throw Garbage("busy_ns has " + std::to_string(each) + "; the nanoseconds of a run are positive");
-  if (!done.contains("call_ns")) return;
+// engine does in any step. Native engines have none.
+std::int64_t read_call_time(const Json& done) {
+  if (!done.contains("call_ns")) return 0;
   const std::int64_t call_ns = nanoseconds(done["call_ns"], "call_ns");
   if (call_ns <= 0) throw Garbage("\"call_ns\" is " + std::to_string(call_ns) + "; nanoseconds above 0 were expected");
-  outcome.busy_ns.push_back(-call_ns);
+  return call_ns;
 }
 
 Outcome read_outcome(const Json& done) {
@@ -164,7 +162,9 @@ Outcome read_outcome(const Json& done) {
   if (done.contains("rate_evaluations")) outcome.rate_evaluations = count(done["rate_evaluations"], "rate_evaluations");
   if (done.contains("busy_ns"))
     for (const Json& each : array(done["busy_ns"], "busy_ns")) outcome.busy_ns.push_back(nanoseconds(each, "busy_ns"));
-  read_call_time(done, outcome);
+  for (const std::int64_t each : outcome.busy_ns)
+    if (each < 0) throw Garbage("busy_ns has " + std::to_string(each) + "; the nanoseconds of a run are positive");
+  outcome.call_ns = read_call_time(done);
   if (done.contains("solvers")) read_solvers(done["solvers"], outcome);
   return outcome;
 }

@@ -108,6 +108,8 @@ struct Outcome {
   std::int64_t rate_evaluations = 0;
   std::vector<std::int64_t> busy_ns;  // timing pass: one per repeat, the stepping alone (no start-up, no sampling)
   std::map<std::string, SolveTally> solvers = {};  // by name: how their solves ended; empty: none, or not reported
+  // Timing pass of an engine under WebAssembly: a step of a world without bodies; 0: the engine is native.
+  std::int64_t call_ns = 0;
 };
 
 // A pass of its own, apart from accuracy and timing: one clock reading a step, and one a phase where the engine has

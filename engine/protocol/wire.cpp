@@ -141,6 +141,7 @@ Json outcome_json(const Outcome& outcome) {
             {"steps_taken", outcome.steps_taken},
             {"rate_evaluations", outcome.rate_evaluations}};
   if (!outcome.busy_ns.empty()) done["busy_ns"] = outcome.busy_ns;
+  if (outcome.call_ns > 0) done["call_ns"] = outcome.call_ns;
   for (const auto& [solver, tally] : outcome.solvers)
     done["solvers"][solver] = {{"converged", tally.converged},
                                {"stagnated", tally.stagnated},

@@ -174,7 +174,7 @@ void make_out_dir(const std::string& path) {
 
 int command_run(const Place& place, const Options& options) {
   require_outputs_make_sense(options);
-  const std::optional<Share> share = share_of(options);
+  const std::optional<StudyShare> share = share_of(options);
   if (!options.costs.empty() && !share && options.lease.empty())
     throw InputError("--costs decides how a study is split; expected --shard, --lease or a launcher beside it");
   Selection selection;

@@ -116,13 +116,13 @@ Ended run_chunks(const Selection& selection, const Ladders& ladders, const Optio
 
 }  // namespace
 
-std::optional<Share> share_of(const Options& options) {
+std::optional<StudyShare> share_of(const Options& options) {
   if (!options.shard.empty()) return parse_share(options.shard);
-  std::optional<Share> share = share_of_launcher(variable);
+  std::optional<StudyShare> share = share_of_launcher(variable);
   return share && share->count > 1 ? share : std::nullopt;
 }
 
-int dry_run(const Selection& selection, const Options& options, const std::optional<Share>& share) {
+int dry_run(const Selection& selection, const Options& options, const std::optional<StudyShare>& share) {
   const Costs costs = costs_of(options);
   const Ladders ladders = ladders_by_cost(selection.cells, costs);
   const int count = share ? share->count : 1;
@@ -161,8 +161,8 @@ int dry_run(const Selection& selection, const Options& options, const std::optio
 }
 
 int run_share(const Place& place, const Options& options, const Selection& selection,
-              const std::optional<Share>& given) {
-  const Share share = given ? *given : Share{1, 1, "--lease"};
+              const std::optional<StudyShare>& given) {
+  const StudyShare share = given ? *given : StudyShare{1, 1, "--lease"};
   refuse_documents(options, share.source);
   const Costs costs = costs_of(options);
   make_out_dir(options.out_dir);

@@ -9,10 +9,10 @@
 namespace atwood {
 
 // That of --shard, else the launcher's; empty: this process runs the whole study.
-std::optional<Share> share_of(const Options& options);
-int dry_run(const Selection& selection, const Options& options, const std::optional<Share>& share);
+std::optional<StudyShare> share_of(const Options& options);
+int dry_run(const Selection& selection, const Options& options, const std::optional<StudyShare>& share);
 // `share` empty: with --lease and without a launcher.
 int run_share(const Place& place, const Options& options, const Selection& selection,
-              const std::optional<Share>& share);
+              const std::optional<StudyShare>& share);
 
 }  // namespace atwood

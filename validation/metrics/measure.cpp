@@ -93,21 +93,18 @@ double bar_of(const Estimate& time) { return std::max(time.high - time.value, ti
 
 }  // namespace
 
-// An engine that runs as WebAssembly has a negative time behind its repeats (engine/protocol/read_answer.cpp): its rows have
-// names of their own, so that nothing ranks it by time among native engines.
+// The rows of an engine that runs as WebAssembly have names of their own, so that nothing ranks it by time among native
+// engines.
 std::vector<Row> timing_rows(const Outcome& outcome, std::int64_t steps) {
   if (outcome.busy_ns.empty() || steps <= 0) return {};
   std::vector<double> ns(outcome.busy_ns.begin(), outcome.busy_ns.end());
-  const double call_ns = ns.back() < 0 ? -ns.back() : 0;
-  if (call_ns > 0) ns.pop_back();
-  if (ns.empty()) return {};
   const Estimate run = metrics::median_interval(ns);
   const double per_step = 1e-9 / static_cast<double>(steps);
   const std::string reason = ns.size() == 1 ? "1 repeat: no interval is known" : std::to_string(ns.size()) + " repeats";
-  if (call_ns > 0)
+  if (outcome.call_ns > 0)
     return {metrics::row("step-time-wasm", run.value * per_step, bar_of(run) * per_step, reason),
             metrics::row("run-time-wasm", 1e-9 * run.value, 1e-9 * bar_of(run), reason),
-            metrics::row("call-time-wasm", 1e-9 * call_ns)};
+            metrics::row("call-time-wasm", 1e-9 * static_cast<double>(outcome.call_ns))};
   std::vector<Row> rows{metrics::row("step-time", run.value * per_step, bar_of(run) * per_step, reason)};
   if (ns.size() >= metrics::kFewestForP95)
     rows.push_back(metrics::row("step-time-p95", metrics::nearest_rank(ns, 0.95) * per_step, 0, reason));

@@ -34,7 +34,7 @@ int required(const Variable& variable, const std::string& name, const std::strin
 }
 
 // A rank that counts from 0, and the number of ranks.
-Share ranked(const Variable& variable, const std::string& rank_name, const std::string& count_name) {
+StudyShare ranked(const Variable& variable, const std::string& rank_name, const std::string& count_name) {
   const int rank = required(variable, rank_name, rank_name), count = required(variable, count_name, rank_name);
   if (rank >= count)
     throw InputError(rank_name + " is " + std::to_string(rank) + " and " + count_name + " is " + std::to_string(count) +
@@ -43,7 +43,7 @@ Share ranked(const Variable& variable, const std::string& rank_name, const std::
 }
 
 // Slurm's tasks of an array are numbered MIN, MIN + STEP, ...
-Share of_array(const Variable& variable) {
+StudyShare of_array(const Variable& variable) {
   const std::string id_name = "SLURM_ARRAY_TASK_ID";
   const int id = required(variable, id_name, id_name), count = required(variable, "SLURM_ARRAY_TASK_COUNT", id_name),
             least = required(variable, "SLURM_ARRAY_TASK_MIN", id_name);
@@ -60,7 +60,7 @@ Share of_array(const Variable& variable) {
   return {place + 1, count, id_name};
 }
 
-std::optional<Share> of_ranks(const Variable& variable) {
+std::optional<StudyShare> of_ranks(const Variable& variable) {
   const auto set = [&](const char* name) { return !variable(name).empty(); };
   if (set("OMPI_COMM_WORLD_RANK")) return ranked(variable, "OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE");
   if (set("PMI_RANK")) return ranked(variable, "PMI_RANK", "PMI_SIZE");
@@ -72,7 +72,7 @@ std::optional<Share> of_ranks(const Variable& variable) {
 
 }  // namespace
 
-Share parse_share(const std::string& text) {
+StudyShare parse_share(const std::string& text) {
   const std::size_t slash = text.find('/');
   const auto number = whole(text.substr(0, slash));
   const auto count = slash == std::string::npos ? std::nullopt : whole(text.substr(slash + 1));
@@ -81,14 +81,14 @@ Share parse_share(const std::string& text) {
   return {*number, *count, "--shard"};
 }
 
-std::optional<Share> share_of_launcher(const Variable& variable) {
-  std::optional<Share> ranks = of_ranks(variable), array;
+std::optional<StudyShare> share_of_launcher(const Variable& variable) {
+  std::optional<StudyShare> ranks = of_ranks(variable), array;
   if (!variable("SLURM_ARRAY_TASK_ID").empty()) array = of_array(variable);
   if (!variable("JOB_COMPLETION_INDEX").empty()) array = ranked(variable, "JOB_COMPLETION_INDEX", "JOB_COMPLETIONS");
   if (!array || array->count == 1) return ranks && ranks->count > 1 ? ranks : array ? array : ranks;
   if (!ranks || ranks->count == 1) return array;
   if (array->count > 1'000'000'000 / ranks->count) throw InputError("the launcher has more than 10^9 processes");
-  return Share{(array->number - 1) * ranks->count + ranks->number, array->count * ranks->count,
+  return StudyShare{(array->number - 1) * ranks->count + ranks->number, array->count * ranks->count,
                array->source + " and " + ranks->source};
 }
 

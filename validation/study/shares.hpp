@@ -15,16 +15,16 @@
 
 namespace atwood {
 
-struct Share {
+struct StudyShare {
   int number = 1, count = 1;  // 1 <= number <= count
   std::string source;         // who said so: "--shard", "SLURM_ARRAY_TASK_ID"
 };
 // "2/8". InputError where it is no share.
-Share parse_share(const std::string& text);
+StudyShare parse_share(const std::string& text);
 // The share that the launcher of this process gives it, from its environment; empty: there is no launcher. `variable`
 // returns the value of an environment variable, or "". InputError where the variables contradict each other or do not
 // tell the number of shares.
-std::optional<Share> share_of_launcher(const std::function<std::string(const std::string&)>& variable);
+std::optional<StudyShare> share_of_launcher(const std::function<std::string(const std::string&)>& variable);
 
 // What cells cost, learned from a store (`atwood costs`): wall time of the steps of each ladder.
 struct Costs {

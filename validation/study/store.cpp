@@ -112,6 +112,7 @@ std::optional<TimingRecord> Store::timing(const std::string& timing_hash) {
       record.outcome.busy_ns.push_back(static_cast<std::int64_t>(ns));
     record.provenance = database_->provenance(text(*found, 7));
     record.host = text(*found, 8);
+    record.outcome.call_ns = whole(*found, 9);
     return record;
   });
 }
@@ -246,7 +247,7 @@ void Store::put_timing(const std::string& timing_hash, const std::string& cell_h
   database_->written([&] {
     database_->insert(kTimings, {timing_hash, cell_hash, to_string(outcome.status), outcome.reason, outcome.steps_taken,
                                  outcome.rate_evaluations, Blob{busy_ns}, database_->provenance_hash(timing.provenance),
-                                 timing.host});
+                                 timing.host, outcome.call_ns});
   });
 }
 

@@ -23,7 +23,7 @@ CREATE TABLE measured(key TEXT PRIMARY KEY, cell TEXT NOT NULL, basis TEXT NOT N
   errors BLOB NOT NULL, checksum INTEGER NOT NULL);
 CREATE TABLE timings(hash TEXT PRIMARY KEY, cell TEXT NOT NULL, status TEXT NOT NULL, reason TEXT NOT NULL,
   steps_taken INTEGER, rate_evaluations INTEGER, busy_ns BLOB NOT NULL, provenance TEXT NOT NULL, host TEXT NOT NULL,
-  checksum INTEGER NOT NULL) WITHOUT ROWID;
+  call_ns INTEGER NOT NULL, checksum INTEGER NOT NULL) WITHOUT ROWID;
 CREATE TABLE truths(hash TEXT PRIMARY KEY, scenario TEXT NOT NULL, status TEXT NOT NULL, reason TEXT NOT NULL,
   source TEXT, note TEXT, condition REAL, samples BLOB NOT NULL, bars BLOB NOT NULL, events BLOB NOT NULL,
   event_bars BLOB NOT NULL, checksum INTEGER NOT NULL);
@@ -102,7 +102,8 @@ void migrate_timings(StoreDatabase& database) {
   while (select.executeStep()) {
     std::vector<StoreValue> values;
     for (int i = 0; i < 8; ++i) values.push_back(copied(select.getColumn(i)));
-    values.emplace_back(std::string());  // its host was not recorded
+    values.emplace_back(std::string());    // its host was not recorded
+    values.emplace_back(std::int64_t{0});  // of native engines
     database.insert(kTimings, values);
   }
 }

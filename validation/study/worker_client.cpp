@@ -291,9 +291,7 @@ Recording WorkerClient::run(const std::string& method, const std::string& scene_
     // With a tolerance the engine chooses its steps.
     const bool adaptive = method.find(':') != std::string::npos && answer.outcome.steps_taken > 0;
     const std::int64_t steps = adaptive ? std::min(plan.steps, answer.outcome.steps_taken) : plan.steps;
-    std::vector<std::int64_t> busy_ns = answer.outcome.busy_ns;
-    if (!busy_ns.empty() && busy_ns.back() < 0) busy_ns.pop_back();  // call_ns
-    if (repeats > 0) check_busy(busy_ns, repeats, steps, wall_ns_, foreign_);
+    if (repeats > 0) check_busy(answer.outcome.busy_ns, repeats, steps, wall_ns_, foreign_);
   });
   if (foreign_ && repeats == 0 && recording.outcome.status == Status::ok) {
     const std::string why = blow_up(recording.values, plan.t_end_s, bodies);

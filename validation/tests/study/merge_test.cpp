@@ -45,6 +45,7 @@ void make(const std::string& path, const Made& made) {
   TimingRecord timing;
   timing.host = made.host;
   timing.outcome.busy_ns = {static_cast<std::int64_t>(made.busy_ns)};
+  timing.outcome.call_ns = 7;
   store.put_timing("timing", "cell", timing);
 }
 
@@ -62,6 +63,7 @@ TEST_CASE("times of a cell are those of one host") {
   Store store(folder / "all.db", Store::Mode::read);
   CHECK(store.timing("timing")->host == "node-1");
   CHECK(store.timing("timing")->outcome.busy_ns == std::vector<std::int64_t>{1000});
+  CHECK(store.timing("timing")->outcome.call_ns == 7);
   CHECK(store.check().empty());
 }
 
