@@ -16,6 +16,7 @@ namespace atwood {
 namespace {
 
 constexpr double kLimitS = 10;
+constexpr int kMostFailures = 2;  // ids of one engine that crash or time out; those after them are not tried
 
 // A ball over a floor with restitution, the same without, and a point in free fall: every engine that moves bodies runs
 // one of the three.
@@ -27,6 +28,12 @@ constexpr const char* kOverAFloor =
     "[[body]]\nname = \"ball\"\nmass_kg = 1\nshape.sphere = { radius_m = 0.5 }\nposition_m = [0, 0, 0.6]\n";
 constexpr const char* kBouncing = "[material.default]\nrestitution = 0.5\n";
 constexpr const char* kInTheAir = "[[body]]\nname = \"point\"\nmass_kg = 1\nposition_m = [0, 0, 1]\n";
+
+// As the engines take it.
+struct SmallScene {
+  std::string json;
+  SampledBodies bodies;
+};
 
 bool is_ours(const Worker& worker) {
   return std::filesystem::path(worker.path).filename().string().rfind("atwood-", 0) == 0;
@@ -48,8 +55,10 @@ class Judge {
  public:
   explicit Judge(const std::vector<Worker>& workers) : workers_(workers) {
     for (const std::string& bodies :
-         {std::string(kBouncing) + kOverAFloor, std::string(kOverAFloor), std::string(kInTheAir)})
-      scenes_.push_back(read_scenario_text(kScene + bodies, "a small scene", ".").scene);
+         {std::string(kBouncing) + kOverAFloor, std::string(kOverAFloor), std::string(kInTheAir)}) {
+      const Scene scene = read_scenario_text(kScene + bodies, "a small scene", ".").scene;
+      scenes_.push_back({scene_to_json(scene), sampled_bodies(scene)});
+    }
   }
 
   const std::string& fault(const std::string& method) {
@@ -114,25 +123,44 @@ class Judge {
     return "";
   }
 
+  // Values that crash the engine or take too long are not refused here: the run itself reports each of them.
   std::string refused_value(std::size_t worker, const MethodId& id) {
+    int& failures = failures_[worker];
+    if (failures >= kMostFailures) return "";
     MethodId plain = id;
     plain.overrides.clear();
-    for (const Scene& scene : scenes_) {
-      if (run(worker, plain, scene).status == Status::unsupported) continue;
-      const Outcome outcome = run(worker, id, scene);
-      return outcome.status == Status::unsupported ? outcome.reason : "";
-    }
-    return "";
+    const SmallScene* scene = scene_for(worker, plain);
+    if (scene == nullptr) return "";
+    const Outcome outcome = run(worker, id, *scene);
+    if (outcome.status == Status::crashed || outcome.status == Status::timeout) ++failures;
+    return outcome.status == Status::unsupported ? outcome.reason : "";
   }
 
-  Outcome run(std::size_t worker, const MethodId& id, const Scene& scene) {
+  // The first scene that the engine runs by the method without settings; null: none.
+  const SmallScene* scene_for(std::size_t worker, const MethodId& plain) {
+    const auto [place, fresh] = runs_.try_emplace({worker, to_string(plain)}, nullptr);
+    if (!fresh) return place->second;
+    for (const SmallScene& scene : scenes_) {
+      const Status status = run(worker, plain, scene).status;
+      if (status == Status::unsupported || status == Status::crashed || status == Status::timeout ||
+          status == Status::not_built)
+        continue;
+      place->second = &scene;
+      break;
+    }
+    return place->second;
+  }
+
+  Outcome run(std::size_t worker, const MethodId& id, const SmallScene& scene) {
     WorkerClient& client =
         clients_.try_emplace(worker, workers_[worker].command, false, workers_[worker].foreign).first->second;
-    return client.run(to_string(id), scene_to_json(scene), sampled_bodies(scene), {1e-6, 1, 1, {}}, 0, kLimitS).outcome;
+    return client.run(to_string(id), scene.json, scene.bodies, {1e-6, 1, 1, {}}, 0, kLimitS).outcome;
   }
 
   const std::vector<Worker>& workers_;
-  std::vector<Scene> scenes_;
+  std::vector<SmallScene> scenes_;
+  std::map<std::pair<std::size_t, std::string>, const SmallScene*> runs_;  // by worker and method without settings
+  std::map<std::size_t, int> failures_;                                    // by worker: ids that crashed or timed out
   std::map<std::string, std::string> faults_;
   std::map<std::size_t, WorkerClient> clients_;
 };
