@@ -66,6 +66,8 @@ Campaigns Campaigns::begin(Store& store, const std::vector<Cell>& cells, const s
     Campaign campaign;
     std::string& told = campaigns.told_[cell.campaign];
     const bool same_run = last && last->run_id == run_id && !run_id.empty();
+    // Every chunk of a lease is a run of its own: those after the first go on with its campaign, also with --fresh.
+    const bool later_chunk = options.shard && same_run;
     bool anew = false;
     if (completed && !options.fresh) {
       campaign = *completed;
@@ -76,7 +78,7 @@ Campaigns Campaigns::begin(Store& store, const std::vector<Cell>& cells, const s
       anew = true;
       told =
           "a part of the study is measured anew in its last campaign, whose other cells stay (--reuse takes the last one)";
-    } else if (last && !options.fresh && (!last->complete || same_run)) {
+    } else if (last && (later_chunk || (!options.fresh && (!last->complete || same_run)))) {
       campaign = *last;
       told = "the campaign of an interrupted run goes on (--fresh starts anew)";
     } else {
