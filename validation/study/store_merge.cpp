@@ -1,10 +1,13 @@
 // Every table of every store is read once in the order of its keys, all stores side by side, so that the new store is
-// written in order too: N log N in the number of entries, and no list of them in memory.
+// written in order too: N log N in the number of entries. Of the entries, memory holds the keys of the new store's
+// counted tables and the names of cells that several stores have.
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <map>
 #include <set>
@@ -233,8 +236,9 @@ class Merge {
       while (whole && i < std::min(samples_a.size(), samples_b.size()) &&
              pack_samples({samples_a[i]}) == pack_samples({samples_b[i]}))
         ++i;
-      conflict(what, a.store, sample_text(samples_a, whole ? i : samples_a.size() - 1), b.store,
-               sample_text(samples_b, whole ? i : samples_b.size() - 1));
+      const auto last = [](const std::vector<Sample>& samples) { return samples.empty() ? 0 : samples.size() - 1; };
+      conflict(what, a.store, sample_text(samples_a, whole ? i : last(samples_a)), b.store,
+               sample_text(samples_b, whole ? i : last(samples_b)));
     } else if (whole && expanded(text_of(a.entry, 2)) != expanded(text_of(b.entry, 2))) {
       conflict(what, a.store, "some events", b.store, "others");
     }
@@ -244,7 +248,7 @@ class Merge {
     const std::vector<Found*> some = counting(same, 0);
     Found* taken = some.front();
     for (Found* one : some) {
-      if (one != some.front()) compare_series(*some.front(), *one);
+      if (one != some.front()) compare_series(*taken, *one);
       if (text_of(taken->entry, 3) != "all") taken = one;
     }
     return std::move(taken->entry);
@@ -258,6 +262,27 @@ class Merge {
            to_string(row.status) + (row.reason.empty() ? "" : ", " + row.reason) + ")";
   }
 
+  // Whether the rows were measured without the truth because its solution crashed, timed out or is not built.
+  static bool truth_failed(const Entry& measured) {
+    const std::vector<Row> rows = unpack_rows(expanded(text_of(measured, 3)));
+    return std::any_of(rows.begin(), rows.end(), [](const Row& row) {
+      return row.metric == "truth" &&
+             (row.status == Status::crashed || row.status == Status::timeout || row.status == Status::not_built);
+    });
+  }
+
+  // Those that have the truth, where some have it and others do not.
+  static void prefer_with_truth(std::vector<Found*>& some) {
+    const Entry& first = some.front()->entry;
+    if (std::all_of(some.begin(), some.end(),
+                    [&](const Found* one) { return one->entry[2] == first[2] && one->entry[3] == first[3]; }))
+      return;
+    std::vector<Found*> with;
+    for (Found* one : some)
+      if (!truth_failed(one->entry)) with.push_back(one);
+    if (!with.empty()) some = std::move(with);
+  }
+
   void compare_rows(const Found& a, const Found& b) {
     const std::string name = name_of(text_of(a.entry, 1));
     if (text_of(a.entry, 2) != text_of(b.entry, 2))
@@ -266,7 +291,7 @@ class Merge {
                        "programs brings the other store up to date");
     if (text_of(a.entry, 3) == text_of(b.entry, 3)) return;
     const std::string packed_a = expanded(text_of(a.entry, 3)), packed_b = expanded(text_of(b.entry, 3));
-    if (packed_a == packed_b) return;
+    if (packed_a == packed_b || truth_failed(a.entry)) return;
     const std::vector<Row> of_a = unpack_rows(packed_a), of_b = unpack_rows(packed_b);
     std::size_t i = 0;
     while (i < std::min(of_a.size(), of_b.size()) && pack_rows({of_a[i]}) == pack_rows({of_b[i]})) ++i;
@@ -275,7 +300,8 @@ class Merge {
   }
 
   Entry joined_measured(std::vector<Found>& same) {
-    const std::vector<Found*> some = counting(same, 1);
+    std::vector<Found*> some = counting(same, 1);
+    prefer_with_truth(some);
     Found* taken = some.front();
     for (Found* one : some) {
       if (one != some.front()) compare_rows(*some.front(), *one);
@@ -284,11 +310,13 @@ class Merge {
     return std::move(taken->entry);
   }
 
-  // ---- times: the whole entry of one host ----
+  // ---- times: the whole entry of one host, the first whose pass succeeded ----
   Entry joined_timings(std::vector<Found>& same) {
+    auto taken = std::find_if(same.begin(), same.end(), [](const Found& one) { return text_of(one.entry, 2) == "ok"; });
+    if (taken == same.end()) taken = same.begin();
     for (const Found& one : same)
-      if (text_of(one.entry, 8) != text_of(same.front().entry, 8)) ++merged_.other_host;
-    return std::move(same.front().entry);
+      if (text_of(one.entry, 8) != text_of(taken->entry, 8)) ++merged_.other_host;
+    return std::move(taken->entry);
   }
 
   Entry joined_truths(std::vector<Found>& same) {
@@ -367,21 +395,34 @@ void sync(const std::string& path) {
   if (!done) throw std::runtime_error("store " + path + ": " + std::strerror(error));
 }
 
+// Unless `to` exists; errno tells why it failed. Where the file system cannot rename so, both names are there for a
+// moment, and a program that is killed then leaves both.
+bool renamed_to_new(const std::string& from, const std::string& to) {
+  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
+  if (errno != EINVAL && errno != ENOSYS) return false;
+  if (link(from.c_str(), to.c_str()) == 0) return unlink(from.c_str()) == 0;
+  return errno != EEXIST && rename(from.c_str(), to.c_str()) == 0;  // it has no hard links either
+}
+
 }  // namespace
 
 Merged merge_stores(const std::vector<std::string>& stores, const std::string& out) {
-  std::set<std::string> names;
+  std::set<std::pair<dev_t, ino_t>> files;
   for (const std::string& store : stores) {
     if (!store_exists(store)) throw InputError(store + ": no such file; expected a store");
-    if (!names.insert(store).second) throw InputError(store + ": named twice");
+    struct stat about {};
+    if (stat(store.c_str(), &about) == 0 && !files.emplace(about.st_dev, about.st_ino).second)
+      throw InputError(store + ": named twice, or another name of the same file");
   }
   if (store_exists(out)) throw InputError(out + ": exists already; move it away, or choose another file");
   const std::string path = out + ".merging";
   Merged merged;
   StoreDatabase database;
   database.path = path;
+  bool ours = false;  // the file; else another merge is writing it
   try {
     database.open_new();
+    ours = true;
     database.written([&] { merged = Merge(stores, database).merge(); });
     database.statements.clear();
     database.sql.reset();
@@ -390,14 +431,12 @@ Merged merge_stores(const std::vector<std::string>& stores, const std::string& o
       return merged;
     }
     sync(path);
-    if (link(path.c_str(), out.c_str()) != 0 && (errno == EEXIST || rename(path.c_str(), out.c_str()) != 0))
-      throw std::runtime_error("store " + out + ": " + std::strerror(errno));
-    unlink(path.c_str());
+    if (!renamed_to_new(path, out)) throw std::runtime_error("store " + out + ": " + std::strerror(errno));
   } catch (const SQLite::Exception& error) {
-    unlink(path.c_str());
+    if (ours) unlink(path.c_str());
     database.fail(error);
   } catch (...) {
-    if (database.lock >= 0) unlink(path.c_str());
+    if (ours) unlink(path.c_str());
     throw;
   }
   return merged;
