@@ -191,6 +191,8 @@ void StoreDatabase::open_for_writing() {
   network_file_system = network_file_system_of(path);
   take_lock();
   sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, 10000);
+  // First of all: without memory that processes share, a database in WAL mode can be read in this mode only.
+  if (!network_file_system.empty()) sql->exec("PRAGMA locking_mode=EXCLUSIVE");
   check_identity();
   if (network_file_system.empty()) {
     // WAL and NORMAL: a killed program loses nothing that was committed, a power cut at most the last cells.
@@ -198,7 +200,6 @@ void StoreDatabase::open_for_writing() {
     sql->exec("PRAGMA synchronous=NORMAL");
   } else {
     // A write-ahead log is memory that processes share, which those of two hosts cannot (sqlite.org/wal.html).
-    sql->exec("PRAGMA locking_mode=EXCLUSIVE");
     sql->exec("PRAGMA journal_mode=DELETE");
     sql->exec("PRAGMA synchronous=FULL");
     sql->exec("BEGIN EXCLUSIVE; COMMIT");  // held until the store is closed
@@ -222,7 +223,22 @@ void StoreDatabase::open_for_writing() {
 }
 
 void StoreDatabase::open_new() {
+  network_file_system = network_file_system_of(path);
   take_lock();
+  struct stat info {};
+  if (fstat(lock, &info) == 0 && info.st_nlink > 1) {  // a killed program left it as a second name of a whole store
+    unlink(path.c_str());
+    close(lock);
+    take_lock();
+  }
+  // On a network file system take_lock leaves locking to SQLite, which cannot lock what is truncated under it. A lock of
+  // the open file, of a byte that SQLite does not lock, holds until the file is closed.
+  struct flock first_byte {};
+  first_byte.l_type = F_WRLCK, first_byte.l_whence = SEEK_SET, first_byte.l_len = 1;
+  if (!network_file_system.empty() && fcntl(lock, F_OFD_SETLK, &first_byte) != 0) {
+    if (errno == EAGAIN || errno == EACCES) fail("is in use by another merge; wait for it, or choose another file");
+    fail(std::string("cannot be locked: ") + std::strerror(errno));
+  }
   if (ftruncate(lock, 0) != 0) fail(std::strerror(errno));  // what a killed program left
   sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, 10000);
   sql->exec("PRAGMA journal_mode=OFF");  // nobody reads it before it is complete
