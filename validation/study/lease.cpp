@@ -119,11 +119,12 @@ bool Lease::take_expired(bool& others) {
       continue;
     }
     const std::string mine = taken.substr(0, taken.find('.')) + "." + owner_;
+    utimensat(AT_FDCWD, (place_ + "/taken/" + taken).c_str(), nullptr, 0);  // before it could look expired to a third
     if (mine == taken || rename((place_ + "/taken/" + taken).c_str(), (place_ + "/taken/" + mine).c_str()) == 0) {
       mine_ = mine;
-      touch();
       return true;
     }
+    if (errno != ENOENT) fail(place_, std::strerror(errno));
   }
   return false;
 }
@@ -144,7 +145,8 @@ std::optional<std::size_t> Lease::take() {
 void Lease::done() {
   const std::lock_guard<std::mutex> held(mutex_);
   // Where it had expired and another process took it, that one ends it.
-  rename((place_ + "/taken/" + mine_).c_str(), (place_ + "/done/" + mine_.substr(0, mine_.find('.'))).c_str());
+  const std::string taken = place_ + "/taken/" + mine_, ended = place_ + "/done/" + mine_.substr(0, mine_.find('.'));
+  if (rename(taken.c_str(), ended.c_str()) != 0 && errno != ENOENT) fail(ended, std::strerror(errno));
   mine_.clear();
 }
 
