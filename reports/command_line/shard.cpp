@@ -26,6 +26,7 @@ namespace {
 // Of a plan: enough that the last ones are short, few enough that a chunk is worth a process.
 constexpr std::size_t kMostChunks = 256;
 constexpr std::size_t kMostListed = 50;  // cells named in a message
+constexpr int kMostShares = 100'000;     // shares listed by a dry run
 
 std::string plural(std::size_t count, const char* word) {
   return fmt::format("{} {}{}", count, word, count == 1 ? "" : "s");
@@ -36,6 +37,16 @@ Costs costs_of(const Options& options) { return options.costs.empty() ? Costs{} 
 std::string variable(const std::string& name) {
   const char* value = std::getenv(name.c_str());
   return value ? value : "";
+}
+
+// The cells of one share, in the order of the study.
+std::vector<std::size_t> own_share(const Ladders& ladders, const StudyShare& share) {
+  std::vector<std::size_t> cells;
+  const std::vector<int> dealt = deal(ladders.cells.size(), share.count);
+  for (std::size_t i = 0; i < dealt.size(); ++i)
+    if (dealt[i] == share.number - 1) cells.insert(cells.end(), ladders.cells[i].begin(), ladders.cells[i].end());
+  std::sort(cells.begin(), cells.end());
+  return cells;
 }
 
 // The cells of each share, in the order of the study.
@@ -126,6 +137,9 @@ int dry_run(const Selection& selection, const Options& options, const std::optio
   const Costs costs = costs_of(options);
   const Ladders ladders = ladders_by_cost(selection.cells, costs);
   const int count = share ? share->count : 1;
+  if (count > kMostShares)
+    throw InputError(
+        fmt::format("--dry-run: lists every share, and there are {}; expected at most {}", count, kMostShares));
   const auto shares = split(ladders, count);
   std::vector<double> cost_ns(shares.size());
   std::vector<std::size_t> ladders_of(shares.size());
@@ -179,8 +193,7 @@ int run_share(const Place& place, const Options& options, const Selection& selec
   if (!options.lease.empty()) {
     ended = run_chunks(selection, ladders, options, costs, how);
   } else {
-    const auto shares = split(ladders, share.count);
-    std::vector<Cell> cells = cells_at(selection.cells, shares[static_cast<std::size_t>(share.number - 1)]);
+    std::vector<Cell> cells = cells_at(selection.cells, own_share(ladders, share));
     const StudyResult result = run_study(cells, selection.workers, how);
     if (!options.quiet && !result.reused.empty())
       std::fputs(("atwood: " + reused_text(result.reused) + "\n").c_str(), stderr);
@@ -189,8 +202,14 @@ int run_share(const Place& place, const Options& options, const Selection& selec
   }
   end_progress();
   if (ended.signal != 0) {
-    fmt::print(stderr, "atwood: interrupted; what was done is in {}, and the same command goes on from there\n",
-               how.store_path);
+    if (options.lease.empty())
+      fmt::print(stderr, "atwood: interrupted; what was done is in {}, and the same command goes on from there\n",
+                 how.store_path);
+    else
+      fmt::print(stderr,
+                 "atwood: interrupted; what was done is in {}; a chunk that was not finished is back in {}, where the "
+                 "next process of the same command takes it; merge the stores of all of them\n",
+                 how.store_path, options.lease);
     return 128 + ended.signal;
   }
   fmt::print("share {} of {} ({}): {}, {} of them run, {} timed, {} ended badly; store: {}\n", share.number,
