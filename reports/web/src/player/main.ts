@@ -249,6 +249,7 @@ class Player {
   }
 
   private key(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;  // the browser's own
     if ((event.target as HTMLElement).matches('input, select, button, summary, a') && event.key !== 'Escape') return;
     const keys: Record<string, () => void> = { ' ': () => this.toggle(), ArrowLeft: () => this.step(event.shiftKey ? -10 : -1), ArrowRight: () => this.step(event.shiftKey ? 10 : 1), Home: () => this.set(0), End: () => this.set(this.motion.end), f: () => this.stage.fit() };
     if (!keys[event.key]) return;

@@ -6,7 +6,9 @@ import { Vec, add, cross, sub, turn, unit, dot, length } from './vectors';
 export interface Mesh { points: Vec[]; faces: [number, number, number][]; edges: [number, number][]; shade: number[] | null; radius: number; round: boolean }
 
 function finished(points: Vec[], faces: [number, number, number][], edges: [number, number][], shade: number[] | null = null, round = false): Mesh {
-  return { points, faces, edges, shade, radius: Math.max(0, ...points.map(length)), round };
+  let radius = 0;
+  for (const point of points) radius = Math.max(radius, length(point));
+  return { points, faces, edges, shade, radius, round };
 }
 
 function box(half: Vec): Mesh {

@@ -80,7 +80,7 @@ export class CanvasSolids implements Solids {
         this.ink.stroke();
       } });
     }
-    const middle = project(p)[2], nearest = Math.min(...seen.map((x) => x[2]));
+    const middle = project(p)[2], nearest = seen.reduce((least, x) => Math.min(least, x[2]), Infinity);
     if (mesh.edges.length) patches.push({ depth: run > 0 ? nearest : (middle + nearest) / 2, draw: () => {
       this.ink.strokeStyle = run > 0 ? colours.run(run) : colours.ink;
       this.ink.globalAlpha = run > 0 ? 0.9 : 0.35;

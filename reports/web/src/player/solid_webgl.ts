@@ -172,6 +172,11 @@ export class WebglSolids implements Solids {
     if (!points) return;
     const count = points.cloud.count;
     if (this.points?.count !== count) {
+      if (this.points) {
+        this.points.drawn.removeFromParent();
+        this.points.drawn.geometry.dispose();
+        this.points.drawn.material.dispose();
+      }
       const at = new Float32Array(3 * count), tint = new Uint8Array(3 * count);
       const place = new BufferAttribute(at, 3), colour = new BufferAttribute(tint, 3, true);
       const geometry = new BufferGeometry().setAttribute('position', place).setAttribute('color', colour);

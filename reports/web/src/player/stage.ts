@@ -67,7 +67,7 @@ export class Stage {
     const seen = moving.length ? moving : this.things.filter((thing) => thing.run === 0);
     for (const { body, mesh } of seen) for (let f = 0; f < motion.runs[0].frames; f += every) found.push({ p: motion.pose(0, body, motion.t[f]).p, r: mesh.radius });
     // What rests is part of the picture where it is not much larger than what moves.
-    const reach = Math.max(...found.map(({ p, r }) => length(sub(p, found[0].p)) + r), 0);
+    const reach = found.reduce((most, { p, r }) => Math.max(most, length(sub(p, found[0].p)) + r), 0);
     for (const thing of this.things) if (thing.run === 0 && thing.fixed && thing.mesh.radius < 1.5 * reach) found.push({ p: motion.page.scene.bodies[thing.body].p, r: thing.mesh.radius });
     for (const force of motion.page.scene.forces) if (force.kind === 'attractor' || (force.kind === 'spring' && force.b < 0)) found.push({ p: force.kind === 'attractor' ? force.pa : force.pb, r: 0 });
     for (const rope of motion.page.scene.ropes) for (const { axle, r } of rope.over) found.push({ p: axle, r });
@@ -91,7 +91,7 @@ export class Stage {
   }
   fit(): void {
     const balls = this.balls();
-    this.size = Math.max(...balls.map(({ p, r }) => length(sub(p, balls[0].p)) + r), 0) || 1;
+    this.size = balls.reduce((most, { p, r }) => Math.max(most, length(sub(p, balls[0].p)) + r), 0) || 1;
     this.camera.fit(balls);
     this.followed = null;
     this.changed();
@@ -155,7 +155,7 @@ export class Stage {
       return { origin, along, across, normal, cell, ghost: ghost || dot(normal, camera.up) < 0.5, hidden: !ghost && dot(normal, eye) < offset };
     });
   }
-  private lowest(): number { return Math.min(...this.balls().map(({ p, r }) => dot(p, this.camera.up) - r)); }
+  private lowest(): number { return this.balls().reduce((least, { p, r }) => Math.min(least, dot(p, this.camera.up) - r), Infinity); }
 
   draw(t: number, hold: number, field: number, cloudRun: number): void {
     const { camera, motion } = this;
