@@ -36,7 +36,15 @@ std::int64_t samples_of(const Options& options, const Scenario& scenario, const 
                         std::size_t runs) {
   if (!options.samples) {
     const std::int64_t most = most_samples(scenario.scene, runs);
-    return steps.empty() ? most : common_samples(steps, most);
+    if (steps.empty()) return most;
+    const std::int64_t count = common_samples(steps, most);
+    if (count == 1 && *std::min_element(steps.begin(), steps.end()) > 1)
+      fmt::print(
+          stderr,
+          "atwood: play: warning: no number from 2 to {} divides the --steps of all runs, so that only the start and "
+          "the end are drawn; choose --steps with small factors\n",
+          most);
+    return count;
   }
   if (*options.samples <= 0) throw InputError(fmt::format("--samples {}: expected a positive count", *options.samples));
   for (const std::int64_t n : steps)

@@ -3,6 +3,7 @@
 #include <zstd.h>
 
 #include <memory>
+#include <new>
 #include <stdexcept>
 
 #include "validation/study/blob_bytes.hpp"
@@ -84,6 +85,7 @@ std::string compressed(std::string_view bytes) {
   if (bytes.empty()) return {};
   if (bytes.size() > kLargest) throw std::length_error("a blob of more than 1 GB");
   thread_local const std::unique_ptr<ZSTD_CCtx, std::size_t (*)(ZSTD_CCtx*)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
+  if (context == nullptr) throw std::bad_alloc();
   std::string frame(ZSTD_compressBound(bytes.size()), '\0');
   const std::size_t size =
       ZSTD_compressCCtx(context.get(), frame.data(), frame.size(), bytes.data(), bytes.size(), kLevel);
