@@ -233,8 +233,11 @@ void Store::drop_recording(const CellKeys& cell) {
   const auto record = run(cell.accuracy);
   if (!record || !keeps_recording(cell.accuracy)) return;
   const auto measured = this->measured(cell.measured, true, false);
-  if (measured)
-    put_run(cell.accuracy, *record, recording(cell.accuracy, record->outcome), cell.measured, *measured, false);
+  if (!measured) return;
+  const Recording whole = recording(cell.accuracy, record->outcome);
+  RunRecord run = *record;
+  run.outcome = whole.outcome;  // how its solvers ended is kept with the recording
+  put_run(cell.accuracy, run, whole, cell.measured, *measured, false);
 }
 
 void Store::put_measured(const std::string& key, const std::string& cell_hash, const MeasuredRecord& measured) {
