@@ -237,7 +237,8 @@ def main():
     for kind, count in sorted(campaign.done.items()):
         print(f"{count:6} {kind}")
     print(f"{kills} kills; every export equals the undisturbed one")
-    sys.exit(0 if kills > 0 else 1)
+    if kills < asked.kills:
+        sys.exit(f"{asked.kills} kills were asked for, and the time was up after {kills}")
 
 
 if __name__ == "__main__":

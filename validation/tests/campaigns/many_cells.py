@@ -55,18 +55,19 @@ class Bench:
                 file.write(text)
         subprocess.run(["cc", "-O2", os.path.join(HERE, "instant_engine.c"), "-o", os.path.join(self.here, "instant")], check=True)
 
-    def call(self, name, *words, quiet=True):
+    def call(self, name, *words):
         command = [self.atwood, *words] + (["--max-cells", str(4 * self.planned)] if words[0] != "merge" else [])
         started = time.time()
         with open(os.path.join(self.here, name + ".log"), "w") as log:
             process = subprocess.Popen(command, cwd=self.here, stdout=log, stderr=subprocess.STDOUT)
             _, status, usage = os.wait4(process.pid, 0)
         seconds = time.time() - started
-        self.figures[name + " s"] = round(seconds, 3)
-        self.figures[name + " cpu s"] = round(usage.ru_utime + usage.ru_stime, 3)
-        self.figures[name + " MB"] = round(usage.ru_maxrss / 1024, 1)
+        # Of several calls of one name: their times together, and the largest memory.
+        for figure, value in ((" s", seconds), (" cpu s", usage.ru_utime + usage.ru_stime)):
+            self.figures[name + figure] = round(self.figures.get(name + figure, 0) + value, 3)
+        self.figures[name + " MB"] = max(self.figures.get(name + " MB", 0), round(usage.ru_maxrss / 1024, 1))
         code = os.waitstatus_to_exitcode(status)
-        if code not in (0, 1):
+        if code not in ((0, 1) if name == "gate" else (0,)):  # 1: a gate is not met
             with open(os.path.join(self.here, name + ".log")) as log:
                 sys.exit(f"{name}: exit code {code}\n{log.read()[-2000:]}")
         return seconds

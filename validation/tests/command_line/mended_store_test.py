@@ -24,9 +24,10 @@ class Damage(Case):
         database.close()
         with open(store, "rb") as file:
             sound = file.read()
-        # One bit in the tail of a key: the entry then stands at the wrong place of its table.
+        # One bit in the tail of a key: the entry then stands at the wrong place of its table. Each key stands in `cells`,
+        # in `series` (its row and its index) and in `measured`.
         places = [match.start() + 25 for match in re.finditer(b"|".join(key.encode() for key in keys[:4]), sound)]
-        self.assertGreater(len(places), 10)
+        self.assertEqual(len(places), 16)
         mended = 0
         for place in places:
             damaged = bytearray(sound)
@@ -47,7 +48,7 @@ class Damage(Case):
             self.assertNotIn("runs again", second)
             self.assertIn("nothing to do", second)
             self.ask("report", *run[1:-1])
-        self.assertGreater(mended, 3)  # recordings and rows; where a counted key has changed the store is refused
+        self.assertGreaterEqual(mended, 8)  # recordings and rows; where a counted key has changed the store is refused
 
 
 class Template(Case):
