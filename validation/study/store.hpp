@@ -1,5 +1,6 @@
-// The store of everything that was run: one SQLite file (WAL; a rollback journal on network file systems; one writer). Each cell is committed in one transaction
-// when it is done, so that a program killed at any moment leaves complete cells only.
+// The store of everything that was run: one SQLite file with one writer (a write-ahead log; on network file systems a
+// rollback journal). Each cell is committed in one transaction when it is done, so that a program killed at any moment
+// leaves complete cells only.
 //
 // Every entry carries a checksum, which is verified when it is read, and the keys of each table are counted and summed:
 // an entry that has changed or is missing is reported, never silently left out. Keys are hashes of content, the same in

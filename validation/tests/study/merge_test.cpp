@@ -1,6 +1,12 @@
 // The split of a study, and the merge of stores: times of two hosts, runs that ended early, truths.
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
 #include <catch2/catch.hpp>
 
+#include <chrono>
+#include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "validation/study/campaigns.hpp"
@@ -20,6 +26,8 @@ struct Made {
   Status status = Status::ok;
   bool killed = false, whole = true;
   double busy_ns = 1000;
+  double middle = 0;
+  Status timed = Status::ok, truth = Status::ok;
 };
 
 // A store with one cell.
@@ -35,17 +43,24 @@ void make(const std::string& path, const Made& made) {
   if (made.status == Status::ok) recording.values.resize(3);
   for (Sample& sample : recording.values) sample.bodies.resize(1);
   if (made.status == Status::ok) recording.values.back().bodies[0].p_m[0] = made.x;
+  if (made.status == Status::ok) recording.values[1].bodies[0].p_m[0] = made.middle;
   MeasuredRecord measured;
   measured.basis = "basis";
   measured.rows.resize(1);
   measured.rows[0].metric = "error-position-end", measured.rows[0].unit = "m", measured.rows[0].value = made.x;
   measured.rows[0].status = made.status;
   measured.series.t_s = {0, 1, 2};
+  if (made.truth != Status::ok) {
+    measured.basis = "basis failed";
+    measured.rows[0] = Row();
+    measured.rows[0].metric = "truth", measured.rows[0].status = made.truth, measured.rows[0].reason = path;
+  }
   store.put_run("cell", run, recording, "key", measured, made.whole);
   TimingRecord timing;
   timing.host = made.host;
   timing.outcome.busy_ns = {static_cast<std::int64_t>(made.busy_ns)};
   timing.outcome.call_ns = 7;
+  timing.outcome.status = made.timed;
   store.put_timing("timing", "cell", timing);
 }
 
@@ -65,6 +80,51 @@ TEST_CASE("times of a cell are those of one host") {
   CHECK(store.timing("timing")->outcome.busy_ns == std::vector<std::int64_t>{1000});
   CHECK(store.timing("timing")->outcome.call_ns == 7);
   CHECK(store.check().empty());
+}
+
+TEST_CASE("a timed pass that failed gives way to one that succeeded") {
+  const Folder folder;
+  make(folder / "a.db", {.host = "node-1", .busy_ns = 1000, .timed = Status::timeout});
+  make(folder / "b.db", {.host = "node-2", .busy_ns = 3000});
+  CHECK(merge_stores({folder / "a.db", folder / "b.db"}, folder / "all.db").other_host == 1);
+  CHECK(Store(folder / "all.db", Store::Mode::read).timing("timing")->host == "node-2");
+}
+
+TEST_CASE("rows whose truth crashed or timed out give way to rows that have it, in either order") {
+  const Folder folder;
+  const Made without{.truth = GENERATE(Status::crashed, Status::timeout)};
+  const bool first = GENERATE(true, false);
+  make(folder / "a.db", first ? without : Made{});
+  make(folder / "b.db", first ? Made{} : without);
+  CHECK(merge_stores({folder / "a.db", folder / "b.db"}, folder / "all.db").conflicts.empty());
+  CHECK(Store(folder / "all.db", Store::Mode::read).measured("key", true, false)->basis == "basis");
+  make(folder / "c.db", without);
+  make(folder / "d.db", without);  // for another reason
+  CHECK(merge_stores({folder / "c.db", folder / "d.db"}, folder / "none.db").conflicts.empty());
+}
+
+TEST_CASE("a merge that finds another one at work leaves its file alone") {
+  const Folder folder;
+  make(folder / "a.db", {});
+  const std::string file = folder / "all.db.merging";
+  const int other = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  REQUIRE(flock(other, LOCK_EX | LOCK_NB) == 0);
+  CHECK_THROWS_WITH(merge_stores({folder / "a.db"}, folder / "all.db"), Catch::Contains("is in use"));
+  CHECK(std::filesystem::exists(file));
+  close(other);
+  CHECK(merge_stores({folder / "a.db"}, folder / "all.db").cells == 1);
+  CHECK_FALSE(std::filesystem::exists(file));
+}
+
+TEST_CASE("a file that a killed merge left as a second name of a store is not emptied") {
+  const Folder folder;
+  make(folder / "a.db", {});
+  merge_stores({folder / "a.db"}, folder / "kept.db");
+  std::filesystem::create_hard_link(folder / "kept.db", folder / "all.db.merging");
+  CHECK(merge_stores({folder / "a.db"}, folder / "all.db").cells == 1);
+  CHECK(Store(folder / "kept.db", Store::Mode::read).run("cell"));
+  std::filesystem::create_hard_link(folder / "a.db", folder / "b.db");
+  CHECK_THROWS_WITH(merge_stores({folder / "a.db", folder / "b.db"}, folder / "both.db"), Catch::Contains("same file"));
 }
 
 TEST_CASE("a run that time or a kill ended gives way to one that ended by itself, in either order") {
@@ -108,6 +168,16 @@ TEST_CASE("a difference in the last place of a sample is a conflict, also where 
   CHECK_THAT(merged.conflicts[1], Catch::Contains("error-position-end = 1 m") && Catch::Contains("1.0000000000000002"));
 }
 
+TEST_CASE("whole recordings are compared with each other, also where the first store kept only the end") {
+  const Folder folder;
+  make(folder / "a.db", {.whole = false});
+  make(folder / "b.db", {});
+  make(folder / "c.db", {.middle = 0.5});
+  const Merged merged = merge_stores({folder / "a.db", folder / "b.db", folder / "c.db"}, folder / "all.db");
+  REQUIRE(merged.conflicts.size() == 1);
+  CHECK_THAT(merged.conflicts[0], Catch::Contains("b.db") && Catch::Contains("c.db"));
+}
+
 TEST_CASE("a recording that one store dropped is taken from the other") {
   const Folder folder;
   const bool first = GENERATE(true, false);
@@ -139,7 +209,7 @@ TEST_CASE("shares are dealt in snake order, and chunks hold ladders of about the
   CHECK(chunks({}, 4).empty());
 }
 
-TEST_CASE("a chunk is taken by one process, and again after its expiry") {
+TEST_CASE("a chunk is taken by one process, and again where it was given back") {
   const Folder folder;
   {
     Lease a(folder / "chunks", "0123456789abcdef", 3, "a", 30), b(folder / "chunks", "0123456789abcdef", 3, "b", 30);
@@ -155,6 +225,32 @@ TEST_CASE("a chunk is taken by one process, and again after its expiry") {
   CHECK_FALSE(c.take());
   CHECK_THROWS_WITH(Lease(folder / "chunks", "another plan's hash", 3, "d", 30),
                     Catch::Contains("chunks of another study"));
+}
+
+TEST_CASE("a chunk of a process that died is taken again after its expiry, and one that cannot be ended is an error") {
+  const Folder folder;
+  const std::string place = folder / "chunks/0123456789abcdef";
+  { const Lease maker(folder / "chunks", "0123456789abcdef", 1, "maker", 30); }
+  const auto take_as_dead = [&](const std::string& from) {
+    std::filesystem::rename(place + from, place + "/taken/000000000.dead");
+    std::filesystem::last_write_time(place + "/taken/000000000.dead",
+                                     std::filesystem::file_time_type::clock::now() - std::chrono::seconds(60));
+  };
+  take_as_dead("/todo/000000000");
+  {
+    Lease next(folder / "chunks", "0123456789abcdef", 1, "next", 30);
+    CHECK(next.take() == 0);
+    CHECK(std::filesystem::exists(place + "/taken/000000000.next"));
+    CHECK_FALSE(std::filesystem::exists(place + "/taken/000000000.dead"));
+    next.done();
+    CHECK_FALSE(next.take());
+  }
+  take_as_dead("/done/000000000");
+  Lease last(folder / "chunks", "0123456789abcdef", 1, "last", 30);
+  CHECK(last.take() == 0);
+  std::filesystem::remove(place + "/done");
+  std::ofstream(place + "/done") << "no directory";
+  CHECK_THROWS_WITH(last.done(), Catch::Contains("--lease"));
 }
 
 TEST_CASE("file systems that cannot hold a write-ahead log are known by their numbers") {
