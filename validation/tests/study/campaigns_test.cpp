@@ -1,4 +1,6 @@
 // Campaigns of foreign workers, and damaged entries of the store, which are measured again.
+#include <set>
+
 #include "lab.hpp"
 
 using namespace atwood;
@@ -77,6 +79,27 @@ TEST_CASE("an interrupted run of a script resumes its campaign") {
   CHECK(find_row(resumed, "sound/slow", 8, "energy-max")->provenance.run_id == "run");
   lab.options.provenance.run_id = "next";
   CHECK(lab.run(cells).reused.at(0).reused == 0);
+}
+
+TEST_CASE("chunks of one run share a campaign, also when it starts anew") {
+  ForeignLab lab;
+  const auto cells = lab.cells({"sound/straight"}, {free_flight("one"), free_flight("two", 4)});
+  REQUIRE(cells.size() == 8);
+  lab.options.fresh = true;
+  for (const char* run_id : {"first", "second"}) {
+    lab.options.provenance.run_id = run_id;
+    lab.options.shard = ShardOfPlan{"test", &cells, 1, 1, "", "--lease", false};
+    lab.run({cells.begin(), cells.begin() + 4});
+    lab.run({cells.begin() + 4, cells.end()});
+    lab.options.shard->last = true;
+    lab.run({});
+    const StudyResult loaded = load_rows(lab.options.store_path, cells);
+    std::set<std::string> measured;
+    for (const Row& row : loaded.rows)
+      if (row.metric == "energy-max" && row.provenance.run_id == run_id)
+        measured.insert(row.scenario + std::to_string(row.steps));
+    CHECK(measured.size() == 8);
+  }
 }
 
 void execute(const std::string& store, const std::string& statement) {
