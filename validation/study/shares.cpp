@@ -89,7 +89,7 @@ std::optional<StudyShare> share_of_launcher(const Variable& variable) {
   if (!ranks || ranks->count == 1) return array;
   if (array->count > 1'000'000'000 / ranks->count) throw InputError("the launcher has more than 10^9 processes");
   return StudyShare{(array->number - 1) * ranks->count + ranks->number, array->count * ranks->count,
-               array->source + " and " + ranks->source};
+                    array->source + " and " + ranks->source};
 }
 
 // ---- the split ----------------------------------------------------------------------------------------------------

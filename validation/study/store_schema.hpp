@@ -34,7 +34,8 @@ inline constexpr StoreTable kCells{"cells",
 inline constexpr StoreTable kSeries{"series", "hash, samples, events, kept", 4, false};
 inline constexpr StoreTable kMeasured{"measured", "key, cell, basis, rows, errors", 5, true};
 inline constexpr StoreTable kTimings{
-    "timings", "hash, cell, status, reason, steps_taken, rate_evaluations, busy_ns, provenance, host, call_ns", 10, true};
+    "timings", "hash, cell, status, reason, steps_taken, rate_evaluations, busy_ns, provenance, host, call_ns", 10,
+    true};
 inline constexpr StoreTable kTruths{
     "truths", "hash, scenario, status, reason, source, note, condition, samples, bars, events, event_bars", 11, false};
 // The plans that shards ran a share of, and those shares. `cells`: of the whole plan, to tell which ones are absent.

@@ -255,7 +255,8 @@ template <class S> void list_contacts_with_restitution(World<S>& world) {
 }
 
 template <class S> void resolve_impacts(World<S>& world, S sub_s) {
-  if (!world.has_restitution) return;
+  const bool has_stops = world.tied != nullptr && world.tied->has_stop_restitution;
+  if (!world.has_restitution && !has_stops) return;
   Impacts<S>& impacts = world.impacts;
   auto& queue = impacts.queue;
   queue.clear();
@@ -270,10 +271,32 @@ template <class S> void resolve_impacts(World<S>& world, S sub_s) {
     queue.push_back({predicted.t_s, contact});
     std::push_heap(queue.begin(), queue.end(), later);
   };
-  for (const int contact : impacts.with_restitution) enqueue(contact);
+  const auto enqueue_contacts_of = [&](int body) {
+    if (!world.has_restitution || !world.bodies.moves[body]) return;
+    for (int i = impacts.first[body]; i < impacts.first[body + 1]; ++i)
+      enqueue(impacts.of_body[static_cast<std::size_t>(i)]);
+  };
+  // An impact at a stop comes first where it is earlier, and changes what the contacts of its mechanism meet.
+  std::size_t stop_impacts_left = has_stops ? kMaxImpactsPerContact * world.tied->stops.size() : 0;
+  const auto resolve_stop = [&](S until_s) {
+    if (stop_impacts_left == 0) return false;
+    const Mechanism<S>* mechanism = resolve_stop_impact(world, now_s, until_s, sub_s);
+    if (mechanism == nullptr) return false;
+    --stop_impacts_left;
+    for (const int body : mechanism->bodies) enqueue_contacts_of(body);
+    return true;
+  };
+  if (world.has_restitution)
+    for (const int contact : impacts.with_restitution) enqueue(contact);
   const std::size_t max_impacts = impacts.with_restitution.size() * kMaxImpactsPerContact;
   std::size_t n = 0;
-  for (; !queue.empty() && n < max_impacts; ++n) {
+  for (;;) {
+    if (queue.empty()) {
+      if (resolve_stop(sub_s)) continue;
+      break;
+    }
+    if (n == max_impacts) break;
+    ++n;
     std::pop_heap(queue.begin(), queue.end(), later);
     PredictedTime<S> next = queue.back();
     queue.pop_back();
@@ -284,23 +307,23 @@ template <class S> void resolve_impacts(World<S>& world, S sub_s) {
       std::push_heap(queue.begin(), queue.end(), later);
       continue;
     }
+    if (resolve_stop(predicted.t_s)) {  // it may come at another time now
+      queue.push_back({predicted.t_s, next.contact});
+      std::push_heap(queue.begin(), queue.end(), later);
+      continue;
+    }
     if (sequential) select_fastest_approach(world, now_s, sub_s, later, next, predicted);
     if (!refine_on_surfaces(world, next.contact, now_s, sub_s, predicted)) continue;
     now_s = predicted.t_s;
     apply_impact(world, next.contact, predicted, now_s);
     const auto [a, b] = bodies_of(world, next.contact);
-    const auto enqueue_contacts_of = [&](int body) {
-      if (!world.bodies.moves[body]) return;
-      for (int i = impacts.first[body]; i < impacts.first[body + 1]; ++i)
-        enqueue(impacts.of_body[static_cast<std::size_t>(i)]);
-    };
     for (const int body : {a, b}) {
       if (!is_tied(world, body)) enqueue_contacts_of(body);
       else
         for (const int other : mechanism_with(world, body)) enqueue_contacts_of(other);
     }
   }
-  if (n == 0) return;
+  if (n == 0 || impacts.with_restitution.empty()) return;
   const double left = static_cast<double>(queue.size()) / static_cast<double>(impacts.with_restitution.size());
   world.model->system().solvers.add(
       IterativeSolver::impact_queue,

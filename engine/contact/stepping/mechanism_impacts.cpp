@@ -15,6 +15,11 @@ template <class S> void begin_impact(World<S>& world, Mechanism<S>& mechanism, S
   for (TiedRow<S>& row : mechanism.rows) row.wanted = rate_of(world, row);
   for (const int body : mechanism.bodies)
     world.tied->kept[static_cast<std::size_t>(body)] = world.bodies.velocity[static_cast<std::size_t>(body)];
+  for (const int s : mechanism.stops) {
+    JointStop<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
+    set_stop_row(world, stop, t_s);
+    stop.rate_before = rate_of(world, stop.row);
+  }
 }
 
 // After the impulse: that of the joints, and shifts by which the motion starts from the place of the impact.
@@ -26,6 +31,10 @@ template <class S> void end_impact(World<S>& world, Mechanism<S>& mechanism, S t
     if (!world.bodies.moves[i]) continue;
     const Row<S>&before = world.tied->kept[i], &after = world.bodies.velocity[i];
     for (int c = 0; c < 6; ++c) world.bodies.impact_shift[i].at[c] -= t_s * (after.at[c] - before.at[c]);
+  }
+  for (const int s : mechanism.stops) {
+    JointStop<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
+    stop.gap -= t_s * (rate_of(world, stop.row) - stop.rate_before);
   }
 }
 
@@ -69,18 +78,22 @@ void report_stop(const World<S>& world, const JointStop<S>& stop, S t_s, S impul
   world.observer->event(event);
 }
 
-// The stop that is reached first from now_s on, faster than the free increments move it; -1: none.
-template <class S> int next_stop(World<S>& world, Mechanism<S>& mechanism, S now_s, S sub_s, S& t_s) {
+// The stop of the mechanism that is reached first from now_s on, faster than its round-off and than the free increments
+// move it; -1: none.
+template <class S> int next_stop(World<S>& world, Mechanism<S>& mechanism, S now_s, S until_s, S sub_s, S& t_s) {
   int next = -1;
   for (const int s : mechanism.stops) {
     JointStop<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
     if (!(stop.restitution > S(0))) continue;
     set_stop_row(world, stop, S(0));
     const S rate = rate_of(world, stop.row);
+    if (!(-rate * sub_s > stop.round_off)) continue;
     // the coordinate moves uniformly between impacts: stop.gap is where it would have started from
-    const S reached = rate < S(0) ? real::max(stop.gap / -rate, now_s) : sub_s + S(1);
-    if (!(reached <= sub_s) || (next >= 0 && !(reached < t_s))) continue;
+    const S reached = real::max(stop.gap / -rate, now_s);
+    if (!(reached <= until_s) || (next >= 0 && !(reached < t_s))) continue;
     if (!(-rate > real::abs(gap_rate_increment(world, mechanism, stop)))) continue;
+    set_stop_row(world, stop, reached);
+    if (!(rate_of(world, stop.row) < S(0)) || !(squared(stop_response(world, stop)) > S(0))) continue;
     next = s;
     t_s = reached;
   }
@@ -89,33 +102,29 @@ template <class S> int next_stop(World<S>& world, Mechanism<S>& mechanism, S now
 
 }  // namespace
 
-template <class S> void resolve_stop_impacts(World<S>& world, S sub_s) {
+template <class S> const Mechanism<S>* resolve_stop_impact(World<S>& world, S& now_s, S until_s, S sub_s) {
   TiedBodies<S>& tied = *world.tied;
-  if (!tied.has_stop_restitution) return;
-  constexpr int max_impacts = 8;  // a stop, in a substep
-  for (Mechanism<S>& mechanism : tied.mechanisms) {
-    S now_s{}, t_s{};
-    for (std::size_t n = 0; n < max_impacts * mechanism.stops.size(); ++n) {
-      const int next = next_stop(world, mechanism, now_s, sub_s, t_s);
-      if (next < 0) break;
-      now_s = t_s;
-      JointStop<S>& stop = tied.stops[static_cast<std::size_t>(next)];
-      begin_impact(world, mechanism, t_s);
-      set_stop_row(world, stop, t_s);
-      const S before = rate_of(world, stop.row), mobility = squared(stop_response(world, stop));
-      const S impulse = -(S(1) + stop.restitution) * before / mobility;
-      if (!(before < S(0)) || !(mobility > S(0))) break;
-      apply_row(world, stop.row, impulse);
-      end_impact(world, mechanism, t_s);
-      tied.joints[static_cast<std::size_t>(stop.joint)].applied[0] += stop.side * impulse;
-      const S after = rate_of(world, stop.row);
-      for (const int s : mechanism.stops) {  // gaps at t = 0 of the motion after the impact
-        JointStop<S>& other = tied.stops[static_cast<std::size_t>(s)];
-        if (other.joint == stop.joint) other.gap -= stop.side * other.side * t_s * (after - before);
-      }
-      report_stop(world, stop, t_s, impulse, before, after);
-    }
+  Mechanism<S>* mechanism = nullptr;
+  int first = -1;
+  S t_s{};
+  for (Mechanism<S>& each : tied.mechanisms) {
+    S reached_s{};
+    const int next = next_stop(world, each, now_s, until_s, sub_s, reached_s);
+    if (next < 0 || (mechanism != nullptr && !(reached_s < t_s))) continue;
+    mechanism = &each;
+    first = next;
+    t_s = reached_s;
   }
+  if (mechanism == nullptr) return nullptr;
+  now_s = t_s;
+  JointStop<S>& stop = tied.stops[static_cast<std::size_t>(first)];
+  begin_impact(world, *mechanism, t_s);
+  const S impulse = -(S(1) + stop.restitution) * stop.rate_before / squared(stop_response(world, stop));
+  apply_row(world, stop.row, impulse);
+  end_impact(world, *mechanism, t_s);
+  tied.joints[static_cast<std::size_t>(stop.joint)].applied[0] += stop.side * impulse;
+  report_stop(world, stop, t_s, impulse, stop.rate_before, rate_of(world, stop.row));
+  return mechanism;
 }
 
 template <class S>
@@ -203,7 +212,7 @@ Impulse<S> collide_tied(World<S>& world, int a, int b, const ImpactLaw<S>& law, 
 }
 
 #define ATWOOD_MECHANISM_IMPACTS(S)                                                                             \
-  template void resolve_stop_impacts<S>(World<S>&, S);                                                          \
+  template const Mechanism<S>* resolve_stop_impact<S>(World<S>&, S&, S, S);                                     \
   template Impulse<S> collide_tied<S>(World<S>&, int, int, const ImpactLaw<S>&, const Vec3<S>&, const Vec3<S>&, \
                                       const Vec3<S>&, S, Vec3<S>&);
 ATWOOD_MECHANISM_IMPACTS(float)

@@ -66,7 +66,9 @@ template <class S> void move_freely(World<S>& world, const Mechanism<S>& mechani
 template <class S> void report_closing(World<S>& world, int iterations, S worst, SolveEnd ended) {
   const double residual = static_cast<double>(S(32) * real::epsilon<S>() * worst);
   world.model->system().solvers.add(IterativeSolver::invariant_projection, {iterations, residual, ended});
-  if (ended == SolveEnd::capped && !(residual < 1e-3)) world.tied->failed = true;
+  const double met =
+      std::sqrt(static_cast<double>(real::epsilon<S>()));  // far above round-off, far below a visible gap
+  if (ended == SolveEnd::capped && !(residual < met)) world.tied->failed = true;
 }
 
 // Brings poses that position corrections moved back onto the joints, nearest in the metric of the masses. The rows and
@@ -164,7 +166,7 @@ template <class S> void begin_tied_substep(World<S>& world) {
       tied.q_begin[i] = so3_exp(load3(world.bodies.pose[i].at + 3)) * world.bodies.q_WB[i];
     }
   for (JointStop<S>& stop : tied.stops)
-    stop.gap = stop.side * (tied.joints[static_cast<std::size_t>(stop.joint)].q[0] - stop.at);
+    stop.begin_gap = stop.gap = stop.side * (tied.joints[static_cast<std::size_t>(stop.joint)].q[0] - stop.at);
 }
 
 template <class S> void apply_joint_forces(World<S>& world, S sub_s) {
@@ -235,7 +237,7 @@ template <class S> int close_joints(World<S>& world, S sub_s) {
 template <class S> bool correct_stop_biases(World<S>& world, S sub_s) {
   bool changed = false;
   for (JointStop<S>& stop : world.tied->stops) {
-    const S end = stop.side * (coordinate_at_end(world, stop.joint) - stop.at) - real::min(stop.gap, S(0));
+    const S end = stop.side * (coordinate_at_end(world, stop.joint) - stop.at) - real::min(stop.begin_gap, S(0));
     if (!(end < -stop.round_off || (stop.impulse > S(0) && end > stop.round_off))) continue;
     stop.bias += end / sub_s;
     changed = true;

@@ -44,9 +44,12 @@ template <class S> struct JointStop {
   int joint = 0;
   S side{};  // 1: the lower limit, -1: the upper
   S at{}, restitution{}, round_off{};
-  S gap{}, bias{}, impulse{};
-  S mobility{};    // change of the gap's rate by a unit impulse, under the joints
-  TiedRow<S> row;  // of the gap's rate
+  S begin_gap{};  // at the beginning of the substep
+  S gap{};        // there, of the uniform motion that the impacts of the substep leave
+  S bias{}, impulse{};
+  S rate_before{};  // of the gap, at an impact
+  S mobility{};     // change of the gap's rate by a unit impulse, under the joints
+  TiedRow<S> row;   // of the gap's rate
 };
 
 // Bodies that joints connect with each other. Fixed ones and the world connect nothing.
@@ -135,8 +138,9 @@ template <class S> TiedResponse<S> stop_response(World<S>& world, const JointSto
 template <class S> S squared(const TiedResponse<S>& response);
 
 // ---- mechanism_impacts.cpp
-// Stops with restitution that are reached within the substep.
-template <class S> void resolve_stop_impacts(World<S>& world, S sub_s);
+// The impact at the stop that is reached first in [now_s, until_s] of the substep, among those with restitution. Returns
+// its mechanism and sets now_s to its time; null: there is none.
+template <class S> const Mechanism<S>* resolve_stop_impact(World<S>& world, S& now_s, S until_s, S sub_s);
 // An impact at t_s between bodies of which one is tied at least: an impulse at the contact point under Coulomb's law and the
 // impulses of all joints. Changes velocities and impact shifts of all bodies of their mechanisms. Returns the impulse on b.
 template <class S>

@@ -268,18 +268,17 @@ template <class S> void solve_velocities(World<S>& world, S sub_s, bool is_at_re
   }
   close_joints(world, sub_s);
   for (int n = 0; n < kMaxTiedSolves; ++n) {
+    if (n + 1 == kMaxTiedSolves) world.bodies.velocity_before_sweep = world.bodies.velocity;
     const bool solved = solve_contacts();
     const bool moved = close_joints(world, sub_s) > 0, corrected = correct_stop_biases(world, sub_s);
     if (!(moved || corrected) || (!solved && n > 0)) return;
   }
+  report_sweeps(world, kMaxTiedSolves, largest_change(world));
 }
 
 template <class S> void substep(World<S>& world, S sub_s, bool last, PhaseTimer& timer) {
   const Options& options = world.options;
-  if (world.tied != nullptr) {
-    begin_tied_substep(world);
-    resolve_stop_impacts(world, sub_s);
-  }
+  if (world.tied != nullptr) begin_tied_substep(world);
   resolve_impacts(world, sub_s);
   const bool is_at_rest = options.rest_sweeps > options.iterations && at_rest(world);
   timer.end("solve");
