@@ -55,14 +55,16 @@ const locked = {
   ball: ["LinX", "LinY", "LinZ"],
 };
 
-/** Adds joint j to a world (world.mjs); `ground`: the body that the scene's world and fixed planes are. */
+/** Adds joint j to a world (world.mjs); `ground`: the body that the scene's world is. */
 export function addJoint({ rapier, world, scene, bodies }, j, ground) {
   const joint = scene.joints[j],
     [anchor, childAnchor] = joint.anchors_body_m,
     limits = limitsOf(joint),
     { JointData } = rapier;
-  const onGround = joint.parent < 0 || scene.bodies[joint.parent].fixed;
-  const base = onGround ? motionAtStart(scene, joint.parent) : { p_WB: [0, 0, 0], q_WB: [1, 0, 0, 0] };
+  // the world's body and those of planes stand at the origin, whatever the pose in the scene
+  const parent = scene.bodies[joint.parent],
+    inWorldAxes = !parent || Boolean(parent.shape?.plane);
+  const base = inWorldAxes ? motionAtStart(scene, joint.parent) : { p_WB: [0, 0, 0], q_WB: [1, 0, 0, 0] };
   const inChild = frameAlong(joint.axis_body ?? [1, 0, 0]);
   const inParent = product(product(base.q_WB, joint.frame_wxyz), inChild),
     at = vector(plus(base.p_WB, toWorld(base.q_WB, anchor)));
@@ -80,7 +82,7 @@ export function addJoint({ rapier, world, scene, bodies }, j, ground) {
             x,
             mask.reduce((all, name) => all | rapier.JointAxesMask[name], 0),
           );
-  const made = world.createImpulseJoint(data, onGround ? ground : bodies[joint.parent], bodies[joint.child], true);
+  const made = world.createImpulseJoint(data, parent ? bodies[joint.parent] : ground, bodies[joint.child], true);
   made.setLocalFrame1(at, rotation(inParent));
   made.setLocalFrame2(of, rotation(inChild));
   made.setContactsEnabled(false);

@@ -191,6 +191,25 @@ class Joints(unittest.TestCase):
                             angular_velocity_body_rad_per_s=[0, 0, 1], velocity_m_per_s=turned(exp([0, 0, 0.4]), [1, 0, 0]))
         self.assertAlmostEqual(hinge.lines[-1]["joints"][0][0], 0.2, delta=2e-3)
 
+    def test_a_child_that_overlaps_its_fixed_parent_is_not_pushed_out(self):
+        # The pendulum above from 0.5 rad: its rod reaches into the block, or under the floor, that it hangs on.
+        q, rod = exp([0, 0, 0.5]), {"box": {"half_extents_m": [0.1, 1.2, 0.1]}}
+        a = body("a", inertia_kg_m2=self.INERTIA, shape=rod, position_m=[math.sin(0.5), -math.cos(0.5), 0], orientation_wxyz=q)
+        block = body("block", fixed=True, mass_kg=0, shape={"box": {"half_extents_m": [0.3, 0.3, 0.3]}}, position_m=[0.1, 0.2, 0],
+                     orientation_wxyz=TILTED)
+        plane = body("plane", fixed=True, mass_kg=0, shape={"plane": {"normal": [0, 0, 1], "offset_m": 0}}, position_m=[0.1, 0.2, 0],
+                     orientation_wxyz=TILTED)
+        back = [TILTED[0], *(-x for x in TILTED[1:])]
+        for parent in (block, plane):
+            joint = {"name": "j", "kind": "hinge", "bodies": [parent["name"], "a"], "axis_body": [0, 0, 1], "coordinates": [0.5],
+                     "anchors_body_m": [turned(back, [-0.1, -0.2, 0]), [0, 1, 0]], "frame_wxyz": back, "rates": [0]}
+            run = Run(DEFAULT, scene(parent, a, gravity=(0, -10, 0), joints=[joint]), 1, 480)
+            self.assertEqual(run.done["status"], "ok", run.done)
+            self.assertAlmostEqual(run.body(1)["p"][0], math.sin(-0.477904), delta=1e-3, msg=parent["name"])
+            self.assertAlmostEqual(run.body(1)["w"][2], -0.415901, delta=1e-3, msg=parent["name"])
+            self.assertAlmostEqual(run.body(1)["p"][2], 0, delta=1e-3, msg=parent["name"])
+            self.assertFalse(any(line.get("contacts") for line in run.lines), parent["name"])
+
     def test_a_spring_of_a_joint_is_evaluated_by_the_adapter(self):
         joint = {"name": "j", "kind": "hinge", "bodies": ["world", "a"], "anchors_body_m": [[0, 0, 0], [0, 0, 0]], "axis_body": [0, 0, 1],
                  "frame_wxyz": [1, 0, 0, 0], "coordinates": [0], "rates": [1]}
