@@ -253,14 +253,16 @@ export class JoltWorld {
     return minus(gained, applied);
   }
 
+  /** As node/run.mjs has them; null where a contact's impulse cannot be told from others or from a joint's. */
   touches() {
-    if (!this.before || this.scene.joints.length > 0) return [];
+    if (this.met.size === 0) return [];
+    if (this.scene.joints.length > 0) return null;
     const count = this.scene.bodies.map(() => 0),
       all = [];
     for (const { a, b } of this.met.values()) for (const i of [a, b]) ++count[i];
     for (const { a, b, x_m, normal, gap_m } of this.met.values()) {
       const decides = [b, a].find((i) => !this.scene.bodies[i].fixed && count[i] === 1);
-      if (decides === undefined) return [];
+      if (decides === undefined) return null;
       const onB = scaled(decides === b ? 1 : -1, this.impulseOn(decides)),
         impulse_n_N_s = dot(onB, normal);
       const weight =

@@ -8,6 +8,7 @@ import { Refusal, readScene } from "./scene.mjs";
 import { jsonText } from "./settings.mjs";
 
 const BODIES_OF_LINE = 50000;
+const EVENTS_OF_LINE = 10000;
 
 /** A number as the protocol writes it: strings where it is not finite. */
 const number = (x) => (Number.isFinite(x) ? x : Number.isNaN(x) ? "nan" : x > 0 ? "inf" : "-inf");
@@ -93,9 +94,12 @@ async function answer(rival, line) {
     const answers = { run: answerRun, contacts: answerContacts };
     if (!answers[request.request]) throw new Refusal(`${rival.name} answers hello, run and contacts`);
     const done = await answers[request.request](rival, request);
-    if (done.events) done.events = plainEvents(done.events);
-    const { events, ...rest } = done;
-    writeLine(JSON.stringify({ cell: request.cell, ...(events?.length && { events }), done: rest }));
+    const { events: all, ...rest } = done,
+      events = plainEvents(all),
+      cell = request.cell;
+    while (events.length > EVENTS_OF_LINE)
+      writeLine(JSON.stringify({ cell, more: true, events: events.splice(0, EVENTS_OF_LINE) }));
+    writeLine(JSON.stringify({ cell, ...(events.length > 0 && { events }), done: rest }));
   } catch (error) {
     const refused = error instanceof Refusal;
     if (!refused) process.stderr.write(`${error?.stack ?? error}\n`);

@@ -5,7 +5,8 @@
 //   motion(i)             {p_WB, q_WB, v_WB, w_WB_B} of body i, widened without loss
 //   release(i)            a held body begins to move with the velocity of the scene
 //   touches()             contact points with an impulse in the last step, a < b, found at its start:
-//                         {body_a, body_b, x_m, normal (from a to b), gap_m, impulse_n_N_s, impulse_t_N_s (on b)}
+//                         {body_a, body_b, x_m, normal (from a to b), gap_m, impulse_n_N_s, impulse_t_N_s (on b)};
+//                         null: the engine does not tell those of that step
 //   free()                gives its memory back
 // and, where the engine has them,
 //   joint(j)              a joint's own {q, u}; nothing: they follow from the motions of its bodies
@@ -114,9 +115,12 @@ function relativeVelocity(touch, a, b) {
   return minus(velocity(b), velocity(a));
 }
 
-/** Rows of contacts of a sample: forces are the last step's mean; the gap goes on with the velocity that it ended with. */
+/**
+ * Rows of contacts of a sample: forces are the last step's mean; the gap goes on with the velocity that it ended with.
+ * Undefined: not told.
+ */
 function contactRows(stepper) {
-  return stepper.world.touches().map((touch) => {
+  return stepper.world.touches()?.map((touch) => {
     const u = relativeVelocity(touch, stepper.motion(touch.body_a), stepper.motion(touch.body_b));
     return [
       touch.body_a,
@@ -130,16 +134,27 @@ function contactRows(stepper) {
   });
 }
 
-/** Impacts: a pair with an impulse in this step and none in the step before. */
+/**
+ * Impacts: a pair with an impulse in this step and none in the step before. After a step whose contacts are not told, a pair
+ * that lasts cannot be known from a new one: then no impact of the run is told.
+ */
 class ImpactLog {
   last = new Set();
   events = [];
+  told = true;
   before(stepper) {
-    this.motions = stepper.motions();
+    if (this.told) this.motions = stepper.motions();
   }
   after(t_s, stepper) {
-    const met = new Map();
-    for (const touch of stepper.world.touches()) {
+    if (!this.told) return;
+    const touches = stepper.world.touches(),
+      met = new Map();
+    if (touches === null) {
+      this.told = false;
+      this.events = [];
+      return;
+    }
+    for (const touch of touches) {
       if (!(touch.impulse_n_N_s > 0)) continue;
       const key = `${touch.body_a} ${touch.body_b}`,
         pair = met.get(key) ?? { touch, n: 0, t: 0 };
@@ -166,9 +181,6 @@ class ImpactLog {
     }
     this.last = new Set(met.keys());
   }
-  take() {
-    return this.events.splice(0);
-  }
 }
 
 function accuracyPass(make, scene, plan, substeps, put) {
@@ -181,30 +193,30 @@ function accuracyPass(make, scene, plan, substeps, put) {
     const line = {
       t_s: (plan.t_end_s * k) / plan.samples,
       bodies: stepper.motions().map((m) => [...m.p_WB, ...m.q_WB, ...m.v_WB, ...m.w_WB_B]),
-      events: log?.take() ?? [],
+      events: [], // told at the end: until then a step may show that none are
     };
     Object.assign(line, jointMembers(stepper, line.t_s));
     if (k > 0 && log) line.contacts = contactRows(stepper);
     put(line);
   };
+  const ended = (outcome) => ({ ...outcome, events: log?.events ?? [], impactsTold: log?.told ?? true });
   try {
     sample(0);
     for (let n = 1; n <= plan.steps; ++n) {
       stepper.step(n - 1, log && (() => log.before(stepper)), log && ((t_s) => log.after(t_s, stepper)));
       if (n % stride !== 0) continue;
       const reason = notFinite(stepper, n);
-      if (reason) return { status: "not finite", reason, steps_taken: n, events: log?.take() ?? [] };
+      if (reason) return ended({ status: "not finite", reason, steps_taken: n });
       const broken = world.broken?.();
       if (broken)
-        return {
+        return ended({
           status: "diverged",
           reason: `${broken} at t = ${(plan.t_end_s * n) / plan.steps} s`,
           steps_taken: n,
-          events: log?.take() ?? [],
-        };
+        });
       sample(n / stride);
     }
-    return { status: "ok", reason: "", steps_taken: plan.steps, complaints: world.complaints?.() };
+    return ended({ status: "ok", reason: "", steps_taken: plan.steps, complaints: world.complaints?.() });
   } finally {
     world.free();
   }
@@ -257,13 +269,14 @@ export function runWorld(makeWorld, scene, request, substeps, put) {
       else if (k > 0) done.busy_ns.push(run.busy_ns);
     }
   }
-  const { complaints, ...rest } = done;
+  const { complaints, impactsTold = true, ...rest } = done;
   done = rest;
   const names = [namesOfForces(scene), namesOfJointForces(scene, ownJointForces)].filter(Boolean).join(", ");
   if (names) {
     done.rate_evaluations = done.steps_taken * substeps;
     if (done.status === "ok") done.reason = `forces evaluated by the adapter once a step: ${names}`;
   }
-  if (complaints && done.status === "ok") done.reason = [done.reason, complaints].filter(Boolean).join("; ");
+  const untold = impactsTold ? "" : "impacts are not told, as the engine does not tell the impulses of every step's contacts";
+  if (done.status === "ok") done.reason = [done.reason, complaints, untold].filter(Boolean).join("; ");
   return done;
 }

@@ -146,6 +146,24 @@ class Conventions(unittest.TestCase):
                     self.assertAlmostEqual(along, 3 - 10 * mu, delta=0.01)
                     self.assertAlmostEqual(across, 0, delta=0.01)
 
+    def test_impacts_are_told_of_all_steps_or_of_none(self):
+        """A second ball strikes one that rests on the floor, and leaves it: where the step of two contacts of one ball is not
+        told, the floor's lasting contact is no new impact."""
+        rest = ball("rest", position_m=[0, 0, 0.1])
+        strikes = ball("strikes", position_m=[-1, 0, 0.1 + 1e-3], velocity_m_per_s=[4, 0, 0])
+        samples, done = self.worker.run("default", scene(floor(), rest, strikes, gravity=(0, 0, -10)), 0.5, 480, 480)
+        told = [event for line in [*samples, self.worker.last] for event in line.get("events", [])]
+        if NAME == "jolt":
+            self.assertEqual(told, [])
+            self.assertIn("impacts are not told", done["reason"])
+            untold = [line for line in samples[1:] if "contacts" not in line]
+            self.assertTrue(0 < len(untold) < 480, len(untold))
+        alone = ball("alone", position_m=[0, 0, 0.3], velocity_m_per_s=[0, 0, -2])
+        samples, done = self.worker.run("default", scene(floor(), alone), 0.5, 480, 4)
+        told = [event for line in [*samples, self.worker.last] for event in line.get("events", [])]
+        self.assertEqual([(event["body_a"], event["body_b"]) for event in told], [(0, 1)])
+        self.assertEqual(done["reason"], "")
+
     def test_two_runs_have_the_same_bits(self):
         balls = [ball(str(k), position_m=[0.05 * (k % 2), 0, 0.1 + 0.25 * k]) for k in range(6)]
         of = scene(*balls, floor(), gravity=(0, 0, -10), laws=[law(friction=0.5)])

@@ -54,6 +54,7 @@ class Worker:
         while True:
             line = json.loads(lines.readline())
             if "done" in line:
+                self.last = line
                 return found, line["done"]
             found.append(line)
 
