@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # set_up.sh BUILD_DIR: installs the packages of this folder's lock file to BUILD_DIR/node, where the workers find them.
-# Needs node 18 or newer, npm and, when something is to be installed, the network; the workers need none.
+# Needs node 18.3 or newer, npm and, when something is to be installed, the network; the workers need none.
 set -euo pipefail
 
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)

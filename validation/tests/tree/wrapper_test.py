@@ -34,13 +34,24 @@ class Machine:
         path.write_text("#!/bin/bash\n" + text)
         path.chmod(0o755)
 
-    def environment(self):
+    def environment(self, **more):
         kept = {key: value for key, value in os.environ.items() if not key.startswith("ATWOOD_")}
-        return {**kept, "PATH": f"{self.bin}:/usr/bin:/bin"}
+        return {**kept, "PATH": f"{self.bin}:/usr/bin:/bin", **more}
 
-    def run(self, *words):
-        return subprocess.run([str(self.folder / "atwood"), *words], env=self.environment(), cwd="/", text=True,
+    def run(self, *words, **more):
+        return subprocess.run([str(self.folder / "atwood"), *words], env=self.environment(**more), cwd="/", text=True,
                               capture_output=True, stdin=subprocess.DEVNULL, timeout=60)
+
+    def with_packages(self):
+        """All packages are installed, cmake succeeds, and ninja fails."""
+        self.script("dpkg-query", 'shift 3; for name; do printf "ii %s " "$name"; done\n')
+        self.script("cmake", f'echo "cmake $*" >> "{self.calls}"\ntouch "{self.folder}/build/release/build.ninja"\n')
+
+    def configured(self, **more):
+        """Whether a call of the wrapper configures the build."""
+        before = self.recorded().count("cmake")
+        self.run("run", **more)
+        return self.recorded().count("cmake") > before
 
     def run_on_terminal(self, answer, *words):
         """What the wrapper writes on a terminal where `answer` is typed, and its exit code."""
@@ -117,6 +128,43 @@ class Wrapper(unittest.TestCase):
         self.assertEqual(ended.returncode, 5)
         self.assertIn("missing packages", ended.stderr)
         self.assertEqual(self.machine.recorded(), "")
+
+    def test_a_first_build_without_optional_engines_prints_no_errors(self):
+        self.machine.with_packages()
+        self.assertEqual(self.machine.run("run").stderr.splitlines()[0], "atwood: configuring")
+
+    def test_another_node_is_configured_for_where_engines_run_under_it(self):
+        machine = self.machine
+        machine.with_packages()
+        machine.script("npm", "exit 0\n")
+        machine.script("node", "echo v20.1.0\n")
+        self.assertTrue(machine.configured())
+        machine.script("node", "echo v20.2.0\n")
+        self.assertFalse(machine.configured())  # no engine runs under it
+        for lock in ("reference/node/package-lock.json", "build/release/node/installed-lock.json"):
+            (machine.folder / lock).parent.mkdir(parents=True, exist_ok=True)
+            (machine.folder / lock).write_text("{}")
+        self.assertTrue(machine.configured(ATWOOD_ENGINES="rapier"))
+        self.assertFalse(machine.configured(ATWOOD_ENGINES="rapier"))
+        self.assertFalse(machine.configured())  # it stays set up
+        machine.script("node", "echo v20.3.0\n")
+        self.assertTrue(machine.configured(ATWOOD_ENGINES="rapier"))
+        (machine.folder / "other").mkdir()
+        shutil.move(machine.bin / "node", machine.folder / "other/node")
+        self.assertTrue(machine.configured(ATWOOD_ENGINES="rapier", PATH=f"{machine.folder}/other:{machine.environment()['PATH']}"))
+
+    @unittest.skipUnless(shutil.which("node"), "no Node.js")
+    def test_node_is_installed_where_it_is_older_than_18_3(self):
+        self.machine.with_packages()
+        self.machine.script("npm", "exit 0\n")
+        self.machine.script("dpkg-query", "exit 0\n")
+        other = self.machine.folder / "other.cjs"
+        self.machine.script("node", f'exec {shutil.which("node")} --require "{other}" "$@"\n')
+        for version, recent in (("18.2.9", False), ("9.11.2", False), ("18.3.0", True), ("18.20.4", True), ("20.1.0", True)):
+            other.write_text(f'Object.defineProperty(process, "versions", {{ value: {{ node: "{version}" }} }});')
+            ended = self.machine.run("run", ATWOOD_ENGINES="jolt", ATWOOD_NO_INSTALL="1")
+            missing = re.search(r"missing packages: (.*)", ended.stderr)[1].split()
+            self.assertEqual("nodejs" in missing, not recent, version)
 
     def test_a_bare_machine_gets_what_the_build_requires(self):
         """Each find_package(... REQUIRED) of the tree has its Debian package in the wrapper's list."""
