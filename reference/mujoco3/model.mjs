@@ -5,6 +5,8 @@
 // - quaternions are w, x, y, z; extents are half extents, the axis of a capsule and cylinder is z, and its half length
 //   excludes the caps, as in the scene; a mesh collides as its convex hull;
 // - the diagonal inertia is in a frame of its own (quat), that of the principal axes.
+// - what is welded counts as one body where a parent and its child do not collide: that filter is off, and joined bodies are
+//   listed.
 import { fromZ, length, principalAxes, scaled, toBody } from "../node/rotation.mjs";
 import { hasShape, rotates, shapesMatter } from "../node/scene.mjs";
 import { constraintElements, excludedPairs, jointElements, placementAtZero, placingJoints, ropeSites } from "./mechanism.mjs";
@@ -22,7 +24,7 @@ function options(scene, s) {
     `ls_tolerance="${s.ls_tolerance}" noslip_iterations="${s.noslip_iterations}" noslip_tolerance="${s.noslip_tolerance}" ` +
     `impratio="${s.impratio}" ccd_iterations="${s.ccd_iterations}" ccd_tolerance="${s.ccd_tolerance}">\n` +
     `<flag warmstart="${on(s.warm_start)}" refsafe="${on(s.refsafe)}" multiccd="${on(s.multiccd)}" island="${on(s.islands)}" ` +
-    `nativeccd="${on(s.nativeccd)}" eulerdamp="${on(s.eulerdamp)}" autoreset="disable"/>\n</option>\n`
+    `nativeccd="${on(s.nativeccd)}" eulerdamp="${on(s.eulerdamp)}" autoreset="disable" filterparent="disable"/>\n</option>\n`
   );
 }
 

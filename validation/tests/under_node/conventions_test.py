@@ -164,6 +164,20 @@ class Conventions(unittest.TestCase):
         self.assertEqual([(event["body_a"], event["body_b"]) for event in told], [(0, 1)])
         self.assertEqual(done["reason"], "")
 
+    def test_bodies_collide_across_a_weld(self):
+        """A hinge from a to b and a weld from b to c: a and c overlap and are not joined, so that they are pushed apart."""
+        box = {"box": {"half_extents_m": [0.5, 0.1, 0.1]}}
+        at = [("a", [0, 0, 0]), ("b", [1.0, 0, 0]), ("c", [0.9, 0.15, 0])]
+        bodies = [body(name, position_m=p, shape=box) for name, p in at]
+        hinge = {"name": "hinge", "kind": "hinge", "bodies": ["a", "b"], "anchors_body_m": [[0.5, 0, 0], [-0.5, 0, 0]],
+                 "axis_body": [0, 0, 1], "coordinates": [0.0]}
+        weld = {"name": "weld", "kind": "fixed", "bodies": ["b", "c"], "anchors_body_m": [[-0.1, 0.15, 0], [0, 0, 0]], "coordinates": []}
+        joints = [{"frame_wxyz": [1, 0, 0, 0], "rates": [0.0] * len(each["coordinates"]), "closes_loop": False, **each}
+                  for each in (hinge, weld)]
+        samples, done = self.worker.run("default", scene(*bodies, joints=joints), 0.5, 240)
+        self.assertEqual(done["status"], "ok", done)
+        self.assertGreater(abs(samples[-1]["joints"][0][0]), 0.02)  # at rest without the contact
+
     def test_two_runs_have_the_same_bits(self):
         balls = [ball(str(k), position_m=[0.05 * (k % 2), 0, 0.1 + 0.25 * k]) for k in range(6)]
         of = scene(*balls, floor(), gravity=(0, 0, -10), laws=[law(friction=0.5)])
