@@ -3,6 +3,7 @@ import { createHash } from "node:crypto";
 import { readFileSync, readdirSync, writeSync } from "node:fs";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
+import { fileURLToPath } from "node:url";
 import { describeRival, runRival } from "./rival.mjs";
 import { Refusal, readScene } from "./scene.mjs";
 import { jsonText } from "./settings.mjs";
@@ -59,7 +60,7 @@ const plainEvents = (events) =>
 /** Of Node.js, the engine's files, and these sources: changes whenever the results may. */
 function fingerprint(rival) {
   const hash = createHash("sha256").update(process.version);
-  const here = new URL(".", import.meta.url).pathname;
+  const here = fileURLToPath(new URL(".", import.meta.url));
   const sources = [here, rival.folder].flatMap((folder) =>
     readdirSync(folder)
       .filter((name) => name.endsWith(".mjs"))

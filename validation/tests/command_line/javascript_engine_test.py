@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
@@ -96,6 +97,39 @@ class Engine(unittest.TestCase):
     def test_a_request_that_cannot_be_read_is_answered(self):
         (lines,) = ask("javascript", {"request": "dance", "cell": 5}),
         self.assertEqual(lines[0]["done"]["status"], "unsupported")
+
+
+class Places(unittest.TestCase):
+    """Folders whose names a URL writes otherwise."""
+
+    def setUp(self):
+        made = tempfile.TemporaryDirectory()
+        self.addCleanup(made.cleanup)
+        self.root = os.path.join(made.name, "a checkout%20of #1")
+        for each in ("reference/node", "reference/your_engine"):
+            shutil.copytree(os.path.join(ROOT, each), os.path.join(self.root, each))
+        os.makedirs(os.path.join(self.root, "reference/rivals"))
+        shutil.copy(os.path.join(ROOT, "reference/rivals/tuned.json"), os.path.join(self.root, "reference/rivals"))
+
+    def test_a_worker_finds_its_sources(self):
+        ended = subprocess.run([shutil.which("node"), os.path.join(self.root, "reference/your_engine/worker.mjs")], text=True,
+                               input='{"protocol":1,"request":"hello"}\n', capture_output=True, timeout=60)
+        self.assertEqual(ended.stderr, "")
+        self.assertEqual(json.loads(ended.stdout)["engine"], "javascript")
+
+    def test_the_script_beside_the_workers_starts_one(self):
+        worker, script = os.path.join(self.root, "worker.mjs"), os.path.join(self.root, "atwood-engine")
+        with open(worker, "w") as file:
+            file.write("export const main = (packages) => console.log(packages);")
+        with open(os.path.join(ROOT, "reference/node/atwood-engine.in")) as file:
+            text = file.read()
+        for name, value in (("PROGRAM", shutil.which("node")), ("WORKER", worker), ("PACKAGES", "some packages")):
+            text = text.replace(f"@NODE_{name}@", value)
+        with open(script, "w") as file:
+            file.write(text)
+        os.chmod(script, 0o755)
+        ended = subprocess.run([script], text=True, capture_output=True, timeout=60)
+        self.assertEqual((ended.stderr, ended.stdout), ("", "some packages\n"))
 
 
 class SceneClasses(unittest.TestCase):
