@@ -48,14 +48,16 @@ export function addConstraint(world, j) {
   const base = ground ? motionAtStart(scene, joint.parent) : { p_WB: [0, 0, 0], q_WB: [1, 0, 0, 0] };
   const frame = product(base.q_WB, joint.frame_wxyz),
     point = plus(base.p_WB, toWorld(base.q_WB, anchor));
-  const at = ([x, y, z]) => new jolt.RVec3(x, y, z),
-    vector = (v) => world.vector(v);
+  const { memory } = world,
+    at = (p) => memory.point(p),
+    vector = (v) => memory.vector(v);
   const axis = joint.axis_body,
     normal = axis && orthogonal(axis),
     middle = limits ? (limits.lower + limits.upper) / 2 : 0;
   const half = limits ? (limits.upper - limits.lower) / 2 : 0,
     inParent = (v) => vector(toWorld(frame, v));
-  const make = (Settings, members) => Object.assign(new Settings(), { mSpace: jolt.EConstraintSpace_LocalToBodyCOM }, members);
+  const make = (Settings, members) =>
+    Object.assign(memory.counted(new Settings()), { mSpace: jolt.EConstraintSpace_LocalToBodyCOM }, members);
   const stops = limits ? { mLimitsMin: -half, mLimitsMax: half } : {};
   let settings;
   if (joint.kind === "hinge") {

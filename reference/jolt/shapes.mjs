@@ -11,43 +11,37 @@ export const PLANE_HALF_EXTENT_M = 1e4;
 const TURN_Y_TO_Z = [Math.SQRT1_2, Math.SQRT1_2, 0, 0];
 
 export class Shapes {
-  constructor(jolt, settings) {
-    Object.assign(this, { jolt, settings });
-  }
-  vector([x, y, z]) {
-    return new this.jolt.Vec3(x, y, z);
-  }
-  quaternion([w, x, y, z]) {
-    return new this.jolt.Quat(x, y, z, w);
+  constructor(jolt, settings, memory) {
+    Object.assign(this, { jolt, settings, memory });
   }
 
   /** A Shape of what `settings` (ShapeSettings) describe. */
   created(settings, body) {
-    const result = settings.Create();
+    const result = this.memory.counted(settings).Create();
     if (result.HasError()) throw new Refusal(`jolt: the shape of \`${body.name}\`: ${result.GetError().c_str()}`);
-    const shape = result.Get();
-    shape.AddRef();
-    return shape;
+    return this.memory.counted(result.Get());
   }
   radius(...extents_m) {
     return Math.min(this.settings.convex_radius_m, 0.1 * Math.min(...extents_m));
   }
   box(half_extents_m) {
-    return new this.jolt.BoxShapeSettings(this.vector(half_extents_m), this.radius(...half_extents_m));
+    return new this.jolt.BoxShapeSettings(this.memory.vector(half_extents_m), this.radius(...half_extents_m));
   }
   turned(settings) {
-    return new this.jolt.RotatedTranslatedShapeSettings(this.vector([0, 0, 0]), this.quaternion(TURN_Y_TO_Z), settings);
+    const { jolt, memory } = this;
+    return new jolt.RotatedTranslatedShapeSettings(memory.vector([0, 0, 0]), memory.quaternion(TURN_Y_TO_Z), settings);
   }
 
   plane({ normal, offset_m }) {
     const norm = length(normal);
-    const plane = new this.jolt.Plane(this.vector(scaled(1 / norm, normal)), -offset_m / norm);
+    const plane = this.memory.own(new this.jolt.Plane(this.memory.vector(scaled(1 / norm, normal)), -offset_m / norm));
     return new this.jolt.PlaneShapeSettings(plane, null, PLANE_HALF_EXTENT_M);
   }
   mesh(points_m, triangles) {
-    const { jolt } = this,
-      list = new jolt.TriangleList();
-    for (const corners of triangles) list.push_back(new jolt.Triangle(...corners.map((k) => this.vector(points_m[k]))));
+    const { jolt, memory } = this,
+      list = memory.own(new jolt.TriangleList());
+    for (const corners of triangles)
+      list.push_back(memory.own(new jolt.Triangle(...corners.map((k) => memory.vector(points_m[k])))));
     return new jolt.MeshShapeSettings(list);
   }
   rectangle({ half_extents_m: [a, b] }) {
@@ -68,7 +62,7 @@ export class Shapes {
   }
   convex({ points_m }) {
     const made = new this.jolt.ConvexHullShapeSettings();
-    for (const point of points_m) made.mPoints.push_back(this.vector(point));
+    for (const point of points_m) made.mPoints.push_back(this.memory.vector(point));
     const reach = points_m.map(length).reduce((a, b) => Math.max(a, b), 0);
     made.mMaxConvexRadius = this.radius(reach);
     return made;
@@ -77,8 +71,8 @@ export class Shapes {
     const made = new this.jolt.StaticCompoundShapeSettings();
     for (const part of boxes)
       made.AddShapeShapeSettings(
-        this.vector(part.position_body_m),
-        this.quaternion(part.orientation_wxyz),
+        this.memory.vector(part.position_body_m),
+        this.memory.quaternion(part.orientation_wxyz),
         this.box(part.half_extents_m),
         0,
       );
@@ -101,6 +95,10 @@ export class Shapes {
     return this.compound(compound);
   }
 
+  centred(shape, offset) {
+    return this.memory.counted(new this.jolt.OffsetCenterOfMassShape(shape, this.memory.vector(offset)));
+  }
+
   /** The body's Shape with its centre of mass at the origin; a small sphere for a body without one. */
   of(body) {
     if (Object.keys(body.shape ?? {}).length === 0) return this.created(new this.jolt.SphereShapeSettings(1e-3), body);
@@ -108,7 +106,7 @@ export class Shapes {
     if (body.shape.plane || body.shape.mesh || body.shape.rectangle) return shape;
     const c = shape.GetCenterOfMass(),
       center = [c.GetX(), c.GetY(), c.GetZ()];
-    return length(center) === 0 ? shape : new this.jolt.OffsetCenterOfMassShape(shape, this.vector(scaled(-1, center)));
+    return length(center) === 0 ? shape : this.centred(shape, scaled(-1, center));
   }
 }
 

@@ -8,10 +8,10 @@
 //   the scene has one, and a contact listener gives each pair its own where it has several;
 // - a manifold's normal points from its first body to its second, its depth is negative for speculative contacts.
 import { isNothing } from "../node/forces.mjs";
-import { joined, motionAtStart } from "../node/joints.mjs";
 import { dot, length, minus, plus, principalAxes, scaled, toBody, toWorld } from "../node/rotation.mjs";
 import { Refusal, hasShape, lawsInPlay, rotates, shapesMatter } from "../node/scene.mjs";
 import { addConstraint } from "./joints.mjs";
+import { Memory } from "./memory.mjs";
 import { Shapes } from "./shapes.mjs";
 
 const FIXED = 0,
@@ -25,8 +25,11 @@ function layers(jolt, made) {
   filter.EnableCollision(FIXED, MOVING);
   filter.EnableCollision(MOVING, MOVING);
   const broad = new jolt.BroadPhaseLayerInterfaceTable(3, 3);
-  for (const layer of [FIXED, MOVING, TOUCHES_NOTHING])
-    broad.MapObjectToBroadPhaseLayer(layer, new jolt.BroadPhaseLayer(layer));
+  for (const layer of [FIXED, MOVING, TOUCHES_NOTHING]) {
+    const own = new jolt.BroadPhaseLayer(layer);
+    broad.MapObjectToBroadPhaseLayer(layer, own);
+    jolt.destroy(own);
+  }
   made.mObjectLayerPairFilter = filter;
   made.mBroadPhaseLayerInterface = broad;
   made.mObjectVsBroadPhaseLayerFilter = new jolt.ObjectVsBroadPhaseLayerFilterTable(broad, 3, filter, 3);
@@ -69,6 +72,7 @@ function setPhysics(system, s) {
 export class JoltWorld {
   constructor(jolt, scene, settings, observe) {
     Object.assign(this, { jolt, scene, settings, bodies: [], constraints: [], met: new Map(), before: null });
+    this.memory = new Memory(jolt);
     this.collide = shapesMatter(scene);
     this.interface = makeInterface(jolt, scene.bodies.length);
     this.system = this.interface.GetPhysicsSystem();
@@ -76,29 +80,34 @@ export class JoltWorld {
     this.force = new jolt.Vec3();
     this.torque = new jolt.Vec3();
     setPhysics(this.system, settings);
-    this.system.SetGravity(this.vector(scene.gravity_m_per_s2));
-    this.shapes = new Shapes(jolt, settings);
+    try {
+      this.fill(observe);
+    } catch (error) {
+      this.free();
+      throw error;
+    }
+  }
+  fill(observe) {
+    const { jolt, scene, settings, memory } = this;
+    this.system.SetGravity(memory.vector(scene.gravity_m_per_s2));
+    this.shapes = new Shapes(jolt, settings, memory);
     this.filter = scene.joints.length > 0 ? this.groups() : null;
     scene.bodies.forEach((body, i) => this.add(body, i));
     scene.joints.forEach((_, j) => addConstraint(this, j));
     this.listen(observe && this.collide);
     this.system.OptimizeBroadPhase();
-  }
-  vector([x, y, z]) {
-    return new this.jolt.Vec3(x, y, z);
+    memory.drop();
   }
 
   /** Bodies with a common joint do not collide. */
   groups() {
-    const count = this.scene.bodies.length,
-      table = new this.jolt.GroupFilterTable(count);
-    table.AddRef?.();
-    for (let a = 0; a < count; ++a) for (let b = 0; b < a; ++b) if (joined(this.scene, a, b)) table.DisableCollision(a, b);
+    const table = this.memory.counted(new this.jolt.GroupFilterTable(this.scene.bodies.length));
+    for (const { parent, child } of this.scene.joints) if (parent >= 0) table.DisableCollision(parent, child);
     return table;
   }
 
   add(body, i) {
-    const { jolt, settings } = this,
+    const { jolt, settings, memory } = this,
       { EMotionType_Static, EMotionType_Dynamic, EMotionQuality_Discrete } = jolt;
     const plane = Boolean(body.shape?.plane); // in world axes, for every pose of its body
     const [w, x, y, z] = plane ? [1, 0, 0, 0] : body.orientation_wxyz,
@@ -109,8 +118,8 @@ export class JoltWorld {
       stands = body.fixed || held;
     const made = new jolt.BodyCreationSettings(
       shape,
-      new jolt.RVec3(px, py, pz),
-      new jolt.Quat(x, y, z, w).Normalized(),
+      memory.point([px, py, pz]),
+      memory.quaternion([w, x, y, z]).Normalized(),
       stands ? EMotionType_Static : EMotionType_Dynamic,
       layer,
     );
@@ -129,11 +138,11 @@ export class JoltWorld {
     if (!body.fixed) {
       // whatever the shape's density says, the scene's mass follows below
       made.mOverrideMassProperties = jolt.EOverrideMassProperties_MassAndInertiaProvided;
-      made.mMassPropertiesOverride.SetMassAndInertiaOfSolidBox(this.vector([1, 1, 1]), 1);
+      made.mMassPropertiesOverride.SetMassAndInertiaOfSolidBox(memory.vector([1, 1, 1]), 1);
       if (!rotates(body))
         made.mAllowedDOFs = jolt.EAllowedDOFs_TranslationX | jolt.EAllowedDOFs_TranslationY | jolt.EAllowedDOFs_TranslationZ;
     }
-    if (this.filter) made.mCollisionGroup = new jolt.CollisionGroup(this.filter, 0, i);
+    if (this.filter) made.mCollisionGroup = memory.own(new jolt.CollisionGroup(this.filter, 0, i));
     const one = this.bodyInterface.CreateBody(made);
     jolt.destroy(made);
     this.bodies[i] = one;
@@ -148,17 +157,16 @@ export class JoltWorld {
       properties = this.bodies[i].GetMotionProperties();
     properties.SetInverseMass(1 / body.mass_kg);
     if (!rotates(body)) return;
-    const {
-      moments_kg_m2,
-      q_BP: [w, x, y, z],
-    } = principalAxes(body.inertia_kg_m2);
-    properties.SetInverseInertia(this.vector(moments_kg_m2.map((moment) => 1 / moment)), new this.jolt.Quat(x, y, z, w));
+    const { moments_kg_m2, q_BP } = principalAxes(body.inertia_kg_m2);
+    const inverse = this.memory.vector(moments_kg_m2.map((moment) => 1 / moment));
+    properties.SetInverseInertia(inverse, this.memory.quaternion(q_BP));
   }
   setVelocity(i) {
-    const body = this.scene.bodies[i];
-    this.bodies[i].SetLinearVelocity(this.vector(body.velocity_m_per_s));
+    const body = this.scene.bodies[i],
+      { memory } = this;
+    this.bodies[i].SetLinearVelocity(memory.vector(body.velocity_m_per_s));
     if (rotates(body))
-      this.bodies[i].SetAngularVelocity(this.vector(toWorld(body.orientation_wxyz, body.angular_velocity_body_rad_per_s)));
+      this.bodies[i].SetAngularVelocity(memory.vector(toWorld(body.orientation_wxyz, body.angular_velocity_body_rad_per_s)));
   }
 
   /** Gives pairs their laws, and notes contacts where `observe`. */
@@ -242,6 +250,7 @@ export class JoltWorld {
     this.bodyInterface.SetMotionType(this.bodies[i].GetID(), this.jolt.EMotionType_Dynamic, this.jolt.EActivation_Activate);
     this.setMass(i);
     this.setVelocity(i);
+    this.memory.drop();
   }
 
   /** What the contacts of the last step gave body i [N s], world axes: its change of momentum less that of all else. */
@@ -289,7 +298,8 @@ export class JoltWorld {
       this.bodyInterface.RemoveBody(body.GetID());
       this.bodyInterface.DestroyBody(body.GetID());
     }
+    this.memory.free();
     this.jolt.destroy(this.interface);
-    if (this.listener) this.jolt.destroy(this.listener);
+    for (const one of [this.listener, this.force, this.torque]) if (one) this.jolt.destroy(one);
   }
 }

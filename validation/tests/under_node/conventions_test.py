@@ -1,7 +1,10 @@
 """Scenes of known answer for the engines that run under Node.js: a frame, a unit or a coefficient that an adapter mistakes
 shows in one of them. conventions_test.py BIN_DIR NAME; an engine that is not built is left out."""
+import json
 import math
 import os
+import shutil
+import subprocess
 import sys
 import unittest
 
@@ -177,6 +180,26 @@ class Conventions(unittest.TestCase):
         samples, done = self.worker.run("default", scene(*bodies, joints=joints), 0.5, 240)
         self.assertEqual(done["status"], "ok", done)
         self.assertGreater(abs(samples[-1]["joints"][0][0]), 0.02)  # at rest without the contact
+
+    @unittest.skipUnless(NAME == "jolt", "JavaScript frees what the other has")
+    def test_a_world_gives_its_memory_back(self):
+        cube = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.1, 0.1)]
+        part = {"half_extents_m": [0.1, 0.1, 0.1], "position_body_m": [0.1, 0, 0], "orientation_wxyz": [1, 0, 0, 0]}
+        corners = {"points_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 1, 2]]}
+        shapes = [{"sphere": {"radius_m": 0.1}}, {"box": {"half_extents_m": [0.1, 0.1, 0.1]}}, {"convex": {"points_m": cube}},
+                  {"cylinder": {"radius_m": 0.1, "half_length_m": 0.2}}, {"compound": {"boxes": [part]}}]
+        bodies = [body(f"b{k}", shape=shape, position_m=[k, 0, 1]) for k, shape in enumerate(shapes)]
+        kinds = [("hinge", {"axis_body": [0, 0, 1], "limits_rad": [-1, 1]}), ("slider", {"axis_body": [0, 0, 1]}), ("ball", {}),
+                 ("fixed", {}), ("universal", {"axes_body": [[1, 0, 0], [0, 0, 1]]})]
+        joints = [{"name": kind, "kind": kind, "bodies": ["world", f"b{k}"], "anchors_body_m": [[k, 0, 1], [0, 0, 0]],
+                   "frame_wxyz": [1, 0, 0, 0], **more} for k, (kind, more) in enumerate(kinds)]
+        of = scene(floor(), body("mesh", fixed=True, shape={"mesh": corners}), *bodies, joints=joints)
+        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "jolt_memory.mjs")
+        root = os.path.join(os.path.dirname(script), "../../..")
+        ended = subprocess.run([shutil.which("node"), script, root, f"{BIN_DIR}/../node"], input=json.dumps(of), text=True,
+                               capture_output=True, timeout=100)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        self.assertLess(int(ended.stdout), 200 * 16)  # not 16 bytes of each world
 
     def test_two_runs_have_the_same_bits(self):
         balls = [ball(str(k), position_m=[0.05 * (k % 2), 0, 0.1 + 0.25 * k]) for k in range(6)]
