@@ -7,7 +7,7 @@ import subprocess
 import sys
 import unittest
 
-from workers import Worker, ball, body, floor, law, scene
+from workers import Run, Worker, ball, body, exp, floor, law, scene, turned
 
 BIN_DIR = sys.argv[1]
 INERTIA = [0.1, 0.01, 0.02, 0.01, 0.2, 0.03, 0.02, 0.03, 0.25]
@@ -17,24 +17,12 @@ def built(*names):
     return all(os.path.exists(f"{BIN_DIR}/atwood-{name}") for name in names)
 
 
-def rotated(q, v):
-    w, x, y, z = q
-    r = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
-    return [sum(a * b for a, b in zip(row, v)) for row in r]
-
-
-def about(axis, angle):
-    return [math.cos(angle / 2), *(math.sin(angle / 2) * x for x in axis)]
-
-
 def hanging(kind, q, forces=(), body_changes=None, **joint):
     """One body at a joint to the world at the origin, 0.7 m above its centre; q: its attitude at the start."""
     anchor = [0, 0.7, 0]
     made = {"name": "joint", "kind": kind, "bodies": ["world", "body"], "anchors_body_m": [[0, 0, 0], anchor],
             "frame_wxyz": [1, 0, 0, 0], "closes_loop": False, **joint}
-    one = body(inertia_kg_m2=INERTIA, position_m=[-x for x in rotated(q, anchor)], orientation_wxyz=q, **(body_changes or {}))
+    one = body(inertia_kg_m2=INERTIA, position_m=[-x for x in turned(q, anchor)], orientation_wxyz=q, **(body_changes or {}))
     more = {"joint_forces": [{"joint": "joint", **force} for force in forces]} if forces else {}
     return scene(one, gravity=(0.3, -9.81, 0.2), joints=[made], **more)
 
@@ -43,14 +31,14 @@ SPRING = {"kind": "joint-spring", "stiffness_N_m_per_rad": 5, "rest_rad": 0.3, "
 MOTOR = {"kind": "joint-torque", "torque_N_m": 3, "angular_frequency_rad_per_s": 2, "phase_rad": 0.1, "on_s": [[0.25, 0.75]]}
 Z = [0, 0, 1]
 JOINTS = {
-    "hinge": hanging("hinge", about(Z, 1), axis_body=Z, coordinates=[1.0], rates=[0.0]),
-    "hinge with a stop": hanging("hinge", about(Z, 1), axis_body=Z, coordinates=[1.0], rates=[0.0], limits_rad=[0.2, 1.2]),
-    "hinge with a spring": hanging("hinge", about(Z, 1), [SPRING], axis_body=Z, coordinates=[1.0], rates=[0.0]),
-    "hinge with a motor": hanging("hinge", about(Z, 1), [MOTOR], axis_body=Z, coordinates=[1.0], rates=[0.0]),
+    "hinge": hanging("hinge", exp([0, 0, 1]), axis_body=Z, coordinates=[1.0], rates=[0.0]),
+    "hinge with a stop": hanging("hinge", exp([0, 0, 1]), axis_body=Z, coordinates=[1.0], rates=[0.0], limits_rad=[0.2, 1.2]),
+    "hinge with a spring": hanging("hinge", exp([0, 0, 1]), [SPRING], axis_body=Z, coordinates=[1.0], rates=[0.0]),
+    "hinge with a motor": hanging("hinge", exp([0, 0, 1]), [MOTOR], axis_body=Z, coordinates=[1.0], rates=[0.0]),
     "slider": hanging("slider", [1, 0, 0, 0], axis_body=[0.6, 0.8, 0], coordinates=[0.0], rates=[0.0]),
     "cylindrical": hanging("cylindrical", [1, 0, 0, 0], axis_body=[0.6, 0.8, 0], coordinates=[0.0, 0.0], rates=[0.0, 0.0]),
-    "universal": hanging("universal", about(Z, 0.3), axes_body=[[1, 0, 0], Z], coordinates=[0.0, 0.3], rates=[0.0, 0.0]),
-    "ball": hanging("ball", about(Z, 1), coordinates=about(Z, 1), rates=[0, 2, 0],
+    "universal": hanging("universal", exp([0, 0, 0.3]), axes_body=[[1, 0, 0], Z], coordinates=[0.0, 0.3], rates=[0.0, 0.0]),
+    "ball": hanging("ball", exp([0, 0, 1]), coordinates=exp([0, 0, 1]), rates=[0, 2, 0],
                     body_changes={"angular_velocity_body_rad_per_s": [0, 2, 0]}),
 }
 
@@ -62,9 +50,9 @@ class Agreement(unittest.TestCase):
         return made
 
     def joints(self, worker, scheme, of, t_end_s, steps):
-        samples, done = worker.run(scheme, of, t_end_s, steps, samples=4)
-        self.assertEqual(done["status"], "ok", done)
-        return [x for sample in samples for x in map(float, sample["joints"][0] + sample["bodies"][0])]
+        run = Run(worker, scheme, of, t_end_s, steps, samples=4)
+        self.assertEqual(run.done["status"], "ok", run.done)
+        return [x for sample in run.samples for x in map(float, sample["joints"][0] + sample["bodies"][0])]
 
     @unittest.skipUnless(built("mujoco", "mujoco3"), "one of the two is not built")
     def test_joints_of_both_mujocos_and_their_reactions(self):
@@ -107,9 +95,9 @@ class Agreement(unittest.TestCase):
         of = json.loads(described.stdout)["scene"]
         rows = []
         for name in ("mujoco", "mujoco3"):
-            samples, done = self.worker(name).run("tuned", of, 0.625, 160)
-            self.assertEqual(done["status"], "ok", done)
-            rows.append([float(x) for joint in samples[-1]["joints"] for x in joint])
+            run = Run(self.worker(name), "tuned", of, 0.625, 160)
+            self.assertEqual(run.done["status"], "ok", run.done)
+            rows.append([float(x) for joint in run.samples[-1]["joints"] for x in joint])
         self.assertLess(rows[0][0], -1)
         self.assertLess(max(abs(a - b) for a, b in zip(*rows, strict=True)), 1e-4)
 

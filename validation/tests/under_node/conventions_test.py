@@ -8,7 +8,7 @@ import subprocess
 import sys
 import unittest
 
-from workers import Worker, ball, body, floor, law, scene
+from workers import Run, Worker, ball, body, floor, law, scene
 
 BIN_DIR, NAME = sys.argv[1], sys.argv[2]
 FLOAT = NAME != "mujoco3"
@@ -89,11 +89,11 @@ class Conventions(unittest.TestCase):
 
     def test_a_held_body_starts_when_it_is_released(self):
         held = body(release_s=0.5, velocity_m_per_s=[1, 0, 0], angular_velocity_body_rad_per_s=[0, 0, 1])
-        samples, done = self.worker.run("default", scene(held), 1, 64, samples=2)
-        self.assertEqual(done["status"], "ok")
-        self.near(samples[1]["bodies"][0][:3], [0, 0, 0], 0)
-        self.near(samples[2]["bodies"][0][:3], [0.5, 0, 0], 30 * ROUND_OFF)
-        self.near(samples[2]["bodies"][0][12:], [1], 30 * ROUND_OFF)
+        run = Run(self.worker, "default", scene(held), 1, 64, samples=2)
+        self.assertEqual(run.done["status"], "ok")
+        self.near(run.samples[1]["bodies"][0][:3], [0, 0, 0], 0)
+        self.near(run.samples[2]["bodies"][0][:3], [0.5, 0, 0], 30 * ROUND_OFF)
+        self.near(run.samples[2]["bodies"][0][12:], [1], 30 * ROUND_OFF)
 
     def test_a_held_body_stands_where_it_is_struck(self):
         balls = [ball("held", release_s=1), ball("thrown", position_m=[-1, 0, 0], velocity_m_per_s=[4, 0, 0])]
@@ -154,18 +154,16 @@ class Conventions(unittest.TestCase):
         told, the floor's lasting contact is no new impact."""
         rest = ball("rest", position_m=[0, 0, 0.1])
         strikes = ball("strikes", position_m=[-1, 0, 0.1 + 1e-3], velocity_m_per_s=[4, 0, 0])
-        samples, done = self.worker.run("default", scene(floor(), rest, strikes, gravity=(0, 0, -10)), 0.5, 480, 480)
-        told = [event for line in [*samples, self.worker.last] for event in line.get("events", [])]
+        run = Run(self.worker, "default", scene(floor(), rest, strikes, gravity=(0, 0, -10)), 0.5, 480, 480)
         if NAME == "jolt":
-            self.assertEqual(told, [])
-            self.assertIn("impacts are not told", done["reason"])
-            untold = [line for line in samples[1:] if "contacts" not in line]
+            self.assertEqual(run.events, [])
+            self.assertIn("impacts are not told", run.done["reason"])
+            untold = [line for line in run.samples[1:] if "contacts" not in line]
             self.assertTrue(0 < len(untold) < 480, len(untold))
         alone = ball("alone", position_m=[0, 0, 0.3], velocity_m_per_s=[0, 0, -2])
-        samples, done = self.worker.run("default", scene(floor(), alone), 0.5, 480, 4)
-        told = [event for line in [*samples, self.worker.last] for event in line.get("events", [])]
-        self.assertEqual([(event["body_a"], event["body_b"]) for event in told], [(0, 1)])
-        self.assertEqual(done["reason"], "")
+        run = Run(self.worker, "default", scene(floor(), alone), 0.5, 480, 4)
+        self.assertEqual([(event["body_a"], event["body_b"]) for event in run.events], [(0, 1)])
+        self.assertEqual(run.done["reason"], "")
 
     def test_bodies_collide_across_a_weld(self):
         """A hinge from a to b and a weld from b to c: a and c overlap and are not joined, so that they are pushed apart."""
@@ -177,9 +175,9 @@ class Conventions(unittest.TestCase):
         weld = {"name": "weld", "kind": "fixed", "bodies": ["b", "c"], "anchors_body_m": [[-0.1, 0.15, 0], [0, 0, 0]], "coordinates": []}
         joints = [{"frame_wxyz": [1, 0, 0, 0], "rates": [0.0] * len(each["coordinates"]), "closes_loop": False, **each}
                   for each in (hinge, weld)]
-        samples, done = self.worker.run("default", scene(*bodies, joints=joints), 0.5, 240)
-        self.assertEqual(done["status"], "ok", done)
-        self.assertGreater(abs(samples[-1]["joints"][0][0]), 0.02)  # at rest without the contact
+        run = Run(self.worker, "default", scene(*bodies, joints=joints), 0.5, 240)
+        self.assertEqual(run.done["status"], "ok", run.done)
+        self.assertGreater(abs(run.samples[-1]["joints"][0][0]), 0.02)  # at rest without the contact
 
     @unittest.skipUnless(NAME == "jolt", "JavaScript frees what the other has")
     def test_a_world_gives_its_memory_back(self):

@@ -1,5 +1,5 @@
 """The engine in JavaScript of reference/your_engine/, and the library that it stands on, beside recurrences written here.
-Called with the program and the project's root; skipped without Node.js."""
+javascript_engine_test.py ROOT; skipped without Node.js."""
 import json
 import math
 import os
@@ -9,14 +9,10 @@ import sys
 import tempfile
 import unittest
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import node_worker  # noqa: E402
-from node_worker import NOT_BUILT, Run, ask, body, scene, tumbled  # noqa: E402
+from workers import Run, Worker, body, has_node, scene, tumbled
 
-ATWOOD = sys.argv[1] if len(sys.argv) > 1 else ""
-ROOT = os.path.abspath(sys.argv[2]) if len(sys.argv) > 2 else os.getcwd()
-METHOD = "javascript/symplectic-euler"
-node_worker.worker_path = lambda engine: os.path.join(ROOT, "reference/your_engine/worker.mjs")
+ROOT = os.path.abspath(sys.argv[1])
+SCHEME = "symplectic-euler"
 
 
 def add(a, b, s=1.0):
@@ -28,15 +24,19 @@ def cross(a, b):
 
 
 class Engine(unittest.TestCase):
+    def setUp(self):
+        self.worker = Worker(None, "javascript", os.path.join(ROOT, "reference/your_engine/worker.mjs"))
+        self.addCleanup(self.worker.close)
+
     def recurrence(self, force, steps=200, t_end_s=2, **members):
         """Symplectic Euler of one point of 2 kg and 3 C under force(t, x, v), and the engine's end."""
         start = {"position_m": [1, 0.5, -0.2], "velocity_m_per_s": [0.3, -0.4, 0.9], "charge_C": 3}
         h, x, v = t_end_s / steps, start["position_m"], start["velocity_m_per_s"]
-        point = body("a", **start, inertia_kg_m2=[0] * 9)
+        point = body("a", mass_kg=2, **start, inertia_kg_m2=[0] * 9)
         for n in range(steps):
             v = add(v, force(h * n, x, v), h / 2)
             x = add(x, v, h)
-        end = Run(METHOD, scene(point, forces=[members]), t_end_s, steps).body(0)
+        end = Run(self.worker, SCHEME, scene(point, forces=[members]), t_end_s, steps).body(0)
         for a, b in zip(end["p"] + end["v"], x + v):
             self.assertAlmostEqual(a, b, delta=1e-11)
 
@@ -67,10 +67,10 @@ class Engine(unittest.TestCase):
         self.recurrence(lambda t, x, v: [-x[0] - 2 * x[0] * x[1], -x[1] - x[0]**2 + x[1]**2, 0], kind="potential", bodies=["a"], name="henon-heiles")
 
     def test_mutual_forces_pull_and_push_along_the_line(self):
-        a, b = body("a", charge_C=1, inertia_kg_m2=[0] * 9), body("b", mass_kg=6, charge_C=2, position_m=[2, 0, 0], inertia_kg_m2=[0] * 9)
+        a, b = body("a", mass_kg=2, charge_C=1, inertia_kg_m2=[0] * 9), body("b", mass_kg=6, charge_C=2, position_m=[2, 0, 0], inertia_kg_m2=[0] * 9)
         for force, strength in (({"kind": "gravity", "bodies": ["a", "b"], "constant_m3_per_kg_s2": 1, "softening_m": 0}, 2 * 6 / 4),
                                 ({"kind": "coulomb", "bodies": ["a", "b"], "constant_N_m2_per_C2": 4}, -4 * 2 / 4)):
-            run = Run(METHOD, scene(a, b, forces=[force]), 1e-3, 1)
+            run = Run(self.worker, SCHEME, scene(a, b, forces=[force]), 1e-3, 1)
             self.assertAlmostEqual(run.body(0)["v"][0], strength / 2 * 1e-3, delta=1e-15)
             self.assertAlmostEqual(run.body(1)["v"][0], -strength / 6 * 1e-3, delta=1e-15)
             self.assertEqual(run.done["reason"], "forces evaluated by the adapter once a step: " + force["kind"])
@@ -80,13 +80,13 @@ class Engine(unittest.TestCase):
         q, w = tumbled(inertia, [1, 0, 0, 0], [1.0, 0.5, -0.4], 2)
         errors = []
         for steps in (1000, 2000):
-            end = Run(METHOD, scene(body("a", inertia_kg_m2=inertia, angular_velocity_body_rad_per_s=[1.0, 0.5, -0.4])), 2, steps).body(0)
+            end = Run(self.worker, SCHEME, scene(body("a", inertia_kg_m2=inertia, angular_velocity_body_rad_per_s=[1.0, 0.5, -0.4])), 2, steps).body(0)
             errors.append(math.dist(end["w"], w))
         self.assertLess(errors[1], 1e-3)
         self.assertAlmostEqual(errors[0] / errors[1], 2, delta=0.1)
 
     def test_frames_of_unequal_length_are_taken_in_equal_parts(self):
-        run = Run(METHOD, scene(body("a"), gravity=(0, 0, -10)), 1, 4, frame_ends_s=[0.2, 1])
+        run = Run(self.worker, SCHEME, scene(body("a"), gravity=(0, 0, -10)), 1, 4, frame_ends_s=[0.2, 1])
         # Steps of 0.1, 0.1, 0.4 and 0.4: x = sum of h_k v_k.
         v = x = 0
         for h in (0.1, 0.1, 0.4, 0.4):
@@ -95,8 +95,7 @@ class Engine(unittest.TestCase):
         self.assertAlmostEqual(run.body(0)["p"][2], x, delta=1e-12)
 
     def test_a_request_that_cannot_be_read_is_answered(self):
-        (lines,) = ask("javascript", {"request": "dance", "cell": 5}),
-        self.assertEqual(lines[0]["done"]["status"], "unsupported")
+        self.assertEqual(self.worker.answer(request="dance", cell=5)[0]["done"]["status"], "unsupported")
 
 
 class Places(unittest.TestCase):
@@ -132,39 +131,8 @@ class Places(unittest.TestCase):
         self.assertEqual((ended.stderr, ended.stdout), ("", "some packages\n"))
 
 
-class SceneClasses(unittest.TestCase):
-    """As validation/tests/rivals/scene_class_test.cpp has them for the engines in C++."""
-    EXPECTED = {"free-flight": ["kepler-e0.6", "free-box-complex"],
-                "bounce": ["bounce-e0.8", "bounce-e0", "head-on", "cradle-touching-1", "oblique-rough", "oblique-phase", "rod-on-rough-floor"],
-                "friction": ["roll", "roll-cylinder", "slide-30", "stop-distance-45", "mesh-floor-slide", "slip-to-roll"],
-                "stack": ["stack-10", "card-house", "wall"], "heap": ["settling-100", "pile-216", "elastic-216", "bouncing-49"],
-                "mechanism": ["pendulum-1", "chain-20-hinges"]}
-
-    def test_scenes_of_the_catalogue_have_their_class_in_any_order_and_unit(self):
-        program = "import { sceneClass } from '" + os.path.join(ROOT, "reference/node/scene_class.mjs") + """';
-            import { readScene } from '""" + os.path.join(ROOT, "reference/node/scene.mjs") + """';
-            import { readFileSync } from 'node:fs';
-            for (const line of readFileSync(0, 'utf8').trim().split('\\n')) {
-              const scene = JSON.parse(line);
-              const names = [scene, { ...scene, bodies: [...scene.bodies].reverse() }].map((one) => sceneClass(readScene(one)));
-              console.log(names.join(' '));
-            }"""
-        wanted = [(name, each) for name, ids in self.EXPECTED.items() for each in ids]
-        scenes = []
-        for _, each in wanted:
-            told = subprocess.run([os.path.abspath(ATWOOD), "describe", each, "--json"], text=True, capture_output=True, timeout=60, check=True)
-            scenes.append(json.dumps(json.loads(told.stdout)["scene"]))
-        found = subprocess.run([shutil.which("node"), "--input-type=module", "-e", program], input="\n".join(scenes), text=True,
-                               capture_output=True, timeout=200)
-        self.assertEqual(found.returncode, 0, found.stderr)
-        for (name, each), line in zip(wanted, found.stdout.splitlines(), strict=True):
-            self.assertEqual(line, f"{name} {name}", each)
-
-
 if __name__ == "__main__":
-    node = shutil.which("node")
-    if not node or int(subprocess.run([node, "-p", "parseInt(process.versions.node)"], text=True, capture_output=True).stdout) < 18:
-        print("no Node.js of version 18 or newer")
-        sys.exit(NOT_BUILT)
-    sys.argv = sys.argv[:1]
-    unittest.main()
+    if not has_node():
+        print("no Node.js of version 18.3 or newer")
+        sys.exit(77)
+    unittest.main(argv=sys.argv[:1])
