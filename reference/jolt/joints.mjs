@@ -7,16 +7,8 @@
 //   about the child's X;
 // - springs, dampers and motors are evaluated by the adapter once a step, as wrenches.
 import { drivenRate, limitsOf, motionAtStart, placingJoints, turningPointMass } from "../node/joints.mjs";
-import { dot, length, minus, plus, product, scaled, toBody, toWorld, turnAbout } from "../node/rotation.mjs";
+import { orthogonal, plus, product, scaled, toBody, toWorld, turnAbout } from "../node/rotation.mjs";
 import { rotates } from "../node/scene.mjs";
-
-/** A unit vector orthogonal to one. */
-function orthogonal(axis) {
-  const least = [0, 1, 2].reduce((a, b) => (Math.abs(axis[b]) < Math.abs(axis[a]) ? b : a));
-  const unit = [0, 1, 2].map((k) => (k === least ? 1 : 0)),
-    across = minus(unit, scaled(dot(unit, axis), axis));
-  return scaled(1 / length(across), across);
-}
 
 /** Why Jolt cannot represent the scene's joints and ropes; empty when it can. */
 export function refusedMechanism(scene) {

@@ -7,6 +7,7 @@
 // - the diagonal inertia is in a frame of its own (quat), that of the principal axes.
 // - what is welded counts as one body where a parent and its child do not collide: that filter is off, and joined bodies are
 //   listed.
+import { joined } from "../node/joints.mjs";
 import { fromZ, length, principalAxes, scaled, toBody } from "../node/rotation.mjs";
 import { hasShape, rotates, shapesMatter } from "../node/scene.mjs";
 import { constraintElements, excludedPairs, jointElements, placementAtZero, placingJoints, ropeSites } from "./mechanism.mjs";
@@ -152,13 +153,12 @@ class Writer {
 
   /** An explicit list of pairs, where no order of materials says their laws. */
   pairs() {
-    const { scene } = this,
-      tied = (i, j) => scene.joints.some(({ parent, child }) => (parent === i && child === j) || (parent === j && child === i));
+    const { scene } = this;
     if (this.order || !this.collide) return "";
     const lines = [];
     scene.bodies.forEach((a, i) =>
       scene.bodies.slice(0, i).forEach((b, j) => {
-        if (!hasShape(a) || !hasShape(b) || (a.fixed && b.fixed) || tied(i, j)) return;
+        if (!hasShape(a) || !hasShape(b) || (a.fixed && b.fixed) || joined(scene, i, j)) return;
         const law = scene.pairLaw(j, i),
           { friction, rolling_friction_m } = law;
         lines.push(

@@ -8,6 +8,13 @@ export const length = (a) => Math.sqrt(dot(a, a));
 export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 export const isZero = (a) => a.every((x) => x === 0);
 
+/** A unit vector orthogonal to a unit vector. */
+export function orthogonal(axis) {
+  const least = [0, 1, 2].reduce((a, b) => (Math.abs(axis[b]) < Math.abs(axis[a]) ? b : a));
+  const unit = [0, 1, 2].map((k) => (k === least ? 1 : 0)), across = minus(unit, scaled(dot(unit, axis), axis));
+  return scaled(1 / length(across), across);
+}
+
 /** The rotation matrix of a unit quaternion: v_W = R v_B. */
 export function matrixOf([w, x, y, z]) {
   return [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),

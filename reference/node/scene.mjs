@@ -50,24 +50,27 @@ export function shapesMatter(scene) {
   return shaped.length > 1 && shaped.some((body) => !body.fixed);
 }
 
-/** The laws of pairs of materials that two bodies with shapes have, at least one of them not fixed. */
-export function lawsInPlay(scene) {
-  const found = new Set(),
-    kinds = new Map();
+/** Pairs [i, j, law] of materials, i <= j, that two bodies with shapes have, at least one of them not fixed. */
+export function pairsInPlay(scene) {
+  const index = new Map(scene.materials.map((each, i) => [each.name, i])),
+    pairs = new Map();
+  const kinds = Array.from({ length: Math.max(1, index.size) }, () => ({ fixed: [], mobile: [] }));
   scene.bodies.forEach((body, i) => {
-    if (!hasShape(body)) return;
-    const kind = kinds.get(body.material) ?? { fixed: [], mobile: [] };
-    (body.fixed ? kind.fixed : kind.mobile).push(i);
-    kinds.set(body.material, kind);
+    if (hasShape(body)) kinds[index.get(body.material) ?? 0][body.fixed ? "fixed" : "mobile"].push(i);
   });
-  for (const one of kinds.values())
-    for (const other of kinds.values()) {
-      if (one.mobile.length === 0) continue;
-      const second = one === other ? (other.mobile[1] ?? other.fixed[0]) : (other.mobile[0] ?? other.fixed[0]);
-      if (second !== undefined) found.add(scene.pairLaw(one.mobile[0], second));
-    }
-  return [...found];
+  kinds.forEach((one, a) =>
+    kinds.forEach((other, b) => {
+      const second = a === b ? (one.mobile[1] ?? one.fixed[0]) : (other.mobile[0] ?? other.fixed[0]);
+      if (one.mobile.length === 0 || second === undefined) return;
+      const [i, j] = [Math.min(a, b), Math.max(a, b)];
+      pairs.set(`${i} ${j}`, [i, j, scene.pairLaw(one.mobile[0], second)]);
+    }),
+  );
+  return [...pairs.values()];
 }
+
+/** The laws of these pairs. */
+export const lawsInPlay = (scene) => [...new Set(pairsInPlay(scene).map(([, , law]) => law))];
 
 /** Throws the Refusals of every adapter. `engine` is its name. */
 export function refuseScene(engine, scene) {

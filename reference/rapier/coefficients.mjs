@@ -74,25 +74,3 @@ export function coefficientsOf(count, pairs) {
   }
   return null;
 }
-
-/** Pairs [i, j, law] of materials of which bodies with shapes, not both fixed, can touch. */
-export function pairsInPlay(scene, hasShape) {
-  const index = new Map(scene.materials.map((each, i) => [each.name, i])),
-    pairs = new Map();
-  const kinds = scene.materials.map(() => ({ fixed: [], mobile: [] }));
-  scene.bodies.forEach(
-    (body, i) => hasShape(body) && kinds[index.get(body.material) ?? 0][body.fixed ? "fixed" : "mobile"].push(i),
-  );
-  kinds.forEach((one, a) =>
-    kinds.forEach((other, b) => {
-      const second = a === b ? (one.mobile[1] ?? one.fixed[0]) : (other.mobile[0] ?? other.fixed[0]);
-      if (one.mobile.length > 0 && second !== undefined)
-        pairs.set([a, b].sort((x, y) => x - y).join(), [
-          Math.min(a, b),
-          Math.max(a, b),
-          scene.pairLaw(one.mobile[0], second),
-        ]);
-    }),
-  );
-  return [...pairs.values()];
-}

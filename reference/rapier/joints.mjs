@@ -7,7 +7,7 @@
 // - springs, dampers and motors are evaluated by the adapter once a step, as wrenches. Reactions cannot be read.
 // - Joints in reduced coordinates (createMultibodyJoint) begin at coordinate 0 whatever the poses: they are left out.
 import { drivenRate, limitsOf, motionAtStart, placingJoints, turningPointMass } from "../node/joints.mjs";
-import { cross, dot, length, minus, plus, product, quaternionOf, scaled, toWorld } from "../node/rotation.mjs";
+import { cross, orthogonal, plus, product, quaternionOf, toWorld } from "../node/rotation.mjs";
 import { rotates } from "../node/scene.mjs";
 
 const vector = ([x, y, z]) => ({ x, y, z });
@@ -40,10 +40,7 @@ export function refusedMechanism(scene) {
 
 /** A quaternion that turns x to a unit axis. */
 function frameAlong(axis) {
-  const least = [0, 1, 2].reduce((a, b) => (Math.abs(axis[b]) < Math.abs(axis[a]) ? b : a));
-  const other = [0, 1, 2].map((k) => (k === least ? 1 : 0)),
-    across = minus(other, scaled(dot(other, axis), axis));
-  const y = scaled(1 / length(across), across),
+  const y = orthogonal(axis),
     z = cross(axis, y);
   return quaternionOf([axis[0], y[0], z[0], axis[1], y[1], z[1], axis[2], y[2], z[2]]);
 }

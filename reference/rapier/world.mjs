@@ -12,8 +12,8 @@
 // - Friction's impulses cannot be read (contactTangentImpulseX and Y are 0): they are not reported.
 import { isNothing } from "../node/forces.mjs";
 import { length, plus, principalAxes, scaled, toBody, toWorld } from "../node/rotation.mjs";
-import { hasShape, rotates } from "../node/scene.mjs";
-import { coefficientsOf, pairsInPlay } from "./coefficients.mjs";
+import { pairsInPlay, rotates } from "../node/scene.mjs";
+import { coefficientsOf } from "./coefficients.mjs";
 import { collidersOf } from "./colliders.mjs";
 import { addJoint } from "./joints.mjs";
 
@@ -26,7 +26,7 @@ export const LARGEST_TURN_RAD = Math.PI / 4; // in a step
 
 /** {restitution, friction}, each {rule, values} of materials, null where Rapier has no coefficients that give the pairs' laws. */
 export function contactCoefficients(scene) {
-  const pairs = pairsInPlay(scene, hasShape),
+  const pairs = pairsInPlay(scene),
     of = (name) =>
       coefficientsOf(
         scene.materials.length,
