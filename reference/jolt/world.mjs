@@ -109,7 +109,7 @@ export class JoltWorld {
   add(body, i) {
     const { jolt, settings, memory } = this,
       { EMotionType_Static, EMotionType_Dynamic, EMotionQuality_Discrete } = jolt;
-    const plane = Boolean(body.shape?.plane); // in world axes, for every pose of its body
+    const plane = body.fixed && Boolean(body.shape?.plane); // in world axes, for every pose of its body
     const [w, x, y, z] = plane ? [1, 0, 0, 0] : body.orientation_wxyz,
       [px, py, pz] = plane ? [0, 0, 0] : body.position_m;
     const layer = !this.collide || !hasShape(body) ? TOUCHES_NOTHING : body.fixed ? FIXED : MOVING;

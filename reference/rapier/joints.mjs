@@ -60,7 +60,7 @@ export function addJoint({ rapier, world, scene, bodies }, j, ground) {
     { JointData } = rapier;
   // the world's body and those of planes stand at the origin, whatever the pose in the scene
   const parent = scene.bodies[joint.parent],
-    inWorldAxes = !parent || Boolean(parent.shape?.plane);
+    inWorldAxes = !parent || (parent.fixed && Boolean(parent.shape?.plane));
   const base = inWorldAxes ? motionAtStart(scene, joint.parent) : { p_WB: [0, 0, 0], q_WB: [1, 0, 0, 0] };
   const inChild = frameAlong(joint.axis_body ?? [1, 0, 0]);
   const inParent = product(product(base.q_WB, joint.frame_wxyz), inChild),

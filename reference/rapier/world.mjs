@@ -72,7 +72,7 @@ export class RapierWorld {
 
   add(body, i) {
     const { rapier, settings } = this,
-      plane = Boolean(body.shape?.plane);
+      plane = body.fixed && Boolean(body.shape?.plane); // in world axes, for every pose of its body
     const description = body.fixed ? rapier.RigidBodyDesc.fixed() : rapier.RigidBodyDesc.dynamic();
     description
       .setCanSleep(settings.sleeping)

@@ -165,6 +165,11 @@ class Conventions(unittest.TestCase):
         self.assertEqual([(event["body_a"], event["body_b"]) for event in run.events], [(0, 1)])
         self.assertEqual(run.done["reason"], "")
 
+    def test_a_mobile_plane_alone_is_a_body_at_its_place(self):
+        """Its shape has no effect, and it is no plane of the world."""
+        alone = body("plane", shape={"plane": {"normal": [0, 0, 1], "offset_m": 0}}, position_m=[0, 0, 5], velocity_m_per_s=[1, 0, 0])
+        self.near(self.worker.end("default", scene(alone), 1, 60)[0][0], [1, 0, 5], 100 * ROUND_OFF)
+
     def test_bodies_collide_across_a_weld(self):
         """A hinge from a to b and a weld from b to c: a and c overlap and are not joined, so that they are pushed apart."""
         box = {"box": {"half_extents_m": [0.5, 0.1, 0.1]}}

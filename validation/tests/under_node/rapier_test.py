@@ -79,6 +79,11 @@ class FreeFlight(unittest.TestCase):
         self.near(run.body(1)["p"], [5, 27, 0], 1e-3)
         self.near(Run(DEFAULT, scene(body("a"), gravity=(0, 0, -9.8)), 1, 600).body(0)["v"], [0, 0, -9.8], 1e-4)
 
+    def test_a_mobile_plane_alone_is_a_body_at_its_place(self):
+        """Its shape has no effect, and it is no plane of the world."""
+        alone = body("plane", shape={"plane": {"normal": [0, 0, 1], "offset_m": 0}}, position_m=[0, 0, 5], velocity_m_per_s=[1, 0, 0])
+        self.near(Run(DEFAULT, scene(alone), 1, 60).body(0)["p"], [1, 0, 5], 1e-5)
+
     def test_limits_of_speed_are_told(self):
         fast = Run(DEFAULT, scene(body("fast", velocity_m_per_s=[401, 0, 0])), 1, 60)
         self.assertEqual(fast.done["status"], "unsupported")
