@@ -102,8 +102,8 @@ class Writer {
         order_ ? "all" : "predefined", rivals::count(settings_, "iterations"), number("tolerance"),
         rivals::count(settings_, "noslip_iterations"), number("noslip_tolerance"), number("impratio"),
         rivals::count(settings_, "mpr_iterations"), number("mpr_tolerance"));
-    out("<flag warmstart=\"{}\" refsafe=\"{}\" multiccd=\"{}\"/>\n</option>\n", on("warm_start"), on("refsafe"),
-        on("multiccd"));
+    out("<flag warmstart=\"{}\" refsafe=\"{}\" multiccd=\"{}\" filterparent=\"disable\"/>\n</option>\n",
+        on("warm_start"), on("refsafe"), on("multiccd"));
   }
   const char* on(const char* name) const { return rivals::flag(settings_, name) ? "enable" : "disable"; }
 

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import unittest
 
-from workers import Run, Worker, ball, body, exp, floor, law, scene, turned
+from workers import Run, Worker, across_a_weld, ball, body, exp, floor, law, scene, turned
 
 BIN_DIR = sys.argv[1]
 INERTIA = [0.1, 0.01, 0.02, 0.01, 0.2, 0.03, 0.02, 0.03, 0.25]
@@ -88,6 +88,16 @@ class Agreement(unittest.TestCase):
         for a, b in zip(old, new):
             self.assertLess(math.dist(a[0], b[0]), 1e-3)
         self.assertLess(old[0][0][0], 0.71)  # from 1 m/s it rolls at 5/7, and slows
+
+    @unittest.skipUnless(built("mujoco", "mujoco3"), "one of the two is not built")
+    def test_bodies_collide_across_a_weld_in_both_mujocos(self):
+        turns = []
+        for name in ("mujoco", "mujoco3"):
+            run = Run(self.worker(name), "default", across_a_weld(), 0.5, 240)
+            self.assertEqual(run.done["status"], "ok", run.done)
+            turns.append(run.samples[-1]["joints"][0][0])
+        self.assertGreater(abs(turns[0]), 0.02)
+        self.assertAlmostEqual(turns[0], turns[1], delta=1e-3)
 
     @unittest.skipUnless(built("mujoco", "mujoco3") and os.path.exists(f"{BIN_DIR}/atwood"), "one of them is not built")
     def test_loops_of_both_mujocos_ahead_of_the_singular_position(self):

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import unittest
 
-from workers import Run, Worker, ball, body, floor, law, scene
+from workers import Run, Worker, across_a_weld, ball, body, floor, law, scene
 
 BIN_DIR, NAME = sys.argv[1], sys.argv[2]
 FLOAT = NAME != "mujoco3"
@@ -172,15 +172,7 @@ class Conventions(unittest.TestCase):
 
     def test_bodies_collide_across_a_weld(self):
         """A hinge from a to b and a weld from b to c: a and c overlap and are not joined, so that they are pushed apart."""
-        box = {"box": {"half_extents_m": [0.5, 0.1, 0.1]}}
-        at = [("a", [0, 0, 0]), ("b", [1.0, 0, 0]), ("c", [0.9, 0.15, 0])]
-        bodies = [body(name, position_m=p, shape=box) for name, p in at]
-        hinge = {"name": "hinge", "kind": "hinge", "bodies": ["a", "b"], "anchors_body_m": [[0.5, 0, 0], [-0.5, 0, 0]],
-                 "axis_body": [0, 0, 1], "coordinates": [0.0]}
-        weld = {"name": "weld", "kind": "fixed", "bodies": ["b", "c"], "anchors_body_m": [[-0.1, 0.15, 0], [0, 0, 0]], "coordinates": []}
-        joints = [{"frame_wxyz": [1, 0, 0, 0], "rates": [0.0] * len(each["coordinates"]), "closes_loop": False, **each}
-                  for each in (hinge, weld)]
-        run = Run(self.worker, "default", scene(*bodies, joints=joints), 0.5, 240)
+        run = Run(self.worker, "default", across_a_weld(), 0.5, 240)
         self.assertEqual(run.done["status"], "ok", run.done)
         self.assertGreater(abs(run.samples[-1]["joints"][0][0]), 0.02)  # at rest without the contact
 

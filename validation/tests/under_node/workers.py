@@ -142,3 +142,16 @@ def tumbled(inertia, q, w, t_s, steps=4000):
         k4 = rate([a + h * b for a, b in zip(y, k3)])
         y = [a + h / 6 * (p + 2 * r + 2 * s + u) for a, p, r, s, u in zip(y, k1, k2, k3, k4)]
     return y[:4], y[4:]
+
+
+def across_a_weld():
+    """A hinge from a to b and a weld from b to c: a and c overlap, and no joint connects them."""
+    box = {"box": {"half_extents_m": [0.5, 0.1, 0.1]}}
+    at = [("a", [0, 0, 0]), ("b", [1.0, 0, 0]), ("c", [0.9, 0.15, 0])]
+    bodies = [body(name, position_m=p, shape=box) for name, p in at]
+    hinge = {"name": "hinge", "kind": "hinge", "bodies": ["a", "b"], "anchors_body_m": [[0.5, 0, 0], [-0.5, 0, 0]],
+             "axis_body": [0, 0, 1], "coordinates": [0.0]}
+    weld = {"name": "weld", "kind": "fixed", "bodies": ["b", "c"], "anchors_body_m": [[-0.1, 0.15, 0], [0, 0, 0]], "coordinates": []}
+    joints = [{"frame_wxyz": [1, 0, 0, 0], "rates": [0.0] * len(each["coordinates"]), "closes_loop": False, **each}
+              for each in (hinge, weld)]
+    return scene(*bodies, joints=joints)
