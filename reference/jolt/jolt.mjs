@@ -39,7 +39,7 @@ export function refusal(scene, settings) {
 export function joltRival(jolt, { entry, version }, folder) {
   return {
     name: "jolt",
-    version,
+    version: `${version} (WebAssembly)`,
     scalar: "float",
     folder,
     files: [entry],

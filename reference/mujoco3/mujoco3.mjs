@@ -59,7 +59,7 @@ export function refusal(scene) {
 export function mujocoRival(mujoco, { entry, version }, folder) {
   return {
     name: "mujoco3",
-    version,
+    version: `${version} (WebAssembly)`,
     scalar: "double",
     folder,
     files: [entry, entry.replace(/\.js$/, ".wasm")],

@@ -63,7 +63,6 @@ export const describeRival = (rival) => ({
   engine: rival.name,
   version: rival.version,
   scalar: rival.scalar,
-  runtime: "wasm",
   frames: true,
   joints: Boolean(rival.joints),
   methods: rival.presets.map((preset) => describe(rival, preset)),
