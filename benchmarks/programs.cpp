@@ -82,7 +82,8 @@ std::vector<BenchFigure> run_benchmarks(const std::string& bin_dir, const std::s
 
 std::vector<BenchTable> measure_broad_phases(const std::string& bin_dir) {
   const std::string program = bin_dir + "/atwood-broad-phases";
-  if (!fs::exists(program)) throw InputError("the comparison of broad phases is not built; `./atwood bench` builds it");
+  if (!fs::exists(program))
+    throw InputError("the comparison of broad phases is not here; `./atwood bench` in the project's folder builds it");
   return bench_tables_from(capture({program}));
 }
 

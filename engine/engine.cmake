@@ -82,6 +82,7 @@ add_library(atwood_engine STATIC
   integrators/explicit_methods.cpp
   integrators/extrapolation.cpp
   integrators/free_flight.cpp
+  integrators/free_flight_alone.cpp
   integrators/free_flight_lanes.cpp
   integrators/high_precision_methods.cpp
   integrators/implicit_alpha.cpp
@@ -101,6 +102,7 @@ add_library(atwood_engine STATIC
   integrators/partitioned.cpp
   integrators/partitioned_methods.cpp
   integrators/radau15.cpp
+  integrators/radau15_point_masses.cpp
   integrators/responses.cpp
   integrators/rotation_lie.cpp
   integrators/rotation_methods.cpp
@@ -117,6 +119,19 @@ target_include_directories(atwood_engine PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(atwood_engine PUBLIC atwood_scene atwood_protocol PRIVATE quadmath atwood_eigen)
 
 include(${CMAKE_CURRENT_LIST_DIR}/contact/contact.cmake)  # collision/ and contact/ list their own sources
+
+# The files whose templates take long to compile stand alone, so that the processors share the work.
+set_target_properties(atwood_engine PROPERTIES UNITY_BUILD ${ATWOOD_UNITY_BUILD})
+set_source_files_properties(
+  contact/event/event.cpp contact/event/impulse_newton.cpp contact/penalty.cpp contact/stepping/manifold_contacts.cpp
+  contact/stepping/run.cpp contact/stepping/sphere_contacts.cpp fluid/neighbours.cpp fluid/polynomial.cpp
+  fluid/polynomial_fit.cpp fluid/run.cpp fluid/spectrum.cpp fluid/sph.cpp fluid/sums.cpp fluid/transport.cpp
+  integrators/conserving_correction.cpp integrators/free_flight_alone.cpp integrators/free_flight_lanes.cpp
+  integrators/maximal_coordinates.cpp integrators/radau15_point_masses.cpp
+  integrators/radau15.cpp integrators/runge_kutta.cpp integrators/taylor.cpp joints/constraints.cpp
+  joints/constraints_rows.cpp joints/planar_loops.cpp joints/tree.cpp joints/tree_dynamics.cpp joints/tree_motion.cpp
+  joints/tree_rates.cpp rigid/mechanism.cpp rigid/model.cpp rigid/rate_lanes.cpp smooth/prepare.cpp smooth/run.cpp
+  PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 add_executable(atwood-engine worker_main.cpp)
 target_link_libraries(atwood-engine PRIVATE atwood_engine)

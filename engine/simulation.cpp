@@ -14,6 +14,7 @@
 #include "scene/contact_laws.hpp"
 #include "scene/joined.hpp"
 #include "smooth/run.hpp"
+#include "version.hpp"
 
 namespace atwood {
 namespace {
@@ -82,7 +83,7 @@ bool untied_pair(const Scene& scene) {
 Engine atwood_engine() {
   std::vector<MethodInfo> responses = contact_responses();
   responses.insert(responses.end(), fluid::responses().begin(), fluid::responses().end());
-  Engine engine{"atwood", "0.1.0", "double", integrator_catalogue(), run, true, responses, find_scene_contacts};
+  Engine engine{"atwood", kVersion, "double", integrator_catalogue(), run, true, responses, find_scene_contacts};
   engine.fluids = true;
   engine.joints = true;
   return engine;

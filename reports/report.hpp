@@ -14,6 +14,7 @@
 #include "validation/metrics/work_precision.hpp"
 #include "validation/row.hpp"
 #include "validation/study/study.hpp"
+#include "validation/study/truth_paths.hpp"
 
 namespace atwood {
 
@@ -99,6 +100,7 @@ struct ReportData {
   std::vector<Verdict> verdicts;
   std::vector<StoredSeries> series;
   std::vector<StoredPicture> pictures;  // of fluids
+  std::vector<TruthPath> paths;         // of the truths: pictures of the scenes
   std::vector<Law> laws;
   std::vector<BenchFigure> bench;
   std::vector<Dominance> dominance;  // who is cheapest for an error, who most accurate for a budget

@@ -7,6 +7,7 @@
 #include "math/scalar.hpp"
 #include "protocol/printed_setting.hpp"
 #include "stepping/stepping.hpp"
+#include "version.hpp"
 
 namespace atwood {
 namespace {
@@ -170,7 +171,7 @@ Outcome run(const MethodId& asked, const Scene& scene, const Plan& plan, const O
 Engine same_rate_engine() {
   Engine engine;
   engine.name = kName;
-  engine.version = "0.1.0";
+  engine.version = kVersion;
   engine.scalar = "double";
   const std::string own = "atwood/";
   for (const MethodInfo& info : integrator_catalogue()) {

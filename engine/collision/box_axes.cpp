@@ -11,8 +11,6 @@ template <class S> std::array<S, 3> core_extents(const Geometry<S>& g) {
   return {g.half_extents.x, g.half_extents.y, g.half_extents.z};
 }
 
-constexpr int next(int i) { return i == 2 ? 0 : i + 1; }
-
 // The product c = A_i x B_j of two edges, by a's axes: component 0 along A_i, -R[i2][j] along A_i1, R[i1][j] along
 // A_i2, s = |c| the sine of their angle. The entries of R are off by an ulp of 1, so c / s may be turned about A_i by
 // eps / s: much when the edges are nearly parallel. Any unit vector n bounds the penetration from above, and the one we
@@ -24,7 +22,7 @@ template <class S> struct EdgeAxis {
 };
 template <class S> EdgeAxis<S> edge_axis(const BoxPair<S>& pair, int i, int j, S sine) {
   const auto& R = pair.R;
-  const int i1 = next(i), i2 = next(i1), j1 = next(j), j2 = next(j1);
+  const int i1 = next_axis(i), i2 = next_axis(i1), j1 = next_axis(j), j2 = next_axis(j1);
   const S inverse = S(1) / sine, c1 = -R[i2][j] * inverse, c2 = R[i1][j] * inverse;
   const S offset = pair.t_a[i1] * c1 + pair.t_a[i2] * c2;
   const S reach_a = pair.h_a[i1] * real::abs(c1) + pair.h_a[i2] * real::abs(c2);
@@ -85,8 +83,8 @@ template <class S> bool greatest_gap(const BoxPair<S>& pair, S limit, BoxAxis<S>
   S edge_gap = best.gap, won = best.gap + S(8) * eps * pair.size;  // a face is preferred within round-off
   bool edge_wins = false;
   EdgeAxis<S> edge{};
-  for (int i = 0, i1 = 1, i2 = 2; i < 3; ++i, i1 = next(i1), i2 = next(i2)) {
-    for (int j = 0, j1 = 1, j2 = 2; j < 3; ++j, j1 = next(j1), j2 = next(j2)) {
+  for (int i = 0, i1 = 1, i2 = 2; i < 3; ++i, i1 = next_axis(i1), i2 = next_axis(i2)) {
+    for (int j = 0, j1 = 1, j2 = 2; j < 3; ++j, j1 = next_axis(j1), j2 = next_axis(j2)) {
       const S v = real::abs(t[i2] * R[i1][j] - t[i1] * R[i2][j]) - h_a[i1] * Q[i2][j] - h_a[i2] * Q[i1][j] -
                   h_b[j1] * Q[i][j2] - h_b[j2] * Q[i][j1] + slack;
       if (v <= real::min(edge_gap, S(0))) continue;
@@ -107,7 +105,7 @@ template <class S> bool greatest_gap(const BoxPair<S>& pair, S limit, BoxAxis<S>
   if (edge_wins) {
     best.kind = BoxAxisKind::edges;
     best.gap = edge_gap;
-    best.normal_W = edge.along_1 * A[next(best.i)] + edge.along_2 * A[next(next(best.i))];
+    best.normal_W = edge.along_1 * A[next_axis(best.i)] + edge.along_2 * A[next_axis(next_axis(best.i))];
     if (edge.offset < S(0)) best.normal_W = -best.normal_W;
   } else if (best.kind == BoxAxisKind::face_a) {
     best.normal_W = t[best.i] < S(0) ? -A[best.i] : A[best.i];

@@ -7,7 +7,6 @@ namespace atwood {
 
 namespace {
 
-constexpr int next(int i) { return i == 2 ? 0 : i + 1; }
 template <class S> using Three = std::array<S, 3>;
 
 template <class S> S square(const Three<S>& v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
@@ -75,7 +74,7 @@ template <class S> struct EdgesNearest {
 // w . A_i + b R_ij along A_i.
 template <class S> void nearest_edges(const BoxPair<S>& pair, int i, int j, EdgesNearest<S>& best) {
   const auto& R = pair.R;
-  const int i1 = next(i), i2 = next(i1), j1 = next(j), j2 = next(j1);
+  const int i1 = next_axis(i), i2 = next_axis(i1), j1 = next_axis(j), j2 = next_axis(j1);
   if (!(pair.h_a[i] > S(0)) || !(pair.h_b[j] > S(0))) return;  // without length: a corner
   const S sine = real::sqrt(R[i1][j] * R[i1][j] + R[i2][j] * R[i2][j]);
   if (sine <= S(4) * real::epsilon<S>()) return;  // parallel: a corner is as near

@@ -9,8 +9,6 @@ namespace atwood {
 
 namespace {
 
-constexpr int next(int i) { return i == 2 ? 0 : i + 1; }
-
 // The two boxes in the axes of the reference box.
 template <class S> struct FacePair {
   std::array<S, 3> h, other_h, t, n;  // half extents; vector to the other's centre; the normal towards it (unit)
@@ -61,7 +59,7 @@ template <class S> struct Polygon {
 };
 
 template <class S> void put_other_face(const FacePair<S>& f, Polygon<S>& polygon) {
-  const int u = next(f.k), v = next(u), l1 = next(f.l), l2 = next(l1);
+  const int u = next_axis(f.k), v = next_axis(u), l1 = next_axis(f.l), l2 = next_axis(l1);
   // Centre and half sides of the other's face, as (u, v, gap): moved along the normal onto the reference face.
   const auto projected = [&](S x_u, S x_v, S x_k) {
     const S gap = x_k / f.n[f.k];
@@ -85,7 +83,7 @@ template <class S> void put_other_face(const FacePair<S>& f, Polygon<S>& polygon
 // The features that meet where the polygon's side crosses the reference's side `cut` (0: u = +h, 1: u = -h, 2, 3: v
 // likewise).
 template <class S> void set_features(const FacePair<S>& f, int side, int cut, Corner<S>& at) {
-  const int u = next(f.k), v = next(u), l1 = next(f.l), l2 = next(l1);
+  const int u = next_axis(f.k), v = next_axis(u), l1 = next_axis(f.l), l2 = next_axis(l1);
   const auto sides = [&](int which) { return (which % 2 == 0 ? 1 : -1) * kFeatureWeight[which < 2 ? u : v]; };
   at.feature = kFeatureNone + static_cast<int>(f.sign) * kFeatureWeight[f.k] + sides(cut);
   at.other_feature = kFeatureNone + static_cast<int>(f.other_sign) * kFeatureWeight[f.l];
@@ -95,14 +93,14 @@ template <class S> void set_features(const FacePair<S>& f, int side, int cut, Co
 
 // False: nothing lies beyond the side, and `kept` is not written.
 template <class S> bool clip(const FacePair<S>& f, int cut, const Polygon<S>& polygon, Polygon<S>& kept) {
-  const S sign = cut % 2 == 0 ? S(1) : S(-1), h = f.h[next(cut < 2 ? f.k : next(f.k))];
+  const S sign = cut % 2 == 0 ? S(1) : S(-1), h = f.h[next_axis(cut < 2 ? f.k : next_axis(f.k))];
   const auto coordinate = [cut](const Corner<S>& c) { return cut < 2 ? c.u : c.v; };
   // Points within round-off of the side stay: clipping them would cut an end off a capsule parallel to another.
   const auto beyond = [&](const Corner<S>& c) { return sign * coordinate(c) > h + f.round_off; };
   bool any = false;
   for (int i = 0; i < polygon.count; ++i) any = any || beyond(polygon[i]);
   if (!any) return false;
-  const S tolerance = S(1e-3) * (f.h[next(f.k)] + f.h[next(next(f.k))]);
+  const S tolerance = S(1e-3) * (f.h[next_axis(f.k)] + f.h[next_axis(next_axis(f.k))]);
   const Corner<S>* inherited = nullptr;
   kept.count = 0;
   for (int i = 0; i < polygon.count; ++i) {
@@ -174,7 +172,7 @@ template <class S> void keep_four(Polygon<S>& polygon) {
 // Turns the gap of the cores into that of the surfaces.
 template <class S> void subtract_radii(const FacePair<S>& f, S radius, S other_radius, Corner<S>& c) {
   std::array<S, 3> x;
-  x[f.k] = f.sign * f.h[f.k], x[next(f.k)] = c.u, x[next(next(f.k))] = c.v;
+  x[f.k] = f.sign * f.h[f.k], x[next_axis(f.k)] = c.u, x[next_axis(next_axis(f.k))] = c.v;
   S cosine = S(0), along = S(0);
   for (int i = 0; i < 3; ++i) cosine += f.n[i] * f.R[i][2], along += (x[i] + c.gap * f.n[i] - f.t[i]) * f.R[i][2];
   c.thickness = core_to_surface(radius, f.h[2], x[2], f.n[2]);
@@ -201,7 +199,7 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
   const S other_radius = reference_is_a ? pair.radius_b : pair.radius_a;
   deepest = std::numeric_limits<S>::infinity();
   if (near.count == 0) {  // the faces do not overlap; of overlapping boxes by round-off only
-    const S u = f.h[next(k)], v = f.h[next(next(k))];
+    const S u = f.h[next_axis(k)], v = f.h[next_axis(next_axis(k))];
     lowest.u = real::max(-u, real::min(u, lowest.u)), lowest.v = real::max(-v, real::min(v, lowest.v));
     near.add(lowest);
   } else {
@@ -230,8 +228,8 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
   const Vec3<S> outward = reference_is_a ? normal_W : -normal_W;  // from the reference to the other
   for (int i = 0; i < near.count; ++i) {
     const Corner<S>& c = near[i];
-    const Vec3<S> on_reference =
-        c.u * place.axis_W[next(k)] + c.v * place.axis_W[next(next(k))] + (f.sign * f.h[k]) * place.axis_W[k];
+    const Vec3<S> on_reference = c.u * place.axis_W[next_axis(k)] + c.v * place.axis_W[next_axis(next_axis(k))] +
+                                 (f.sign * f.h[k]) * place.axis_W[k];
     m.points[static_cast<std::size_t>(i)] = {place.p_W + (on_reference + (c.thickness + c.gap / S(2)) * outward), c.gap,
                                              feature_id(normal_W, reference_is_a ? c.feature : c.other_feature,
                                                         reference_is_a ? c.other_feature : c.feature)};

@@ -11,6 +11,8 @@
 
 namespace atwood {
 
+constexpr int next_axis(int i) { return i == 2 ? 0 : i + 1; }
+
 template <class S> struct BoxPair {
   const Placement<S>* place_a = nullptr;
   const Placement<S>* place_b = nullptr;

@@ -10,8 +10,6 @@ namespace atwood {
 
 namespace {
 
-constexpr int next(int i) { return i == 2 ? 0 : i + 1; }
-
 // Faces, or edges, within 1.1 degrees of parallel (its sine and cosine) have a manifold of more than one point,
 // although the direction of least penetration need not be a face's normal.
 template <class S> constexpr S kFlatSine = S(0.02);
@@ -145,20 +143,20 @@ template <class S> EdgeContact<S> edge_contact(const BoxPair<S>& pair, const Box
   const int i = axis.i, j = axis.j;
   EdgeContact<S> at{axis.normal_W, axis.gap, {}, kFeatureNone, kFeatureNone};
   std::array<S, 3> w = pair.t_a;  // from a's edge's middle to b's, in a's axes
-  for (int k = next(i); k != i; k = next(k)) {
+  for (int k = next_axis(i); k != i; k = next_axis(k)) {
     const int sign = dot(axis.normal_W, pair.place_a->axis_W[k]) < S(0) ? -1 : 1;
     at.on_a[k] = S(sign) * pair.h_a[k];
     at.feature_a += sign * kFeatureWeight[k];
     w[k] -= at.on_a[k];
   }
-  for (int k = next(j); k != j; k = next(k)) {
+  for (int k = next_axis(j); k != j; k = next_axis(k)) {
     const int sign = dot(axis.normal_W, pair.place_b->axis_W[k]) < S(0) ? 1 : -1;
     at.feature_b += sign * kFeatureWeight[k];
     for (int row = 0; row < 3; ++row) w[row] += S(sign) * pair.h_b[k] * pair.R[row][k];
   }
   // Nearest points of the two lines, as in box_closest.cpp; kept within the edge for round-off's sake.
-  const S r1 = pair.R[next(i)][j], r2 = pair.R[next(next(i))][j];
-  const S b = -(w[next(i)] * r1 + w[next(next(i))] * r2) / (r1 * r1 + r2 * r2);
+  const S r1 = pair.R[next_axis(i)][j], r2 = pair.R[next_axis(next_axis(i))][j];
+  const S b = -(w[next_axis(i)] * r1 + w[next_axis(next_axis(i))] * r2) / (r1 * r1 + r2 * r2);
   const S along = w[i] + real::max(-pair.h_b[j], real::min(pair.h_b[j], b)) * pair.R[i][j];
   at.on_a[i] = real::max(-pair.h_a[i], real::min(pair.h_a[i], along));
   return at;

@@ -11,8 +11,6 @@ namespace atwood::broad {
 
 template <class S> using Items = std::span<const BroadItem<S>>;
 
-template <class S> inline S component(const Vec3<S>& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-
 // Boxes that touch overlap; boxes with NaN overlap nothing.
 template <class S> inline bool boxes_overlap(const Aabb<S>& a, const Aabb<S>& b) {
   return (a.low.x <= b.high.x) & (b.low.x <= a.high.x) & (a.low.y <= b.high.y) & (b.low.y <= a.high.y) &

@@ -57,7 +57,7 @@ template <class S> Vec3<S> support(const ConvexPiece<S>& piece, const Vec3<S>& d
 
 // v / |v|, also where v's square would underflow or overflow; 0 for 0.
 template <class S> inline Vec3<S> unit_vector(const Vec3<S>& v) {
-  const S most = real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z)));
+  const S most = largest_component(v);
   if (!(most > S(0))) return {};
   const Vec3<S> scaled{v.x / most, v.y / most, v.z / most};
   return (S(1) / norm(scaled)) * scaled;

@@ -16,7 +16,7 @@ template <class S> inline S length_and_direction(const Vec3<S>& v, Vec3<S>& unit
     unit = (S(1) / length) * v;
     return length;
   }
-  const S largest = real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z)));
+  const S largest = largest_component(v);
   if (!(largest > S(0))) return S(0);
   const Vec3<S> scaled{v.x / largest, v.y / largest, v.z / largest};
   const S length = norm(scaled);

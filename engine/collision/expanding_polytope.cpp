@@ -6,10 +6,6 @@
 namespace atwood {
 namespace {
 
-template <class S> S largest(const Vec3<S>& v) {
-  return real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z)));
-}
-
 template <class S> struct Polytope {
   static constexpr int kMostPoints = 160, kMostFaces = 2 * kMostPoints;
   struct Face {
@@ -53,9 +49,9 @@ bool first_tetrahedron(Polytope<S>& polytope, const Support& farthest, Vec3<S>& 
   S widest{};
   for (const Vec3<S>& axis : axes) {
     const DifferencePoint<S> high = farthest(axis), low = farthest(-axis);
-    extent = real::max(extent, real::max(real::max(largest(high.w), largest(low.w)),
-                                         real::max(real::max(largest(high.a), largest(high.b)),
-                                                   real::max(largest(low.a), largest(low.b)))));
+    extent = real::max(extent, real::max(real::max(largest_component(high.w), largest_component(low.w)),
+                                         real::max(real::max(largest_component(high.a), largest_component(high.b)),
+                                                   real::max(largest_component(low.a), largest_component(low.b)))));
     if (const S width = norm(high.w - low.w); p[0].vertex_a == -2 || width > widest)
       widest = width, p[0] = low, p[1] = high;
   }

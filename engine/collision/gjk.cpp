@@ -6,10 +6,6 @@
 namespace atwood {
 namespace {
 
-template <class S> S largest(const Vec3<S>& v) {
-  return real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z)));
-}
-
 template <class S> Vec3<S> weighted(Simplex<S>& simplex) {
   Vec3<S> sum;
   for (int i = 0; i < simplex.count; ++i) sum += simplex.weight[i] * simplex.corner[i].w;
@@ -41,7 +37,8 @@ template <class S> Vec3<S> nearest_on_edge(Simplex<S>& s) {
 template <class S> Vec3<S> nearest_on_triangle(Simplex<S>& s) {
   const Vec3<S>&p = s.corner[0].w, &q = s.corner[1].w, &r = s.corner[2].w;
   const Vec3<S> pq = q - p, pr = r - p, area = cross(pq, pr);
-  const S size = largest(area), noise = S(8) * real::epsilon<S>() * largest(pq) * largest(pr);
+  const S size = largest_component(area),
+          noise = S(8) * real::epsilon<S>() * largest_component(pq) * largest_component(pr);
   bool may_hold_nearest[3] = {true, true, true};  // the edge opposite to corner i may hold the nearest point
   if (size > noise) {
     const Vec3<S> normal = unit_vector(area);
@@ -77,7 +74,8 @@ template <class S> Vec3<S> nearest_in_tetrahedron(Simplex<S>& s) {
   const Vec3<S>&p = s.corner[0].w, &q = s.corner[1].w, &r = s.corner[2].w, &t = s.corner[3].w;
   const Vec3<S> edge[3] = {q - p, r - p, t - p};
   const S whole = dot(edge[0], cross(edge[1], edge[2]));
-  const S noise = S(32) * real::epsilon<S>() * largest(edge[0]) * largest(edge[1]) * largest(edge[2]);
+  const S noise =
+      S(32) * real::epsilon<S>() * largest_component(edge[0]) * largest_component(edge[1]) * largest_component(edge[2]);
   bool may_hold_nearest[4] = {true, true, true, true};
   if (real::abs(whole) > noise) {
     const S sign = whole < S(0) ? S(-1) : S(1);
@@ -156,7 +154,8 @@ Closest<S> closest_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, cons
   for (int round = 0; round < kMostRounds; ++round) {
     const DifferencePoint<S> p = difference_support(a, b, b_in_a, -v, start_a, start_b);
     start_a = p.vertex_a, start_b = p.vertex_b;
-    extent = real::max(extent, real::max(largest(p.w), real::max(largest(p.a), largest(p.b))));
+    extent =
+        real::max(extent, real::max(largest_component(p.w), real::max(largest_component(p.a), largest_component(p.b))));
     const S length = norm(v), toward = dot(v, p.w);
     if (toward > max_distance * length) {
       closest.apart = closest.out_of_range = true;

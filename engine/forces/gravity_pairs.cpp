@@ -6,14 +6,12 @@
 namespace atwood {
 namespace {
 
-constexpr int kLanes = kGravityBlock;
-
-template <class S> struct Lanes { S x[kLanes], y[kLanes], z[kLanes]; };
+template <class S> struct Lanes { S x[kGravityBlock], y[kGravityBlock], z[kGravityBlock]; };
 
 template <class S, class Arrays> ATWOOD_INLINE void load(const Arrays& from, int first, Lanes<S>& to) {
-  for (int l = 0; l < kLanes; ++l) to.x[l] = from.x[first + l];
-  for (int l = 0; l < kLanes; ++l) to.y[l] = from.y[first + l];
-  for (int l = 0; l < kLanes; ++l) to.z[l] = from.z[first + l];
+  for (int l = 0; l < kGravityBlock; ++l) to.x[l] = from.x[first + l];
+  for (int l = 0; l < kGravityBlock; ++l) to.y[l] = from.y[first + l];
+  for (int l = 0; l < kGravityBlock; ++l) to.z[l] = from.z[first + l];
 }
 
 // Adds the accelerations of the block by bodies [from, to). `meets_itself`: the sources include the block's own bodies;
@@ -23,7 +21,7 @@ ATWOOD_INLINE void pull(const PointMasses<S>& bodies, int from, int to, S soften
                         Lanes<S>& sum) {
   for (int j = from; j < to; ++j) {
     const S x = bodies.x_m[j], y = bodies.y_m[j], z = bodies.z_m[j], Gm = bodies.Gm_m3_per_s2[j];
-    for (int l = 0; l < kLanes; ++l) {
+    for (int l = 0; l < kGravityBlock; ++l) {
       const S rx = x - at.x[l], ry = y - at.y[l], rz = z - at.z[l];
       S r2 = rx * rx + ry * ry + rz * rz + softening2_m2;
       if constexpr (meets_itself) r2 = first + l == j ? S(1) : r2;
@@ -46,13 +44,13 @@ ATWOOD_INLINE void pull_block(const PointMasses<S>& bodies, int from, int to, S 
   } positions{bodies.x_m, bodies.y_m, bodies.z_m};
   load(positions, first, at);
   load(sums, first, sum);
-  const int block_from = std::clamp(first, from, to), block_to = std::clamp(first + kLanes, from, to);
+  const int block_from = std::clamp(first, from, to), block_to = std::clamp(first + kGravityBlock, from, to);
   pull<false>(bodies, from, block_from, softening2_m2, first, at, sum);
   pull<true>(bodies, block_from, block_to, softening2_m2, first, at, sum);
   pull<false>(bodies, block_to, to, softening2_m2, first, at, sum);
-  for (int l = 0; l < kLanes; ++l) sums.x[first + l] = sum.x[l];
-  for (int l = 0; l < kLanes; ++l) sums.y[first + l] = sum.y[l];
-  for (int l = 0; l < kLanes; ++l) sums.z[first + l] = sum.z[l];
+  for (int l = 0; l < kGravityBlock; ++l) sums.x[first + l] = sum.x[l];
+  for (int l = 0; l < kGravityBlock; ++l) sums.y[first + l] = sum.y[l];
+  for (int l = 0; l < kGravityBlock; ++l) sums.z[first + l] = sum.z[l];
 }
 
 }  // namespace
@@ -63,7 +61,7 @@ void add_gravity(VectorWidth width, const PointMasses<S>& bodies, int from, int 
   at_width(
       width, [=]() __attribute__((always_inline)) {
         for (int block = first_block; block < last_block; ++block)
-          pull_block(bodies, from, to, softening2_m2, block * kLanes, sums);
+          pull_block(bodies, from, to, softening2_m2, block * kGravityBlock, sums);
       });
 }
 

@@ -9,7 +9,6 @@
 namespace atwood {
 namespace {
 
-constexpr int kLanes = kGravityBlock;
 constexpr int kLeastShared = 1000;             // bodies
 constexpr int kGroupBlocks = 2;                // blocks of bodies that share one interaction list
 constexpr int kMostWaiting = 7 * 3 * 21 + 64;  // stack of a walk: seven siblings per level, and a reserve
@@ -18,15 +17,16 @@ constexpr int kMostWaiting = 7 * 3 * 21 + 64;  // stack of a walk: seven sibling
 template <class Moments, class S>
 ATWOOD_INLINE void pull_block(const Moments* nodes, const std::int32_t* list, int count, S softening2, const S* x,
                               const S* y, const S* z, S* ax, S* ay, S* az) {
-  S at_x[kLanes], at_y[kLanes], at_z[kLanes], sum_x[kLanes], sum_y[kLanes], sum_z[kLanes];
-  for (int l = 0; l < kLanes; ++l) at_x[l] = x[l], at_y[l] = y[l], at_z[l] = z[l];
-  for (int l = 0; l < kLanes; ++l) sum_x[l] = ax[l], sum_y[l] = ay[l], sum_z[l] = az[l];
+  S at_x[kGravityBlock], at_y[kGravityBlock], at_z[kGravityBlock], sum_x[kGravityBlock], sum_y[kGravityBlock],
+      sum_z[kGravityBlock];
+  for (int l = 0; l < kGravityBlock; ++l) at_x[l] = x[l], at_y[l] = y[l], at_z[l] = z[l];
+  for (int l = 0; l < kGravityBlock; ++l) sum_x[l] = ax[l], sum_y[l] = ay[l], sum_z[l] = az[l];
   for (int k = 0; k < count; ++k) {
     const Moments& node = nodes[list[k]];
     const S M = node.GM, cx = node.centre[0], cy = node.centre[1], cz = node.centre[2];
     const S xx = node.GQ[0], yy = node.GQ[1], zz = node.GQ[2], xy = node.GQ[3], xz = node.GQ[4], yz = node.GQ[5];
     const S trace = S(1.5) * (xx + yy + zz);
-    for (int l = 0; l < kLanes; ++l) {
+    for (int l = 0; l < kGravityBlock; ++l) {
       const S rx = cx - at_x[l], ry = cy - at_y[l], rz = cz - at_z[l];
       const S rho2 = rx * rx + ry * ry + rz * rz + softening2;
       const S i1 = S(1) / std::sqrt(rho2), i2 = i1 * i1, i3 = i2 * i1, i5 = i3 * i2;
@@ -38,7 +38,7 @@ ATWOOD_INLINE void pull_block(const Moments* nodes, const std::int32_t* list, in
       sum_z[l] += along * rz - across * Qz;
     }
   }
-  for (int l = 0; l < kLanes; ++l) ax[l] = sum_x[l], ay[l] = sum_y[l], az[l] = sum_z[l];
+  for (int l = 0; l < kGravityBlock; ++l) ax[l] = sum_x[l], ay[l] = sum_y[l], az[l] = sum_z[l];
 }
 
 // Squared distance from a point to the nearest point of a box.
@@ -66,13 +66,14 @@ GravityTree<S>::GravityTree(int bodies, int threads)
 
 template <class S> void GravityTree<S>::flush_nodes(VectorWidth width, int group, S softening2_m2, List& list) {
   const Moments* const nodes = moments_.data();
-  const int first = group * kGroupBlocks * kLanes, last = std::min(first + kGroupBlocks * kLanes, padded_);
+  const int first = group * kGroupBlocks * kGravityBlock,
+            last = std::min(first + kGroupBlocks * kGravityBlock, padded_);
   S *const x = row(0), *const y = row(1), *const z = row(2), *const ax = row(4), *const ay = row(5), *const az = row(6);
   const std::int32_t* const waiting = list.node;
   const int count = list.nodes;
   at_width(
       width, [=]() __attribute__((always_inline)) {
-        for (int k = first; k < last; k += kLanes)
+        for (int k = first; k < last; k += kGravityBlock)
           pull_block(nodes, waiting, count, softening2_m2, x + k, y + k, z + k, ax + k, ay + k, az + k);
       });
   list.counts.by_node += static_cast<std::int64_t>(count) * (std::min(last, count_) - first);
@@ -81,19 +82,20 @@ template <class S> void GravityTree<S>::flush_nodes(VectorWidth width, int group
 
 template <class S> void GravityTree<S>::flush_bodies(VectorWidth width, int group, S softening2_m2, List& list) {
   if (list.from == list.to) return;
-  const int first_block = group * kGroupBlocks, last_block = std::min(first_block + kGroupBlocks, padded_ / kLanes);
+  const int first_block = group * kGroupBlocks,
+            last_block = std::min(first_block + kGroupBlocks, padded_ / kGravityBlock);
   atwood::add_gravity<S>(width, {row(0), row(1), row(2), row(3)}, list.from, list.to, softening2_m2, first_block,
                          last_block, {row(4), row(5), row(6)});
-  list.counts.by_body +=
-      static_cast<std::int64_t>(list.to - list.from) * (std::min(last_block * kLanes, count_) - first_block * kLanes);
+  list.counts.by_body += static_cast<std::int64_t>(list.to - list.from) *
+                         (std::min(last_block * kGravityBlock, count_) - first_block * kGravityBlock);
   list.from = list.to;
 }
 
 // Depth first, first child first; bodies of neighbouring leaves are summed in one call.
 template <class S>
 void GravityTree<S>::pull_group(VectorWidth width, int group, S softening2_m2, S opening, List& list) {
-  const int first = group * kGroupBlocks * kLanes;
-  const Box box = box_of(first, std::min(first + kGroupBlocks * kLanes, count_));
+  const int first = group * kGroupBlocks * kGravityBlock;
+  const Box box = box_of(first, std::min(first + kGroupBlocks * kGravityBlock, count_));
   const S opening2 = opening * opening;
   std::int32_t waiting[kMostWaiting];
   int top = 0;

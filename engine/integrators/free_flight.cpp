@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "integrators/free_flight_alone.hpp"
+
 namespace atwood {
 namespace {
 
@@ -98,6 +100,13 @@ template <class S> void FreeFlight<S>::scatter(FlightKind kind, S* y, Share bodi
 
 template <class S>
 void FreeFlight<S>::march_group(FlightKind kind, std::int64_t count, S* y, Share bodies, FlightLanes<S>& lanes) const {
+  if constexpr (std::is_same_v<S, double>) {
+    if (bodies.last - bodies.first <= static_cast<int>(kFewBodies) && flies_alone(width_, kind, steps_)) {
+      for (int n = bodies.first; n < bodies.last; ++n)
+        fly_many_alone(width_, steps_, inertia_[sorted_[n]], count, y + model_.offset(sorted_[n]));
+      return;
+    }
+  }
   for (int first = bodies.first; first < bodies.last; first += kFlightLanes) {
     const Share block{first, std::min(first + kFlightLanes, bodies.last)};
     gather(kind, y, block, lanes);

@@ -22,7 +22,7 @@ std::vector<MethodInfo> high_precision_methods() {
       " Positions are integrated twice from the accelerations. The first iterate extrapolates the rates of the step "
       "before. Without a tolerance: equal steps, sweeps to round-off. With one: steps are chosen such that the local "
       "error, estimated by the last coefficient of the rates' polynomial, meets the tolerance; sweeps end when the "
-      "remaining change is a tenth of it. Samples by a shorter step.";
+      "remaining change is a small part of it. Samples by a shorter step.";
   std::vector<MethodInfo> methods{
       of_tolerance(
           "radau15", claims_in_any_coordinates(15),
@@ -38,6 +38,16 @@ std::vector<MethodInfo> high_precision_methods() {
               sweeps + embedded_attitude,
           "Rein, Spiegel, MNRAS 446 (2015) 1424, eq. 4 to 11; Everhart (1985)")};
   for (MethodInfo& info : methods) info.settings["compensated"] = true;
+  declare_settings(
+      methods.back(),
+      {{"criterion",
+        std::string("tolerance"),
+        {one_of({"tolerance", "rein-spiegel", "prs23"}),
+         "What chooses the steps of a run with a tolerance: the tolerance, or the authors' criterion with `epsilon`, by "
+         "the last coefficient (rein-spiegel: their equation 11) or by the timescale of acceleration, jerk and snap "
+         "(prs23: Pham, Rein, Spiegel, Open J. Astrophys. 7 (2024)); the tolerance then only ends the sweeps. The timescale of prs23 is 0 for a body "
+         "on which no force acts at the end of a step: steps cannot pass a point where the forces on a body cancel."}},
+       {"epsilon", 1e-9, {strictly_between(0, 1), "Accuracy parameter of `rein-spiegel` and `prs23`."}}});
   MethodInfo gbs =
       with_tolerance("gbs", claims_in_any_coordinates(12),
                      "Extrapolation of Gragg's midpoint rule with 2, 4, 6, ... substeps, a fixed number of columns: "
@@ -57,8 +67,15 @@ std::vector<MethodInfo> high_precision_methods() {
 template <class S> StepperResult<S> make_high_precision(const StepperRequest<S>& request) {
   if (request.scheme == "radau15" || request.scheme == "ias15") {
     const bool sequential = request.scheme == "ias15";
-    return StepperPointer<S>(std::make_unique<Radau15<S>>(request.system, request.model,
-                                                          RadauOptions{sequential, request.flag("compensated")}));
+    RadauOptions options{sequential, request.flag("compensated")};
+    if (sequential) {
+      const auto& criterion = std::get<std::string>(request.settings.at("criterion"));
+      if (criterion == "rein-spiegel") options.criterion = StepCriterion::rein_spiegel;
+      else if (criterion == "prs23") options.criterion = StepCriterion::prs23;
+      options.epsilon = request.number("epsilon");
+    }
+    options.fused = std::get<std::string>(request.settings.at("gravity")) != "tree";
+    return StepperPointer<S>(std::make_unique<Radau15<S>>(request.system, request.model, options));
   }
   if (request.scheme == "gbs") {
     return StepperPointer<S>(std::make_unique<Extrapolation<S>>(

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "integrators/collocation_nodes.hpp"
 #include "integrators/radau15_kernels.hpp"
+#include "integrators/radau15_point_masses.hpp"
 
 namespace atwood {
 namespace {
@@ -84,7 +86,11 @@ Radau15<S>::Radau15(System<S>& system, const RigidModel<S>* model, const RadauOp
     record.rate.resize(size_);
     record.prediction_error.resize(size_);
   }
+  if constexpr (std::is_same_v<S, double>)
+    if (options.fused && !options.sequential && model != nullptr) bodies_ = gravitating_bodies(*model);
 }
+
+template <class S> Radau15<S>::~Radau15() = default;
 
 // Velocities need no stages where no force depends on them; attitudes and body rates always do.
 template <class S> void Radau15<S>::find_unknowns() {
@@ -171,7 +177,9 @@ template <class S> void Radau15<S>::predict(S h_s, Record* from, S offset) {
     std::fill(out, out + size_ * kNodes, S(0));
     return;
   }
-  const S ratio = h_s / from->h_s, weight = offset == S(1) ? S(1) : S(0);
+  const S ratio = h_s / from->h_s;
+  alignas(LaneBlock<S>) S weight[kNodes] = {};
+  if (offset == S(1)) radau::weigh_last_error(table_, ratio, from->reach, reach_, weight);
   in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
     radau::extrapolate(rates_, table_, offset, ratio, weight, lanes_of(from->rate), lanes_of(from->prediction_error),
                        out);
@@ -239,38 +247,23 @@ template <class S> S Radau15<S>::sweep_nodes(S h_s) {
   return most;
 }
 
-// Sweeps until the change that the next one would make (the last change times the contraction) is below the last place,
-// or below a tenth of the tolerance. Returns that remaining change; infinity: no convergence.
-template <class S> S Radau15<S>::iterate(S h_s, bool predicted) {
-  constexpr int most_sweeps = 60;
-  const S enough = real::max(real::epsilon<S>() / S(8), rtol_ / S(10));
-  const auto end = [&](SolveEnd ended, int sweeps, S left) {
-    const SolveReport report{sweeps, static_cast<double>(left), ended};
-    return this->system_.solvers.note(IterativeSolver::implicit_stages, report) ? left : S(1e30f);
-  };
-  S before = S(0);
-  for (int k = 0; k < most_sweeps; ++k) {
+// Whether the sweeps ended with the rates at the nodes.
+template <class S> bool Radau15<S>::iterate(S h_s, bool predicted) {
+  radau::SweepEnd<S> end(rtol_, options_.sequential, contraction_);
+  for (bool first = true;; first = false) {
     S now;
     if (options_.sequential) {
       now = sweep_nodes(h_s);
     } else {
-      if (k > 0) rate_.swap(rate_before_);
-      now = sweep_batch(h_s, k > 0 ? rate_before_ : predicted_);
+      if (!first) rate_.swap(rate_before_);
+      now = sweep_batch(h_s, first ? predicted_ : rate_before_);
     }
-    if (!(now < S(1e30f))) return end(SolveEnd::capped, k + 1, now);
-    if (k == 0 && !predicted) {  // the scales need rates, which exist from here on
-      measure_scales(lanes_of(rate_));
-      before = now;
-      continue;
-    }
-    if (before > S(1e4f) * real::epsilon<S>()) contraction_ = real::max(real::min(now / before, S(1)), S(1e-4f));
-    if (now * contraction_ <= enough) return end(SolveEnd::converged, k + 1, now * contraction_);
-    if (before > S(0) && now >= before / S(2) && now <= S(256) * real::epsilon<S>())
-      return end(SolveEnd::stagnated, k + 1, now);
-    if (k > 8 && now > before) return end(SolveEnd::capped, k + 1, now);
-    before = now;
+    const bool blind = first && !predicted;
+    if (end.reached(now, blind)) break;
+    if (blind) measure_scales(lanes_of(rate_));  // the scales need rates, which exist from here on
   }
-  return end(SolveEnd::capped, most_sweeps, before);
+  contraction_ = end.contraction;
+  return this->system_.solvers.note(IterativeSolver::implicit_stages, end.report());
 }
 
 template <class S> void Radau15<S>::finish(S h_s, const S* y, S* y_new) {
@@ -294,24 +287,17 @@ template <class S> S Radau15<S>::add(int i, S y, S increment) {
 
 // Keeps the record of the last step that advise() accepted: samples inside it are steps from its start, and the next
 // step starts at its end.
-template <class S> void Radau15<S>::store_record(S t_s, S h_s, const S* y, const S* y_new, bool predicted) {
-  last_ = kept_ >= 0 ? 1 - kept_ : 1 - last_;
-  Record& record = record_[last_];
+template <class S> auto Radau15<S>::next_record() -> Record& { return record_[kept_ >= 0 ? 1 - kept_ : 1 - last_]; }
+
+template <class S> void Radau15<S>::store_record(S t_s, S h_s, const S* y, const S* y_new) {
+  Record& record = next_record();
+  last_ = static_cast<int>(&record - record_);
   record.valid = true;
   record.t_s = t_s;
   record.h_s = h_s;
   record.contraction = contraction_;
   std::copy(y, y + size_, record.y.begin());
   std::copy(y_new, y_new + size_, record.y_new.begin());
-  record.compensation.swap(compensation_);
-  record.compensation_new.swap(compensation_new_);
-  S* prediction_error = lanes_of(record.prediction_error);
-  if (predicted)
-    in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
-      radau::differences(rates_, lanes_of(rate_), lanes_of(predicted_), prediction_error);
-    });
-  else std::fill(prediction_error, prediction_error + size_ * kNodes, S(0));
-  record.rate.swap(rate_);
 }
 
 template <class S> bool Radau15<S>::step(S t_s, S h_s, const S* y, S* y_new) {
@@ -319,21 +305,78 @@ template <class S> bool Radau15<S>::step(S t_s, S h_s, const S* y, S* y_new) {
   this->set_last_step(t_s, h_s, y, y_new);
   S offset = S(0);
   Record* from = find_start(t_s, y, offset);
-  if (from == nullptr) std::fill(compensation_.begin(), compensation_.end(), S(0));
-  else compensation_ = offset == S(1) ? from->compensation_new : from->compensation;
-  predict(h_s, from, offset);
-  set_base(t_s, h_s, y);
-  if (options_.sequential) start_nodes(t_s, y, from != nullptr);
   contraction_ = from != nullptr ? from->contraction : S(1);
-  measure_scales(lanes_of(options_.sequential ? rate_ : predicted_));
-  converged_ = iterate(h_s, from != nullptr) < S(1e30f);
+  converged_ = bodies_ ? step_fused(h_s, y, y_new, from, offset) : step_general(t_s, h_s, y, y_new, from, offset);
   if (!converged_) {
     std::copy(y, y + size_, y_new);
     return rtol_ > S(0);  // advise() then asks for a shorter step
   }
-  finish(h_s, y, y_new);
-  store_record(t_s, h_s, y, y_new, offset == S(1));
+  store_record(t_s, h_s, y, y_new);
   return true;
+}
+
+template <class S> bool Radau15<S>::step_general(S t_s, S h_s, const S* y, S* y_new, Record* from, S offset) {
+  if (from == nullptr) std::fill(compensation_.begin(), compensation_.end(), S(0));
+  else compensation_ = offset == S(1) ? from->compensation_new : from->compensation;
+  reach_ = {};
+  predict(h_s, from, offset);
+  set_base(t_s, h_s, y);
+  if (options_.sequential) start_nodes(t_s, y, from != nullptr);
+  measure_scales(lanes_of(options_.sequential ? rate_ : predicted_));
+  if (!iterate(h_s, from != nullptr)) return false;
+  finish(h_s, y, y_new);
+  Record& record = next_record();
+  record.compensation.swap(compensation_);
+  record.compensation_new.swap(compensation_new_);
+  S* prediction_error = lanes_of(record.prediction_error);
+  if (offset == S(1))
+    in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
+      radau::differences(rates_, lanes_of(rate_), lanes_of(predicted_), prediction_error);
+    });
+  else std::fill(prediction_error, prediction_error + size_ * kNodes, S(0));
+  record.rate.swap(rate_);
+  record.reach = reach_;
+  return true;
+}
+
+template <class S> bool Radau15<S>::step_fused(S h_s, const S* y, S* y_new, Record* from, S offset) {
+  if constexpr (std::is_same_v<S, double>) {
+    const bool in_plane = from != nullptr ? from->in_plane : bodies_->in_plane(y);
+    if (from == nullptr) std::fill(compensation_.begin(), compensation_.end(), 0.0);
+    else compensation_ = offset == 1 ? from->compensation_new : from->compensation;
+    Record& record = next_record();
+    GravitatingStep step;
+    step.h_s = h_s;
+    step.rtol = rtol_;
+    step.atol_over_rtol = rtol_ > 0 ? atol_ / rtol_ : 0;
+    step.in_plane = in_plane;
+    step.compensated = options_.compensated;
+    step.y = y;
+    step.compensation = compensation_.data();
+    if (from != nullptr) {
+      step.rate_from = lanes_of(from->rate);
+      step.error_from = lanes_of(from->prediction_error);
+      step.reach_from = &from->reach;
+      step.ratio = h_s / from->h_s;
+    }
+    step.offset = offset;
+    step.contraction = contraction_;
+    step.y_new = y_new;
+    step.compensation_new = record.compensation_new.data();
+    step.rate = lanes_of(record.rate);
+    step.prediction_error = lanes_of(record.prediction_error);
+    step.ends = lanes_of(ends_);
+    step_gravitating_bodies(width_, *bodies_, step);
+    this->system_.evaluations += kNodes * step.report.iterations;
+    if (!this->system_.solvers.note(IterativeSolver::implicit_stages, step.report)) return false;
+    record.in_plane = in_plane;
+    record.reach = step.reach;
+    record.compensation.swap(compensation_);
+    contraction_ = step.contraction;
+    scale_[0].rate = step.rate_size;
+    return true;
+  }
+  return false;
 }
 
 // The rate at the start of the step is evaluated once; without a prediction it is the first guess at every node.
@@ -365,16 +408,68 @@ template <class S> S Radau15<S>::roughness() const {
   return most;
 }
 
+// Pham, Rein, Spiegel (2024), in units of the step, with the acceleration, jerk and snap of its end:
+//   tau^2 = 2 |a|^2 / (|j|^2 + |a| |s|), the least over the bodies (over each kind of the other unknowns as a whole)
+template <class S> S Radau15<S>::least_timescale() const {
+  S least{};
+  bool found = false;
+  for (std::size_t n = 0; n < kinds_.size(); ++n) {
+    const bool by_body = n == 0 && !twice_[0].components.empty();
+    const int last = kinds_[n].last, size = by_body ? 3 : last - kinds_[n].first;
+    for (int first = kinds_[n].first; first < last; first += size) {
+      S squares[3] = {};  // of the acceleration, the jerk and the snap
+      for (int r = first; r < first + size; ++r) {
+        const S* rate = record_[last_].rate[rates_[r]].lane;
+        S sum[3] = {};
+        for (int k = 0; k < kNodes; ++k) {
+          S coefficient = S(0);
+          for (int j = 0; j < kNodes; ++j) coefficient += rate[j] * table_.power[j][k];
+          sum[0] += coefficient;
+          sum[1] += S(k) * coefficient;
+          sum[2] += S(k * (k - 1)) * coefficient;
+        }
+        for (int d = 0; d < 3; ++d) squares[d] += sum[d] * sum[d];
+      }
+      const S change = squares[1] + real::sqrt(squares[0] * squares[2]);
+      if (!(squares[0] > S(0) && change > S(0))) continue;
+      const S timescale = real::sqrt(S(2) * squares[0] / change);
+      if (!found || timescale < least) least = timescale;
+      found = true;
+    }
+  }
+  return least;  // 0: nothing changes
+}
+
+// The next step over this one: (epsilon / b6)^(1/7) with b6 the last coefficient over the rates (Rein, Spiegel 2015,
+// eq. 11), or tau (5040 epsilon)^(1/7) (Pham, Rein, Spiegel 2024). Infinity: nothing changes.
+template <class S> double Radau15<S>::published_factor() const {
+  const double none = std::numeric_limits<double>::infinity();
+  if (options_.criterion == StepCriterion::prs23) {
+    const double timescale = static_cast<double>(least_timescale());
+    return timescale > 0 ? timescale * std::pow(5040 * options_.epsilon, 1.0 / 7) : none;
+  }
+  const double b6 = static_cast<double>(roughness());
+  return b6 > 0 ? std::pow(options_.epsilon / b6, 1.0 / 7) : none;
+}
+
 // The rates' coefficients fall about as q^k h^k, so the last one, over the rates, is q^7; the local error of order 16
 // is a constant times q^15, estimated as q^14 / 100: errors on Kepler and Pleiades are then near the tolerance.
 template <class S> auto Radau15<S>::advise(S rtol, S) -> typename Stepper<S>::Advice {
   const S h_s = this->h_s_;
   if (!converged_) return {false, h_s / S(2)};
+  if (options_.criterion !=
+      StepCriterion::tolerance) {  // a step is repeated below a quarter, and grows at most fourfold
+    const double factor = published_factor();
+    if (factor < 0.25) return {false, h_s * S(real::max(factor, 0.01))};
+    kept_ = last_;
+    return {true, h_s * S(real::min(factor, 4.0))};
+  }
   const float rough = static_cast<float>(roughness()), wanted = static_cast<float>(S(100) * rtol);
   const float factor = rough > 0 ? std::pow(wanted / (rough * rough), 1.0f / 14) : 2.0f;
   if (factor < 0.75) return {false, h_s * S(real::max(factor, 0.1f))};
+  const float most = kept_ < 0 ? 16.0f : 2.0f;  // the first step was a guess
   kept_ = last_;
-  return {true, h_s * S(real::min(factor, 2.0f))};
+  return {true, h_s * S(real::min(factor, most))};
 }
 
 // Evaluates the polynomial of the step; of order 9 between the nodes.

@@ -25,30 +25,48 @@ template <class S> struct RadauTable {
 };
 template <class S> const RadauTable<S>& radau_table();
 
+// How far the rates of a step were extrapolated: prod_k (tau - c_k) at its nodes, tau and c_k in units of the step
+// before, of which it is `growth` times the length.
+template <class S> struct RadauReach {
+  S growth = S(1);
+  alignas(kLaneCount * sizeof(S)) S product[kRadauNodes] = {S(1), S(1), S(1), S(1), S(1), S(1), S(1), S(1)};
+};
+
+// What chooses the next step: the tolerance, or a published criterion of IAS15 with its epsilon.
+enum class StepCriterion { tolerance, rein_spiegel, prs23 };
+
 struct RadauOptions {
   bool sequential = false;  // true: node by node, each with the newest rates; false: all nodes in one batch
   bool compensated = true;
+  bool fused = true;  // a few gravitating point masses in one kernel (radau15_point_masses.hpp): the same bits
+  StepCriterion criterion = StepCriterion::tolerance;
+  double epsilon = 1e-9;  // of the published criteria
 };
+
+struct GravitatingBodies;
 
 template <class S> class Radau15 final : public Stepper<S> {
  public:
   // `model`: of the system, which says what is a position; null: every component is integrated once.
   Radau15(System<S>& system, const RigidModel<S>* model, const RadauOptions& options);
+  ~Radau15() override;
 
   bool step(S t_s, S h_s, const S* y, S* y_new) override;
   bool chooses_steps() const override { return true; }
   typename Stepper<S>::Advice advise(S rtol, S atol) override;
   void set_tolerance(S rtol, S atol) override;
   void dense(S theta, S* y_at) override;
+  void set_vector_width(VectorWidth width) { width_ = width; }  // results have the same bits at each width
 
  private:
   // A completed step, from which the rates of the next one are extrapolated.
   struct Record {
-    bool valid = false;
+    bool valid = false, in_plane = false;
     S t_s{}, h_s{}, contraction = S(1);
     std::vector<S> y, y_new, compensation,
         compensation_new;                 // compensation: remainders of the compensated sums
     LaneArray<S> rate, prediction_error;  // the rates at the nodes, and the error of their prediction
+    RadauReach<S> reach;
   };
   // Largest absolute values of the components of one kind
   struct Scale {
@@ -62,18 +80,23 @@ template <class S> class Radau15 final : public Stepper<S> {
   void set_base(S t_s, S h_s, const S* y);
   void measure_scales(const S* rate);
   void start_nodes(S t_s, const S* y, bool predicted);
-  S iterate(S h_s, bool predicted);
+  bool iterate(S h_s, bool predicted);
   S sweep_batch(S h_s, LaneArray<S>& before);
   S sweep_nodes(S h_s);
   void finish(S h_s, const S* y, S* y_new);
   S add(int i, S y, S increment);
-  void store_record(S t_s, S h_s, const S* y, const S* y_new, bool predicted);
+  bool step_general(S t_s, S h_s, const S* y, S* y_new, Record* from, S offset);
+  bool step_fused(S h_s, const S* y, S* y_new, Record* from, S offset);
+  Record& next_record();
+  void store_record(S t_s, S h_s, const S* y, const S* y_new);
   S roughness() const;
+  S least_timescale() const;
+  double published_factor() const;
 
   const RigidModel<S>* model_;  // null: a bare system
   const RadauOptions options_;
   const RadauTable<S>& table_;
-  const VectorWidth width_ = widest_vectors();
+  VectorWidth width_ = widest_vectors();
   int size_;
   std::vector<S> compensation_, compensation_new_;
   std::int64_t epoch_ = -1;
@@ -92,9 +115,11 @@ template <class S> class Radau15 final : public Stepper<S> {
   std::vector<Kind> kinds_;
   std::vector<S> weight_;     // of rates_: h / scale, from a change of the rate to a relative change of the state
   std::vector<Scale> scale_;  // of kinds_
+  RadauReach<S> reach_;       // of the present step
   LaneArray<S> state_, base_, rate_, rate_before_, predicted_, ends_;
   std::vector<S> node_state_, node_rate_;
   S t_nodes_[kRadauNodes];
+  std::unique_ptr<GravitatingBodies> bodies_;  // null: not fused
   Record record_[2];
   int last_ = 0;          // record of the last step
   int kept_ = -1;         // record of the last step that advise() accepted

@@ -1,12 +1,86 @@
 // The inner loops of Radau15, one node per lane. RadauTable defines the sums.
 #pragma once
 
+#include <cstdint>
+#include <limits>
+
 #include "integrators/radau15.hpp"
 #include "math/pack.hpp"
 
 namespace atwood::radau {
 
 inline constexpr int kNodes = kRadauNodes;
+
+// When sweeps end: where the change that the next one would make (the last change times the contraction) is below the
+// last place, or below a part of the tolerance (a thirtieth of it node by node; a hundredth where all nodes are swept at
+// once, whose contraction differs more from one step to the next); where changes among the last places no longer shrink; or in failure.
+template <class S> struct SweepEnd {
+  S enough, contraction, before = S(0);
+  int sweeps = 0;
+  SolveEnd ended = SolveEnd::capped;
+  S left = S(0);
+
+  ATWOOD_INLINE SweepEnd(S rtol, bool sequential, S last_contraction)
+      : enough(real::max(real::epsilon<S>() / S(8), rtol / S(sequential ? 30 : 100))), contraction(last_contraction) {}
+  // After a sweep that changed the rates by `now`. `blind`: the first one, without a prediction.
+  ATWOOD_INLINE bool reached(S now, bool blind) {
+    constexpr int most_sweeps = 60;
+    ++sweeps;
+    left = now;
+    if (!(now < S(1e30f))) return true;
+    if (blind) {
+      before = now;
+      return false;
+    }
+    if (before > S(1e4f) * real::epsilon<S>()) contraction = real::max(real::min(now / before, S(1)), S(1e-4f));
+    if (now * contraction <= enough) {
+      ended = SolveEnd::converged;
+      left = now * contraction;
+      return true;
+    }
+    if (before > S(0) && now >= before / S(2) && now <= S(256) * real::epsilon<S>()) {
+      ended = SolveEnd::stagnated;
+      return true;
+    }
+    if (sweeps > 9 && now > before) return true;
+    before = now;
+    return sweeps == most_sweeps;
+  }
+  SolveReport report() const { return {sweeps, static_cast<double>(left), ended}; }
+};
+
+// The largest absolute value in packs; NaN if one is NaN. The sizes of float and double are compared as integers, in
+// whose order NaN is above infinity: no branch, and no order of comparisons in which NaN could be lost.
+template <class S> struct LargestSize {
+  Pack<S> most = broadcast(S(0));
+
+  ATWOOD_INLINE void add(const Pack<S>& a) { most = larger_size<S>(a, most); }
+  ATWOOD_INLINE S value() const { return largest_lane<S>(most); }
+};
+using FloatBits = std::int32_t __attribute__((vector_size(kLaneCount * sizeof(float))));
+using DoubleBits = std::int64_t __attribute__((vector_size(kLaneCount * sizeof(double))));
+template <class S, class Bits> struct LargestBits {
+  Bits most{};
+
+  ATWOOD_INLINE void add(const Pack<S>& a) {
+    Bits bits;
+    __builtin_memcpy(&bits, &a, sizeof(bits));
+    take(bits & std::numeric_limits<std::decay_t<decltype(bits[0])>>::max());
+  }
+  ATWOOD_INLINE S value() {
+    take(__builtin_shufflevector(most, most, 4, 5, 6, 7, 0, 1, 2, 3));
+    take(__builtin_shufflevector(most, most, 2, 3, 0, 1, 6, 7, 4, 5));
+    take(__builtin_shufflevector(most, most, 1, 0, 3, 2, 5, 4, 7, 6));
+    Pack<S> size;
+    __builtin_memcpy(&size, &most, sizeof(size));
+    return size[0];
+  }
+
+ private:
+  ATWOOD_INLINE void take(const Bits& bits) { most = bits > most ? bits : most; }
+};
+template <> struct LargestSize<float> : LargestBits<float, FloatBits> {};
+template <> struct LargestSize<double> : LargestBits<double, DoubleBits> {};
 
 // Eight rows of a table, kept in registers.
 template <class S> struct Columns {
@@ -47,26 +121,50 @@ ATWOOD_INLINE void set_base(const std::vector<int>& twice, int shift, const Rada
 // The largest weighted change of a rate at any node; NaN if one of them is.
 template <class S>
 ATWOOD_INLINE S change(const std::vector<int>& components, const S* weight, const S* now, const S* before) {
-  Pack<S> most = broadcast(S(0));
-  for (const int i : components)
-    most = larger_size<S>(*weight++ * (load(now + i * kNodes) - load(before + i * kNodes)), most);
-  return largest_lane<S>(most);
+  LargestSize<S> most;
+  for (const int i : components) most.add(*weight++ * (load(now + i * kNodes) - load(before + i * kNodes)));
+  return most.value();
+}
+
+// The polynomial through one component's rates `from` at tau.
+template <class S> ATWOOD_INLINE Pack<S> polynomial(const Columns<S>& powers, const Pack<S>& tau, const S* from) {
+  alignas(sizeof(Pack<S>)) S coefficient[kNodes];
+  store<S>(powers.combine(from), coefficient);
+  Pack<S> sum = broadcast(coefficient[kNodes - 1]);
+  for (int p = kNodes - 2; p >= 0; --p) sum = coefficient[p] + tau * sum;
+  return sum;
+}
+
+// The error of that polynomial, of degree 7 through the rates at c_k of a step of length h, is to leading order
+// h^8 f^(8) prod_k (tau - c_k) / 8!. So the error of a prediction follows from the last one, lane by lane:
+//   weight = (h / h_before)^8 prod_k (tau - c_k) / prod_k (tau_before - c_k)
+// at most 1: beyond, a longer extrapolation leaves the range of the leading order.
+template <class S>
+ATWOOD_INLINE void weigh_last_error(const RadauTable<S>& table, S ratio, const RadauReach<S>& before,
+                                    RadauReach<S>& now, S* weight) {
+  const S g2 = before.growth * before.growth, g4 = g2 * g2, g8 = g4 * g4;
+  now.growth = ratio;
+  ATWOOD_INDEPENDENT
+  for (int n = 0; n < kNodes; ++n) {
+    const S tau = S(1) + ratio * table.c[n];
+    S product = S(1);
+    for (int k = 0; k < kNodes; ++k) product *= tau - table.c[k];
+    now.product[n] = product;
+    const S full = g8 * product / before.product[n];
+    weight[n] = full < S(1) ? full : S(1);
+  }
 }
 
 // The polynomial through the rates of `from`, at tau = offset + ratio c of its step, plus `weight` times its last
 // error.
 template <class S>
 ATWOOD_INLINE void extrapolate(const std::vector<int>& components, const RadauTable<S>& table, S offset, S ratio,
-                               S weight, const S* from, const S* prediction_error, S* out) {
+                               const S* weight, const S* from, const S* prediction_error, S* out) {
   const Pack<S> tau = offset + ratio * load(table.c);
   const Columns<S> powers(table.power, S(1));
-  for (const int i : components) {
-    alignas(sizeof(Pack<S>)) S coefficient[kNodes];
-    store<S>(powers.combine(from + i * kNodes), coefficient);
-    Pack<S> sum = broadcast(coefficient[kNodes - 1]);
-    for (int p = kNodes - 2; p >= 0; --p) sum = coefficient[p] + tau * sum;
-    store<S>(sum + weight * load(prediction_error + i * kNodes), out + i * kNodes);
-  }
+  for (const int i : components)
+    store<S>(polynomial(powers, tau, from + i * kNodes) + load(weight) * load(prediction_error + i * kNodes),
+             out + i * kNodes);
 }
 
 // miss = now - guess.
@@ -78,9 +176,9 @@ ATWOOD_INLINE void differences(const std::vector<int>& components, const S* now,
 
 // Largest rate of components first..last at any node.
 template <class S> ATWOOD_INLINE S largest(const std::vector<int>& components, int first, int last, const S* rate) {
-  Pack<S> most = broadcast(S(0));
-  for (int r = first; r < last; ++r) most = larger_size<S>(load(rate + components[r] * kNodes), most);
-  return largest_lane<S>(most);
+  LargestSize<S> most;
+  for (int r = first; r < last; ++r) most.add(load(rate + components[r] * kNodes));
+  return most.value();
 }
 
 // For each component: sum b F, sum b2 F and the last coefficient of the rates' polynomial, stored in this order.

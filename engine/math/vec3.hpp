@@ -41,6 +41,16 @@ ATWOOD_VEC3 cross(const Vec3<A>& a, const Vec3<B>& b) {
 template <class S> Vec3<S> operator-(const Vec3<S>& a) { return {-a.x, -a.y, -a.z}; }
 template <class S> [[gnu::always_inline]] inline S norm(const Vec3<S>& a) { return real::sqrt(dot(a, a)); }
 
+template <class S> S& component(Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
+template <class S> S component(const Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
+
+// The part of v perpendicular to the unit vector n.
+template <class S> Vec3<S> perpendicular_part(const Vec3<S>& v, const Vec3<S>& n) { return v - dot(v, n) * n; }
+
+template <class S> S largest_component(const Vec3<S>& v) {
+  return real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z)));
+}
+
 // States are spans of scalars; these read and write three of them.
 template <class S> Vec3<S> load3(const S* from) { return {from[0], from[1], from[2]}; }
 template <class S> void store3(const Vec3<S>& a, S* to) {

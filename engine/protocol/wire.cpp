@@ -157,7 +157,8 @@ std::string head(std::int64_t cell) { return "{\"cell\":" + std::to_string(cell)
 
 // ---- requests -----------------------------------------------------------------------------------------------------
 std::string to_line(const Request& request) {
-  if (request.kind == Request::Kind::hello) return R"({"protocol":1,"request":"hello"})";
+  if (request.kind == Request::Kind::hello)
+    return "{\"protocol\":" + std::to_string(kProtocol) + R"(,"request":"hello"})";
   if (request.kind == Request::Kind::truth) {
     return R"({"request":"truth","cell":)" + std::to_string(request.cell) +
            ",\"samples\":" + std::to_string(request.plan.samples) +

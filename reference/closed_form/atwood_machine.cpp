@@ -66,7 +66,7 @@ std::string build(const Scene& scene, const Rope& rope, const Vec<S>& up, S g, S
   return "";
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_atwood_machine(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   const Vec<S> gravity = vec<S>(scene.gravity_m_per_s2);
@@ -111,8 +111,8 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution atwood_machine() {
   return {"atwood-machine", "two bodies on a rope over pulleys, Atwood, A Treatise on the Rectilinear Motion (1784)",
-          feature::uniform_gravity | feature::rope | feature::pulley | feature::pulley_inertia, solve<Narrow>,
-          solve<Wide>};
+          feature::uniform_gravity | feature::rope | feature::pulley | feature::pulley_inertia,
+          solve_atwood_machine<Narrow>, solve_atwood_machine<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -166,7 +166,7 @@ template <class S> std::string build(const Scene& scene, int index, double t_end
   return "";
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_axis_torque(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   motion.refusal = possible_contact(scene);
@@ -195,7 +195,7 @@ Solution axis_torque() {
       "axis-torque",
       "body-fixed force with its moment along a principal axis: uniform angular acceleration and Fresnel integrals, "
       "Longuski, J. Guidance 14 (1991) 1145",
-      feature::uniform_gravity | feature::spin | feature::thruster, solve<Narrow>, solve<Wide>};
+      feature::uniform_gravity | feature::spin | feature::thruster, solve_axis_torque<Narrow>, solve_axis_torque<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -314,7 +314,7 @@ template <class S> class BallFlights {
   Motion<S> motion_;
 };
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_ball_flights(const Scenario& scenario, const std::vector<S>& t_s) {
   return BallFlights<S>(scenario).solve(t_s);
 }
 
@@ -324,7 +324,7 @@ Solution ball_flights() {
   return {"ball-flights",
           "balls between impacts on parabolas, impacts at roots of quadratics, Newton's law and Coulomb's: "
           "Routh, art. 169, 180",
-          feature::kFreeMotion | feature::kSimpleContact, solve<Narrow>, solve<Wide>};
+          feature::kFreeMotion | feature::kSimpleContact, solve_ball_flights<Narrow>, solve_ball_flights<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -119,7 +119,7 @@ void list_happenings(const Bounces<S>& path, const Cast& cast, S radius, S mass,
   motion.events.push_back(rest);
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_bounce(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   Cast cast;
@@ -172,7 +172,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution bounce() {
   return {"bounce", "ball on a plane, impacts in closed form: geometric series of flights, Newton's restitution",
-          feature::kFreeMotion | feature::kSimpleContact, solve<Narrow>, solve<Wide>};
+          feature::kFreeMotion | feature::kSimpleContact, solve_bounce<Narrow>, solve_bounce<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -17,11 +17,11 @@ template <class S> S close_enough() { return exp(S(-kDigits<S>) * S(0.6931) / 6)
 template <class S> S carlson_rc(S x, S y) {
   const S d = y - x;
   if (magnitude(d) < x / 16) {  // sum_k (-d/x)^k / (2k + 1) / sqrt(x)
-    const S ratio = -d / x;
+    const S quotient = -d / x;
     S term = 1, sum = 0;
     for (int k = 0; magnitude(term) > unit_round_off<S>() / 8; ++k) {
       sum += term / (2 * k + 1);
-      term *= ratio;
+      term *= quotient;
     }
     return sum / sqrt(x);
   }

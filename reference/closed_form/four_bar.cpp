@@ -144,7 +144,7 @@ template <class S> std::string build(const Scene& scene, FourBar<S>& made) {
   return "";
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_four_bar(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   FourBar<S> path;
@@ -172,7 +172,8 @@ Solution four_bar() {
       "four-bar",
       "parallel bars and couplings, one degree of freedom: the pendulum's elliptic functions; problem A02 of Gonzalez, "
       "Dopico, Lugris and Cuadrado, Multibody Syst. Dyn. 16 (2006) 179",
-      feature::uniform_gravity | feature::spin | feature::hinge | feature::loop, solve<Narrow>, solve<Wide>};
+      feature::uniform_gravity | feature::spin | feature::hinge | feature::loop, solve_four_bar<Narrow>,
+      solve_four_bar<Wide>};
 }
 
 }  // namespace atwood::closed_form

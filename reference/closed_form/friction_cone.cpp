@@ -177,7 +177,7 @@ std::string set_up(const Scene& scene, const Floor<S>& floor, S t_end, Cart<S>& 
   return goes_wrong(scene, floor, contact, cart, cart.stands ? cart.F : f1, t_end);
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_friction_cone(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   const Floor<S> floor = find_floor<S>(scene);
@@ -217,7 +217,8 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution friction_cone() {
   return {"friction-cone", "a pushed slab that carries balls: Coulomb's friction, Newton's and Euler's laws",
-          feature::uniform_gravity | feature::kSimpleContact | feature::point_force, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::kSimpleContact | feature::point_force, solve_friction_cone<Narrow>,
+          solve_friction_cone<Wide>};
 }
 
 }  // namespace atwood::closed_form

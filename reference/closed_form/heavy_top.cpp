@@ -294,7 +294,7 @@ template <class S> std::string build(const Scene& scene, std::size_t index, Top<
   return "";
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_heavy_top(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> refused;
   refused.refusal = not_a_tree(scene);
@@ -316,7 +316,7 @@ Solution heavy_top() {
       "heavy-top",
       "heavy symmetric top and spherical pendulum, Whittaker, Analytical Dynamics, section 71 (Jacobi's functions and "
       "elliptic integrals of the third kind)",
-      feature::uniform_gravity | feature::spin | feature::ball_joint, solve<Narrow>, solve<Wide>};
+      feature::uniform_gravity | feature::spin | feature::ball_joint, solve_heavy_top<Narrow>, solve_heavy_top<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -121,7 +121,7 @@ template <class S> std::string build(const Scene& scene, Shafts<S>& made) {
   return "";
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_hooke_shaft(const Scenario& scenario, const std::vector<S>& t_s) {
   Motion<S> refused;
   Shafts<S> path;
   refused.refusal = not_a_tree(scenario.scene);
@@ -140,7 +140,7 @@ Solution hooke_shaft() {
       feature::uniform_gravity | feature::spin | feature::hinge | feature::universal_joint | feature::loop |
           feature::driven_joint | feature::joint_stiffness | feature::joint_damping | feature::joint_torque |
           feature::oscillating_torque,
-      solve<Narrow>, solve<Wide>};
+      solve_hooke_shaft<Narrow>, solve_hooke_shaft<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -136,7 +136,7 @@ void add_events(const Scene& scene, std::size_t index, const Bouncing<S>& path, 
     add(EventKind::rest, path.rest_t, path.rests_at_lower, 0, 0);
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_joint_stop(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> refused;
   refused.refusal = not_a_tree(scene);
@@ -163,7 +163,7 @@ Solution joint_stop() {
           "a hinge or slider under a constant force between stops: geometric series of flights, Newton's restitution",
           feature::uniform_gravity | feature::spin | feature::hinge | feature::slider | feature::joint_torque |
               feature::joint_limits,
-          solve<Narrow>, solve<Wide>};
+          solve_joint_stop<Narrow>, solve_joint_stop<Wide>};
 }
 
 }  // namespace atwood::closed_form

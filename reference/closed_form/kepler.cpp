@@ -93,7 +93,7 @@ template <class S> Motion<S> two_bodies(const Scenario& scenario, const std::vec
   });
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_kepler(const Scenario& scenario, const std::vector<S>& t_s) {
   for (const Force& force : scenario.scene.forces)
     if (std::holds_alternative<Attractor>(force)) return solve_each_body<S>(scenario, t_s, about_attractor<S>);
   return two_bodies<S>(scenario, t_s);
@@ -105,8 +105,8 @@ Solution kepler() {
   return {
       "kepler",
       "Kepler's equation in universal variables, Stiefel and Scheifele, Linear and Regular Celestial Mechanics (1971)",
-      feature::kFreeMotion | feature::attractor | feature::mutual_gravity | feature::coulomb, solve<Narrow>,
-      solve<Wide>};
+      feature::kFreeMotion | feature::attractor | feature::mutual_gravity | feature::coulomb, solve_kepler<Narrow>,
+      solve_kepler<Wide>};
 }
 
 Solution coulomb_two_body() {

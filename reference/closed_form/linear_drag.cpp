@@ -20,7 +20,7 @@ template <class S> S phi2(S x) {
 
 // With k = c/m and u the wind:  v = u + (v0 - u) exp(-k t) + g t phi1(k t)
 //                               p = p0 + u t + (v0 - u) t phi1(k t) + g t^2 phi2(k t)
-template <class S> Translation<S> translation(const Scene& scene, int body) {
+template <class S> Translation<S> linear_drag_translation(const Scene& scene, int body) {
   S c = 0;
   Vec<S> carried{};
   for (const Force& force : scene.forces) {
@@ -41,15 +41,16 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
           }};
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
-  return solve_each_body<S>(scenario, t_s, translation<S>);
+template <class S> Motion<S> solve_linear_drag(const Scenario& scenario, const std::vector<S>& t_s) {
+  return solve_each_body<S>(scenario, t_s, linear_drag_translation<S>);
 }
 
 }  // namespace
 
 Solution linear_drag() {
   return {"linear-drag", "drag linear in the air speed: exponential approach, Lamb, Dynamics (1914)",
-          feature::kFreeMotion | feature::linear_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
+          feature::kFreeMotion | feature::linear_drag_force | feature::angular_drag, solve_linear_drag<Narrow>,
+          solve_linear_drag<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -156,7 +156,7 @@ template <class S> std::string build(const Scene& scene, std::size_t index, Line
   return "";
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_linear_joint(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> refused;
   refused.refusal = not_a_tree(scene);
@@ -178,7 +178,7 @@ Solution linear_joint() {
           "a hinge or slider with a linear spring, damper and motor, Landau and Lifshitz, Mechanics, sections 21-26",
           feature::uniform_gravity | feature::spin | feature::hinge | feature::slider | feature::joint_stiffness |
               feature::joint_damping | feature::joint_torque | feature::oscillating_torque,
-          solve<Narrow>, solve<Wide>};
+          solve_linear_joint<Narrow>, solve_linear_joint<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -10,7 +10,7 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S> Translation<S> translation(const Scene& scene, int body) {
+template <class S> Translation<S> lorentz_translation(const Scene& scene, int body) {
   const Body& particle = scene.bodies[body];
   Vec<S> E{}, B{};
   for (const Force& force : scene.forces) {
@@ -34,15 +34,15 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
           }};
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
-  return solve_each_body<S>(scenario, t_s, translation<S>);
+template <class S> Motion<S> solve_lorentz(const Scenario& scenario, const std::vector<S>& t_s) {
+  return solve_each_body<S>(scenario, t_s, lorentz_translation<S>);
 }
 
 }  // namespace
 
 Solution lorentz() {
   return {"lorentz", "charge in uniform E and B: gyration, E x B drift, acceleration along B, Jackson, ch. 12",
-          feature::kFreeMotion | feature::lorentz_force, solve<Narrow>, solve<Wide>};
+          feature::kFreeMotion | feature::lorentz_force, solve_lorentz<Narrow>, solve_lorentz<Wide>};
 }
 
 }  // namespace atwood::closed_form

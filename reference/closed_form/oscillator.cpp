@@ -119,7 +119,7 @@ template <class S> std::string gather(const Scene& scene, int body, Oscillator<S
 
 // Along a line through the anchor the spring is linear whatever its rest length and damping; off it only an undamped
 // spring without rest length is (drag is, in every direction).
-template <class S> Translation<S> translation(const Scene& scene, int body) {
+template <class S> Translation<S> oscillator_translation(const Scene& scene, int body) {
   const Body& bob = scene.bodies[body];
   Oscillator<S> made;
   const Spring* spring = nullptr;
@@ -153,8 +153,8 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
   return {"", [=](S t) { return made.at(t); }};
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
-  return solve_each_body<S>(scenario, t_s, translation<S>);
+template <class S> Motion<S> solve_oscillator(const Scenario& scenario, const std::vector<S>& t_s) {
+  return solve_each_body<S>(scenario, t_s, oscillator_translation<S>);
 }
 
 }  // namespace
@@ -162,7 +162,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 Solution oscillator() {
   return {"oscillator", "linear oscillator, damped and driven, Landau and Lifshitz, Mechanics, sections 21-26",
           feature::kFreeMotion | feature::spring | feature::linear_drag_force | feature::angular_drag | feature::drive,
-          solve<Narrow>, solve<Wide>};
+          solve_oscillator<Narrow>, solve_oscillator<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -178,7 +178,7 @@ void append_events(const BodyPair& pair, const Law<S>& law, const Approach<S>& w
   motion.events.push_back(parts);
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_penalty(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   BodyPair pair;
@@ -235,8 +235,8 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution penalty() {
   return {"penalty", "compliant contact: spring and dashpot, Schwager and Poschel (2007); Hertz (1881)",
-          feature::spin | feature::kSimpleContact | feature::linear_contact | feature::hertz_contact, solve<Narrow>,
-          solve<Wide>};
+          feature::spin | feature::kSimpleContact | feature::linear_contact | feature::hertz_contact,
+          solve_penalty<Narrow>, solve_penalty<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -95,7 +95,7 @@ template <class S> std::string build(const Scene& scene, std::size_t index, Pend
   return "";
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_pendulum(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> refused;
   refused.refusal = not_a_tree(scene);
@@ -114,7 +114,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution pendulum() {
   return {"pendulum", "physical pendulum, Whittaker, Analytical Dynamics, section 44 (Jacobi's elliptic functions)",
-          feature::uniform_gravity | feature::spin | feature::hinge, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::spin | feature::hinge, solve_pendulum<Narrow>, solve_pendulum<Wide>};
 }
 
 }  // namespace atwood::closed_form

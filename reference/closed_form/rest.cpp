@@ -7,7 +7,7 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_rest(const Scenario& scenario, const std::vector<S>& t_s) {
   Motion<S> motion;
   // The check is in double and is made once, for quad.
   if constexpr (std::is_same_v<S, Wide>) {
@@ -27,7 +27,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution rest() {
   return {"rest", "statics: contact forces within Coulomb's cones hold every body",
-          feature::uniform_gravity | feature::kSimpleContact, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::kSimpleContact, solve_rest<Narrow>, solve_rest<Wide>};
 }
 
 }  // namespace atwood::closed_form

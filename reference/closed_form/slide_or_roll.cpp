@@ -187,7 +187,7 @@ std::string ways_meet(const Scene& scene, const std::vector<Way>& ways) {
   return "";
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_slide_or_roll(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   const Floor<S> floor = find_floor<S>(scene);
@@ -229,7 +229,8 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 
 Solution slide_or_roll() {
   return {"slide-or-roll", "sliding blocks and rolling bodies on a floor: Coulomb (1785), Routh, art. 144",
-          feature::uniform_gravity | feature::spin | feature::kSimpleContact, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::spin | feature::kSimpleContact, solve_slide_or_roll<Narrow>,
+          solve_slide_or_roll<Wide>};
 }
 
 }  // namespace atwood::closed_form

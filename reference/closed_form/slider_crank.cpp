@@ -137,7 +137,7 @@ template <class S> std::string build(const Scene& scene, SliderCrank<S>& made) {
   return "";
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_slider_crank(const Scenario& scenario, const std::vector<S>& t_s) {
   Motion<S> refused;
   SliderCrank<S> path;
   refused.refusal = not_a_tree(scenario.scene);
@@ -155,7 +155,7 @@ Solution slider_crank() {
       feature::uniform_gravity | feature::spin | feature::hinge | feature::slider | feature::loop |
           feature::driven_joint | feature::joint_stiffness | feature::joint_damping | feature::joint_torque |
           feature::oscillating_torque,
-      solve<Narrow>, solve<Wide>};
+      solve_slider_crank<Narrow>, solve_slider_crank<Wide>};
 }
 
 }  // namespace atwood::closed_form

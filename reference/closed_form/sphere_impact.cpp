@@ -93,7 +93,7 @@ Friction<S> rub(const Scene& scene, const Two& two, const Meeting<S>& hit, const
   return made;
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_sphere_impact(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   Two two;
@@ -171,7 +171,8 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 Solution sphere_impact() {
   return {"sphere-impact",
           "two spheres, impact at the root of a quadratic, Newton's law and Coulomb's: Routh, art. 169, 180",
-          feature::uniform_gravity | feature::spin | feature::kSimpleContact, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::spin | feature::kSimpleContact, solve_sphere_impact<Narrow>,
+          solve_sphere_impact<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -113,7 +113,7 @@ template <class S> std::string find_roll(const Scene& scene, int at, const Floor
   return "";
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_steady_roll(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   Motion<S> motion;
   const Floor<S> floor = find_floor<S>(scene);
@@ -157,7 +157,8 @@ Solution steady_roll() {
   return {"steady-roll",
           "a coin that rolls in a circle on its rim, its lean and its rates steady; Euler's disc: "
           "Routh, Advanced Rigid Dynamics (1905), art. 241 ff.",
-          feature::uniform_gravity | feature::spin | feature::kSimpleContact, solve<Narrow>, solve<Wide>};
+          feature::uniform_gravity | feature::spin | feature::kSimpleContact, solve_steady_roll<Narrow>,
+          solve_steady_roll<Wide>};
 }
 
 }  // namespace atwood::closed_form

@@ -265,7 +265,7 @@ ContactEvent<S> contact_event(const Pair<S>& pair, const ContactPoint<S>& contac
   return hit;
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_struck_rod(const Scenario& scenario, const std::vector<S>& t_s) {
   const Scene& scene = scenario.scene;
   const S t_end = scenario.t_end_s;
   Motion<S> motion;
@@ -331,7 +331,7 @@ Solution struck_rod() {
   return {"struck-rod",
           "impact of a ball on a rod without gravity: linear and angular impulse, Routh's method with friction: "
           "Routh, art. 168-195; Delannoy (2005), eq. 5-8",
-          feature::kSimpleContact, solve<Narrow>, solve<Wide>};
+          feature::kSimpleContact, solve_struck_rod<Narrow>, solve_struck_rod<Wide>};
 }
 
 }  // namespace atwood::closed_form

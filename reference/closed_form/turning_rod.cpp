@@ -64,7 +64,7 @@ std::string build(const Scene& scene, std::size_t& hinge, std::size_t& slider, S
   return "";
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_turning_rod(const Scenario& scenario, const std::vector<S>& t_s) {
   Motion<S> refused;
   SlidingBody<S> path;
   std::size_t hinge = 0, slider = 0;
@@ -85,7 +85,7 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 Solution turning_rod() {
   return {"turning-rod", "a slider on a rod turned at a constant rate, Whittaker, Analytical Dynamics, section 34",
           feature::uniform_gravity | feature::spin | feature::hinge | feature::slider | feature::driven_joint,
-          solve<Narrow>, solve<Wide>};
+          solve_turning_rod<Narrow>, solve_turning_rod<Wide>};
 }
 
 }  // namespace atwood::closed_form

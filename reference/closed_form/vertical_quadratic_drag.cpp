@@ -29,7 +29,7 @@ template <class S> Fall<S> fall(S u0, S V, S g, S t) {
   return {after.u, up + after.path};
 }
 
-template <class S> Translation<S> translation(const Scene& scene, int body) {
+template <class S> Translation<S> vertical_quadratic_drag_translation(const Scene& scene, int body) {
   const Body& ball = scene.bodies[body];
   const QuadraticDrag* drag = nullptr;
   for (const Force& force : scene.forces) {
@@ -61,8 +61,8 @@ template <class S> Translation<S> translation(const Scene& scene, int body) {
           }};
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
-  return solve_each_body<S>(scenario, t_s, translation<S>);
+template <class S> Motion<S> solve_vertical_quadratic_drag(const Scenario& scenario, const std::vector<S>& t_s) {
+  return solve_each_body<S>(scenario, t_s, vertical_quadratic_drag_translation<S>);
 }
 
 }  // namespace
@@ -70,7 +70,8 @@ template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S
 Solution vertical_quadratic_drag() {
   return {"vertical-quadratic-drag",
           "drag quadratic in the air speed along gravity: tanh and log cosh, Lamb, Dynamics (1914)",
-          feature::kFreeMotion | feature::quadratic_drag_force | feature::angular_drag, solve<Narrow>, solve<Wide>};
+          feature::kFreeMotion | feature::quadratic_drag_force | feature::angular_drag,
+          solve_vertical_quadratic_drag<Narrow>, solve_vertical_quadratic_drag<Wide>};
 }
 
 }  // namespace atwood::closed_form

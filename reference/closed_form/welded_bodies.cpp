@@ -118,7 +118,7 @@ std::string uncovered(const Scene& scene) {
   return possible_contact(scene);
 }
 
-template <class S> Motion<S> solve(const Scenario& scenario, const std::vector<S>& t_s) {
+template <class S> Motion<S> solve_welded_bodies(const Scenario& scenario, const std::vector<S>& t_s) {
   Motion<S> motion;
   const Scene& scene = scenario.scene;
   motion.refusal = uncovered(scene);
@@ -151,7 +151,8 @@ Solution welded_bodies() {
       "welded-bodies",
       "bodies welded by fixed joints move as one rigid body: Steiner's theorem and the free asymmetric top, van Zon and "
       "Schofield, J. Comput. Phys. 225 (2007) 145",
-      feature::uniform_gravity | feature::spin | feature::fixed_joint, solve<Narrow>, solve<Wide>};
+      feature::uniform_gravity | feature::spin | feature::fixed_joint, solve_welded_bodies<Narrow>,
+      solve_welded_bodies<Wide>};
 }
 
 }  // namespace atwood::closed_form

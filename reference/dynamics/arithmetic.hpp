@@ -59,6 +59,7 @@ template <class S> void operator-=(Triple<S>& a, const Triple<S>& b) {
   for (int i = 0; i < 3; ++i) a[i] -= b[i];
 }
 template <class S> S dot(const Triple<S>& a, const Triple<S>& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+template <class S> S norm(const Triple<S>& a) { return sqrt(dot(a, a)); }
 template <class S> Triple<S> cross(const Triple<S>& a, const Triple<S>& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }

@@ -14,7 +14,6 @@ namespace {
 
 Wide3 zero3() { return {0, 0, 0}; }
 Wide mass(const Scene& scene, int body) { return scene.bodies[body].mass_kg; }
-Wide norm(const Wide3& v) { return sqrt(dot(v, v)); }
 
 // ---- potential energy, one function a force ---------------------------------------------------------------------
 Wide potential(const MutualGravity& gravity, const Scene& scene, const Sample& sample) {

@@ -18,8 +18,6 @@ const BodySample& body_of(const Sample& sample, int body) {
   return body < 0 ? kWorld : sample.bodies[static_cast<std::size_t>(body)];
 }
 
-Wide norm(const Wide3& v) { return sqrt(dot(v, v)); }
-
 Wide4 conjugate(const Wide4& q) { return {q[0], -q[1], -q[2], -q[3]}; }
 
 Wide4 product(const Wide4& a, const Wide4& b) {
@@ -113,7 +111,7 @@ JointPose joint_pose(const Scene& scene, int index, const Sample& sample) {
     out.gap_m = norm(apart - out.q[i] * axis_W);
   }
   if (joint.kind == JointKind::slider || joint.kind == JointKind::fixed)
-    out.tilt_rad = 2 * atan2q(norm({S[1], S[2], S[3]}), magnitude(S[0]));
+    out.tilt_rad = 2 * atan2q(norm(Wide3{S[1], S[2], S[3]}), magnitude(S[0]));
   if (joint.kind == JointKind::universal) read_universal(joint, F, R_rel, rotate_back(qp, w_c - w_p), out);
   if (joint.kind == JointKind::ball) {
     out.q = positive(S);

@@ -21,8 +21,6 @@ Ends ends_of(const Scene& scene) {
   return {b, a, last, first};
 }
 
-Wide norm(const Wide3& v) { return sqrt(dot(v, v)); }
-
 Wide3 down(const Scene& scene) {
   const Wide3 g = widen<Wide>(scene.gravity_m_per_s2);
   return (1 / norm(g)) * g;

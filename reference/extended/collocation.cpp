@@ -68,8 +68,6 @@ const NarrowTableau& narrow_tableau() {
   return made;
 }
 
-double magnitude(double x) { return std::fabs(x); }
-
 // The larger of both; NaN when x is, and from then on.
 double larger(double largest, double x) { return x <= largest || std::isnan(largest) ? largest : x; }
 

@@ -21,7 +21,7 @@ template <class S> void require_plain_viscosity(const Scene& scene, const Channe
   require(fluid.source.name.empty(), "expected no source");
 }
 
-template <class S> Field<S> solve(const Asked& asked) {
+template <class S> Field<S> solve_channel_flows(const Asked& asked) {
   const Scene& scene = asked.scene;
   const Fluid& fluid = only_fluid(scene);
   const Channel<S> walls = channel_of<S>(scene);
@@ -130,16 +130,16 @@ Solution poiseuille() {
   return {"poiseuille",
           "start-up of Poiseuille's flow: Morris, Fox and Zhu, J. Comput. Phys. 136 (1997) 214, eq. 22",
           {true, true, true, false},
-          solve<Narrow>,
-          solve<Wide>};
+          solve_channel_flows<Narrow>,
+          solve_channel_flows<Wide>};
 }
 
 Solution couette() {
   return {"couette",
           "start-up of Couette's flow: Morris, Fox and Zhu, J. Comput. Phys. 136 (1997) 214, eq. 24",
           {true, true, true, false},
-          solve<Narrow>,
-          solve<Wide>};
+          solve_channel_flows<Narrow>,
+          solve_channel_flows<Wide>};
 }
 
 Solution viscous_heating() {

@@ -59,7 +59,7 @@ template <class S> Drop<S> drop_at(const Drop<S>& start, S t) {
 
 namespace {
 
-template <class S> Field<S> solve(const Asked& asked) {
+template <class S> Field<S> solve_elliptic_drop(const Asked& asked) {
   const Scene& scene = asked.scene;
   const Fluid& fluid = only_fluid(scene);
   require(scene.domain.dimensions == 2 && !has_boundaries(scene) && scene.gravity_m_per_s2 == Real3{} &&
@@ -114,8 +114,8 @@ Solution elliptic_drop() {
   return {"elliptic-drop",
           "a drop stretched into an ellipse: Monaghan, J. Comput. Phys. 110 (1994) 399, section 5",
           {true, true, true, false},
-          solve<Narrow>,
-          solve<Wide>};
+          solve_elliptic_drop<Narrow>,
+          solve_elliptic_drop<Wide>};
 }
 
 template Drop<Narrow> drop_at(const Drop<Narrow>&, Narrow);

@@ -73,7 +73,7 @@ template <class S> Manufactured<S> manufactured_of(const Scene& scene, const Flu
 
 namespace {
 
-template <class S> Field<S> solve(const Asked& asked) {
+template <class S> Field<S> solve_manufactured(const Asked& asked) {
   const Scene& scene = asked.scene;
   const Fluid& fluid = only_fluid(scene);
   require(!has_boundaries(scene) && scene.gravity_m_per_s2 == Real3{}, "expected no boundary and no gravity");
@@ -102,15 +102,15 @@ Solution mms_2d() {
   return {"mms-2d",
           "manufactured solution in the plane: Roache, J. Fluids Eng. 124 (2002) 4",
           {true, true, true, false},
-          solve<Narrow>,
-          solve<Wide>};
+          solve_manufactured<Narrow>,
+          solve_manufactured<Wide>};
 }
 Solution mms_3d() {
   return {"mms-3d",
           "manufactured solution in space: Roache, J. Fluids Eng. 124 (2002) 4",
           {true, true, true, false},
-          solve<Narrow>,
-          solve<Wide>};
+          solve_manufactured<Narrow>,
+          solve_manufactured<Wide>};
 }
 
 template struct Manufactured<Narrow>;

@@ -10,7 +10,7 @@ namespace atwood::fluid_truth {
 
 namespace {
 
-template <class S> Field<S> solve(const Asked& asked) {
+template <class S> Field<S> solve_standing_wave(const Asked& asked) {
   const Scene& scene = asked.scene;
   const Fluid& fluid = only_fluid(scene);
   require(fluid.initial.name == "standing-wave", "expected the initial field `standing-wave`");
@@ -53,8 +53,8 @@ Solution standing_wave() {
   return {"standing-wave",
           "a standing sound wave, linear: Lamb, Hydrodynamics (1932), art. 277, 360",
           {true, true, true, false},
-          solve<Narrow>,
-          solve<Wide>};
+          solve_standing_wave<Narrow>,
+          solve_standing_wave<Wide>};
 }
 
 }  // namespace atwood::fluid_truth

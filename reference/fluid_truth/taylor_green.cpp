@@ -8,7 +8,7 @@ namespace atwood::fluid_truth {
 
 namespace {
 
-template <class S> Field<S> solve(const Asked& asked) {
+template <class S> Field<S> solve_taylor_green(const Asked& asked) {
   const Scene& scene = asked.scene;
   const Fluid& fluid = only_fluid(scene);
   require(scene.domain.dimensions == 2, "expected two dimensions");
@@ -73,8 +73,8 @@ Solution taylor_green() {
   return {"taylor-green",
           "Taylor and Green, Proc. R. Soc. Lond. A 158 (1937) 499: decaying vortices, incompressible",
           {true, true, true, false},
-          solve<Narrow>,
-          solve<Wide>};
+          solve_taylor_green<Narrow>,
+          solve_taylor_green<Wide>};
 }
 
 }  // namespace atwood::fluid_truth

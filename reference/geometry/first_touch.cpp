@@ -9,8 +9,6 @@
 namespace atwood::geometry {
 namespace {
 
-Vector widened(const Real3& v) { return {v[0], v[1], v[2]}; }
-
 // q(t) = q0 exp(w_B t / 2): constant spin about an axis fixed in the body, and so in the world.
 Place place_at(const Body& body, Real t_s) {
   const Vector w = widened(body.angular_velocity_body_rad_per_s);

@@ -5,10 +5,6 @@
 namespace atwood::geometry {
 namespace {
 
-Vector widened(const Real3& v) { return {v[0], v[1], v[2]}; }
-
-std::array<Real, 4> widened(const Real4& q) { return {q[0], q[1], q[2], q[3]}; }
-
 Piece box(const Real3& half, const Place& place) {
   Piece piece;
   const Vector h = widened(half);

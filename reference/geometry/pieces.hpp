@@ -11,6 +11,9 @@ namespace atwood::geometry {
 
 inline constexpr Real kUnit = std::numeric_limits<Real>::epsilon() / 2;
 
+inline Vector widened(const Real3& v) { return {v[0], v[1], v[2]}; }
+inline std::array<Real, 4> widened(const Real4& q) { return {q[0], q[1], q[2], q[3]}; }
+
 inline Vector operator+(const Vector& a, const Vector& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 inline Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 inline Vector operator*(Real s, const Vector& a) { return {s * a[0], s * a[1], s * a[2]}; }

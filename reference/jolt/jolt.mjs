@@ -1,6 +1,7 @@
 // What Jolt is at Atwood's table: its methods and refusals. Settings: settings.mjs.
 import { length } from "../node/rotation.mjs";
 import { lawsInPlay, shapesMatter } from "../node/scene.mjs";
+import { overlaps } from "./contacts.mjs";
 import { refusedMechanism } from "./joints.mjs";
 import { settings } from "./settings.mjs";
 import { refusedShape } from "./shapes.mjs";
@@ -49,6 +50,7 @@ export function joltRival(jolt, { entry, version }, folder) {
     presets,
     refusal,
     make: (scene, chosen, observe) => new JoltWorld(jolt, scene, chosen, observe),
+    overlaps: (scene, chosen) => overlaps(jolt, scene, chosen),
     emptyStep() {
       const empty = makeInterface(jolt, 0);
       return Object.assign(() => empty.Step(1 / 240, 1), { free: () => jolt.destroy(empty) });

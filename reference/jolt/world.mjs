@@ -17,7 +17,7 @@ import { Shapes } from "./shapes.mjs";
 const FIXED = 0,
   MOVING = 1,
   TOUCHES_NOTHING = 2;
-const array = (v) => [v.GetX(), v.GetY(), v.GetZ()];
+export const array = (v) => [v.GetX(), v.GetY(), v.GetZ()];
 
 /** The tables of layers: FIXED touches MOVING, MOVING both, TOUCHES_NOTHING none. */
 function layers(jolt, made) {

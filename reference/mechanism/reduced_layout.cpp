@@ -5,7 +5,7 @@
 namespace atwood::mechanism {
 
 namespace {
-enum Group { lengths, attitudes, angles, speeds, turning };
+enum Group { lengths, attitudes, angles, speeds, turn_rates };
 
 bool is_length(JointKind kind, int k) {
   return kind == JointKind::slider || (kind == JointKind::cylindrical && k == 1);
@@ -33,7 +33,7 @@ Reduced<S>::Reduced(const Scene& scene, double t_end_s, const Sample& start)
     if (model_.turns[i])
       for (int k = 0; k < 4; ++k) groups_.push_back(attitudes);
     if (model_.turns[i])
-      for (int k = 0; k < 3; ++k) rate_groups.push_back(turning);
+      for (int k = 0; k < 3; ++k) rate_groups.push_back(turn_rates);
     coordinates_ += model_.turns[i] ? 7 : 3;
     rates_ += dof_count_[i];
   }
@@ -46,7 +46,7 @@ Reduced<S>::Reduced(const Scene& scene, double t_end_s, const Sample& start)
     for (int k = 0; k < atwood::coordinate_count(joint.kind); ++k)
       groups_.push_back(joint.kind == JointKind::ball ? attitudes : is_length(joint.kind, k) ? lengths : angles);
     for (int k = 0; k < atwood::rate_count(joint.kind); ++k)
-      rate_groups.push_back(is_length(joint.kind, k) ? speeds : turning);
+      rate_groups.push_back(is_length(joint.kind, k) ? speeds : turn_rates);
     coordinates_ += atwood::coordinate_count(joint.kind);
     rates_ += dof_count_[joint.child];
   }

@@ -20,11 +20,6 @@ template <class S> struct Side {
   S gamma{};
 };
 
-template <class S> S nearest(const S& angle, double reference) {
-  const S turn = 2 * dynamics::atan2(S(0), S(-1));
-  return angle + S(std::round((reference - static_cast<double>(angle)) / static_cast<double>(turn))) * turn;
-}
-
 template <class S>
 Side<S> side_of(const RopeEnd<S>& end, bool last, const Triple<S>& x, const Triple<S>& v, double reference) {
   Side<S> made;
@@ -37,7 +32,7 @@ Side<S> side_of(const RopeEnd<S>& end, bool last, const Triple<S>& x, const Trip
   } else {
     const S x1 = dot(end.b1, from_axle), x2 = dot(end.b2, from_axle), sign = last ? 1 : -1;
     free = dynamics::sqrt(x1 * x1 + x2 * x2 - end.radius * end.radius);
-    made.theta = nearest<S>(dynamics::atan2(x2, x1) - sign * dynamics::atan2(free, end.radius), reference);
+    made.theta = nearest_branch<S>(dynamics::atan2(x2, x1) - sign * dynamics::atan2(free, end.radius), reference);
     const S c = dynamics::cos(made.theta), s = dynamics::sin(made.theta);
     made.e = sign * (c * end.b2 - s * end.b1);
     made.length = free + sign * end.radius * made.theta;

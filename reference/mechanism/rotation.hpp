@@ -1,6 +1,8 @@
 // Unit quaternions (w, x, y, z) and rotations about an axis, in double, long double and quad.
 #pragma once
 
+#include <cmath>
+
 #include "dynamics/arithmetic.hpp"
 
 namespace atwood::mechanism {
@@ -31,6 +33,17 @@ template <class S> Quaternion<S> normalised(const Quaternion<S>& q) {
   return {q[0] / length, q[1] / length, q[2] / length, q[3] / length};
 }
 template <class S> Triple<S> unit(const Triple<S>& v) { return (S(1) / dynamics::sqrt(dot(v, v))) * v; }
+
+template <class S> S full_turn() {
+  static const S made = 2 * dynamics::atan2(S(0), S(-1));
+  return made;
+}
+
+// The value nearest to `reference` of an angle that is known up to full turns [rad].
+template <class S> S nearest_branch(const S& angle, double reference) {
+  const double turns = std::round((reference - static_cast<double>(angle)) / static_cast<double>(full_turn<S>()));
+  return angle + S(turns) * full_turn<S>();
+}
 
 // The rotation by `angle` about a unit axis.
 template <class S> Quaternion<S> turn_about(const Triple<S>& axis, const S& angle) {

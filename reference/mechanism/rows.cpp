@@ -13,17 +13,6 @@ namespace atwood::mechanism {
 
 namespace {
 
-template <class S> S full_turn() {
-  static const S made = 2 * dynamics::atan2(S(0), S(-1));
-  return made;
-}
-
-// The angle of this branch nearest to `reference`.
-template <class S> S nearest(const S& angle, double reference) {
-  const double turns = std::round((reference - static_cast<double>(angle)) / static_cast<double>(full_turn<S>()));
-  return angle + S(turns) * full_turn<S>();
-}
-
 template <class S> struct Frames {
   const Motion<S>&p, &c;
   Triple<S> r_p, r_c, d, d_rate, centripetal;  // centripetal: w_c x (w_c x r_c) - w_p x (w_p x r_p)
@@ -200,19 +189,19 @@ std::array<S, 4> coordinates(const Model<S>& model, int index, const std::vector
   std::array<S, 4> q{};
   switch (joint.kind) {
     case JointKind::fixed: break;
-    case JointKind::hinge: q[0] = nearest(angle_about(joint.axis, relative_attitude(joint, at)), near[0]); break;
+    case JointKind::hinge: q[0] = nearest_branch(angle_about(joint.axis, relative_attitude(joint, at)), near[0]); break;
     case JointKind::slider: q[0] = dot(n, at.d); break;
     case JointKind::cylindrical:
-      q[0] = nearest(angle_about(joint.axis, relative_attitude(joint, at)), near[0]);
+      q[0] = nearest_branch(angle_about(joint.axis, relative_attitude(joint, at)), near[0]);
       q[1] = dot(n, at.d);
       break;
     case JointKind::universal: {  // exp(a1 q0) turns F a2 into the child's a2 seen from the parent
       const Quaternion<S> relative = product(conjugate(at.p.q), at.c.q);
       const Triple<S> from = cross(joint.first, joint.second_at_zero);
       const Triple<S> to = cross(joint.first, rotate(relative, joint.second));
-      q[0] = nearest<S>(dynamics::atan2(dot(joint.first, cross(from, to)), dot(from, to)), near[0]);
+      q[0] = nearest_branch<S>(dynamics::atan2(dot(joint.first, cross(from, to)), dot(from, to)), near[0]);
       const Quaternion<S> first = product(turn_about(joint.first, q[0]), joint.frame);
-      q[1] = nearest(angle_about(joint.second, product(conjugate(first), relative)), near[1]);
+      q[1] = nearest_branch(angle_about(joint.second, product(conjugate(first), relative)), near[1]);
       break;
     }
     case JointKind::ball: {

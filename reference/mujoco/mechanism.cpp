@@ -142,6 +142,7 @@ void add_contacts(const std::vector<Motion>& motions, const std::vector<int>& bo
     for (const bool second : {true, false}) {
       const int geom = second ? contact.geom2 : contact.geom1;
       const int body = body_of_id[static_cast<std::size_t>(model->geom_bodyid[geom])];
+      if (body < 0) continue;  // the world's: a plane
       const double sign = second ? 1 : -1;
       Wrench& wrench = outer[static_cast<std::size_t>(body)];
       add_at(wrench, motions[static_cast<std::size_t>(body)], real3(contact.pos), sign * real3(force));

@@ -58,6 +58,7 @@ class Writer {
     out("<worldbody>\n");
     xml_ += rope_sites(scene_, -1);
     for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
+      if (collide_ && of_world(i)) geoms(i);
       if (parent_of(i) < 0) body(i);
     }
     out("</worldbody>\n");
@@ -79,6 +80,11 @@ class Writer {
     if (placing_[i] < 0) return -1;
     const int parent = scene_.joints[static_cast<std::size_t>(placing_[i])].parent;
     return parent < 0 || scene_.bodies[static_cast<std::size_t>(parent)].fixed ? -1 : parent;
+  }
+
+  // A fixed plane's geom is the world's: MuJoCo 2.2 finds each contact twice with a plane of any other body.
+  bool of_world(std::size_t i) const {
+    return scene_.bodies[i].fixed && std::holds_alternative<Plane>(scene_.bodies[i].shape);
   }
 
   // MuJoCo's default size of the stack is 5 (rows + velocities)^2 numbers, which overflows an int beyond 20 000. Its solvers
@@ -133,15 +139,8 @@ class Writer {
 
   void body(std::size_t i) {
     const Body& b = scene_.bodies[i];
-    const auto* plane = std::get_if<Plane>(&b.shape);
     Real3 position = b.position_m;
     Real4 attitude = b.orientation_wxyz;
-    if (plane) {  // in world axes, for every pose of its body
-      const double norm = rivals::length(plane->normal);
-      const Real3 n = (1 / norm) * plane->normal;
-      position = (plane->offset_m / norm) * n;
-      attitude = from_z_to(n);
-    }
     if (placing_[i] >= 0) {
       const Placement at = placement_at_zero(scene_, scene_.joints[static_cast<std::size_t>(placing_[i])]);
       position = at.p;
@@ -149,7 +148,7 @@ class Writer {
     }
     out("<body name=\"b{}\" pos=\"{}\" quat=\"{}\">", i, text(position), text(attitude));
     if (!b.fixed && !held_[i]) joints_and_inertia(i);
-    if (collide_) geoms(i);
+    if (collide_ && !of_world(i)) geoms(i);
     xml_ += rope_sites(scene_, static_cast<int>(i));
     for (const std::size_t child : children_[i]) child_of_body(child);
     out("</body>\n");
@@ -200,8 +199,11 @@ class Writer {
     }
     if (const auto* sphere = std::get_if<Sphere>(&b.shape)) {
       out("<geom type=\"sphere\" size=\"{}\" {}/>", sphere->radius_m, law);
-    } else if (std::holds_alternative<Plane>(b.shape)) {
-      out("<geom type=\"plane\" size=\"0 0 1\" {}/>", law);
+    } else if (const auto* plane = std::get_if<Plane>(&b.shape)) {  // in world axes, for every pose of its body
+      const double norm = rivals::length(plane->normal);
+      const Real3 n = (1 / norm) * plane->normal;
+      out("<geom type=\"plane\" size=\"0 0 1\" pos=\"{}\" quat=\"{}\" {}/>", text((plane->offset_m / norm) * n),
+          text(from_z_to(n)), law);
     } else if (const auto* box = std::get_if<Box>(&b.shape)) {
       out("<geom type=\"box\" size=\"{}\" {}/>", text(box->half_extents_m), law);
     } else if (const auto* capsule = std::get_if<Capsule>(&b.shape)) {

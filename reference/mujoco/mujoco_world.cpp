@@ -180,16 +180,23 @@ class MujocoWorld : public rivals::World {
     view_.reset();
     viewed_ = false;
     ids_.clear();
-    owners_.assign(static_cast<std::size_t>(model_->nbody), -1);
+    std::vector<int> of_body(static_cast<std::size_t>(model_->nbody), -1);
     for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
       ids_.push_back(mj_name2id(model_.get(), mjOBJ_BODY, ("b" + std::to_string(i)).c_str()));
-      owners_[static_cast<std::size_t>(ids_.back())] = static_cast<int>(i);
+      of_body[static_cast<std::size_t>(ids_.back())] = static_cast<int>(i);
+    }
+    owners_.clear();
+    for (int geom = 0; geom < model_->ngeom; ++geom)
+      owners_.push_back(of_body[static_cast<std::size_t>(model_->geom_bodyid[geom])]);
+    for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {  // those of planes are the world's
+      const int geom = mj_name2id(model_.get(), mjOBJ_GEOM, ("g" + std::to_string(i)).c_str());
+      if (geom >= 0) owners_[static_cast<std::size_t>(geom)] = static_cast<int>(i);
     }
     joint_ids_ = joint_ids(scene_, model_.get());
   }
   bool moves(int i) const { return !scene_.bodies[i].fixed && !held_[static_cast<std::size_t>(i)]; }
   bool floats(int i) const { return moves(i) && placing_[static_cast<std::size_t>(i)] < 0; }
-  int owner_of(int geom) const { return owners_[static_cast<std::size_t>(model_->geom_bodyid[geom])]; }
+  int owner_of(int geom) const { return owners_[static_cast<std::size_t>(geom)]; }
   int position_at(int i) const { return model_->jnt_qposadr[model_->body_jntadr[ids_[static_cast<std::size_t>(i)]]]; }
   int velocity_at(int i) const { return model_->body_dofadr[ids_[static_cast<std::size_t>(i)]]; }
   void put(const std::vector<Wrench>& wrenches, mjData& data) const {
@@ -256,7 +263,7 @@ class MujocoWorld : public rivals::World {
   std::vector<bool> held_;
   std::vector<int> placing_;          // joint by body
   std::vector<int> ids_, joint_ids_;  // MuJoCo's numbers of bodies and joints
-  std::vector<int> owners_;           // body by MuJoCo's number
+  std::vector<int> owners_;           // body by MuJoCo's number of a geom
   Model model_;
   Data data_;
   mutable Data view_;

@@ -2,8 +2,8 @@
 import { hasShape, lawsInPlay, shapesMatter } from "../node/scene.mjs";
 import { refusedMechanism } from "./mechanism.mjs";
 import { MOST_LISTED_PAIRS, listedPairs, precedences } from "./pair_laws.mjs";
-import { settings, tuned } from "./settings.mjs";
-import { MujocoWorld } from "./world.mjs";
+import { settings, stiff } from "./settings.mjs";
+import { MujocoWorld, overlaps } from "./world.mjs";
 
 const presets = [
   {
@@ -13,9 +13,14 @@ const presets = [
   },
   {
     scheme: "tuned",
+    doc: "MuJoCo 3 with the settings that a recorded search found for the class of the scene.",
+    byClass: true,
+  },
+  {
+    scheme: "stiff",
     doc: "MuJoCo 3 with its Runge-Kutta method of order 4, the elliptic cone, friction a hundred times stiffer " +
       "than the normal (impratio), stiffer contacts and a tighter solver: the settings of MuJoCo 2.2.2's tuned.",
-    changes: tuned,
+    changes: stiff,
   },
   {
     scheme: "rk4",
@@ -69,6 +74,7 @@ export function mujocoRival(mujoco, { entry, version }, folder) {
     presets,
     refusal,
     make: (scene, chosen) => new MujocoWorld(mujoco, scene, chosen),
+    overlaps: (scene, chosen) => overlaps(mujoco, scene, chosen),
     emptyStep() {
       const model = mujoco.MjModel.from_xml_string("<mujoco/>"),
         data = new mujoco.MjData(model);

@@ -1,5 +1,5 @@
 // Settings of the MuJoCo 3 rows, with MuJoCo's defaults (mj_defaultOption and the compiler's defaults for geoms), and what
-// the preset `tuned` changes.
+// the preset `stiff` changes.
 import { substepsSetting } from "../node/rival.mjs";
 
 const said = (name, value) => ({ name, value, doc: "", printed: true });
@@ -59,7 +59,7 @@ export const settings = [
 ];
 
 // Those of MuJoCo 2.2.2's `tuned` preset.
-export const tuned = {
+export const stiff = {
   integrator: "RK4",
   cone: "elliptic",
   impratio: 100,

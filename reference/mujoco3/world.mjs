@@ -14,6 +14,15 @@ const COORDINATES = { fixed: 0, hinge: 1, slider: 1, cylindrical: 2, universal: 
 const RATES = { ...COORDINATES, ball: 3 };
 const three = (values, at = 0) => [values[at], values[at + 1], values[at + 2]];
 
+/** What every contact has; its normal from body a to body b, a < b. */
+const pointOf = (contact, first, second) => ({
+  body_a: Math.min(first, second),
+  body_b: Math.max(first, second),
+  x_m: three(contact.pos),
+  normal: scaled(first < second ? 1 : -1, three(contact.frame)),
+  gap_m: contact.dist,
+});
+
 export class MujocoWorld {
   ownJointForces = ["joint-spring"];
 
@@ -168,38 +177,37 @@ export class MujocoWorld {
     }
   }
 
-  touches() {
-    const { data } = this,
-      all = [];
-    if (data.ncon === 0) return all;
-    const contacts = data.contact;
+  /** use(contact, its number, the body of geom1, the body of geom2) of each contact that the last detection found. */
+  eachContact(use) {
+    if (this.data.ncon === 0) return;
+    const contacts = this.data.contact;
     for (let c = 0; c < contacts.size(); ++c) {
-      const contact = contacts.get(c);
-      if (contact.efc_address >= 0) {
-        this.mujoco.mj_contactForce(this.model, data, c, this.buffer);
-        const force = Array.from(this.buffer.GetView()),
-          frame = contact.frame,
-          geom = contact.geom;
-        const first = this.owners[geom[0]],
-          second = this.owners[geom[1]],
-          toB = first < second ? 1 : -1;
-        const friction = plus(scaled(force[1], three(frame, 3)), scaled(force[2], three(frame, 6)));
-        if (force[0] > 0)
-          all.push({
-            body_a: Math.min(first, second),
-            body_b: Math.max(first, second),
-            x_m: three(contact.pos),
-            normal: scaled(toB, three(frame)),
-            gap_m: contact.dist,
-            impulse_n_N_s: force[0] * this.h_s,
-            impulse_t_N_s: scaled(toB * this.h_s, friction),
-            torque_N_m: [0, 1, 2].map((k) => force[3] * frame[k] + force[4] * frame[3 + k] + force[5] * frame[6 + k]),
-            second,
-          });
-      }
+      const contact = contacts.get(c),
+        geom = contact.geom;
+      use(contact, c, this.owners[geom[0]], this.owners[geom[1]]);
       contact.delete();
     }
     contacts.delete();
+  }
+
+  touches() {
+    const all = [];
+    this.eachContact((contact, c, first, second) => {
+      if (contact.efc_address < 0) return;
+      this.mujoco.mj_contactForce(this.model, this.data, c, this.buffer);
+      const force = Array.from(this.buffer.GetView());
+      if (!(force[0] > 0)) return;
+      const frame = contact.frame,
+        toB = first < second ? 1 : -1,
+        friction = plus(scaled(force[1], three(frame, 3)), scaled(force[2], three(frame, 6)));
+      all.push({
+        ...pointOf(contact, first, second),
+        impulse_n_N_s: force[0] * this.h_s,
+        impulse_t_N_s: scaled(toB * this.h_s, friction),
+        torque_N_m: [0, 1, 2].map((k) => force[3] * frame[k] + force[4] * frame[3 + k] + force[5] * frame[6 + k]),
+        second,
+      });
+    });
     return all;
   }
 
@@ -324,5 +332,18 @@ export class MujocoWorld {
   free() {
     this.drop();
     this.buffer.delete();
+  }
+}
+
+/** Where bodies at rest overlap, or nearly (node/contacts.mjs). */
+export function overlaps(mujoco, scene, settings) {
+  const world = new MujocoWorld(mujoco, scene, settings),
+    all = [];
+  try {
+    mujoco.mj_fwdPosition(world.model, world.data);
+    world.eachContact((contact, _, first, second) => all.push(pointOf(contact, first, second)));
+    return all;
+  } finally {
+    world.free();
   }
 }

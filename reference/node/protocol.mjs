@@ -4,6 +4,7 @@ import { readFileSync, readdirSync, writeSync } from "node:fs";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
 import { fileURLToPath } from "node:url";
+import { askContacts } from "./contacts.mjs";
 import { describeRival, runRival } from "./rival.mjs";
 import { Refusal, readScene } from "./scene.mjs";
 import { jsonText } from "./settings.mjs";
@@ -75,13 +76,10 @@ function answerRun(rival, request) {
   return runRival(rival, request, (sample) => putSample(request.cell, sample));
 }
 
-function answerContacts(rival, request) {
-  if (!rival.contacts) throw new Refusal(`${rival.name} answers no questions about contacts`);
-  if (request.test && request.test !== "contacts")
-    throw new Refusal(`${rival.name} has no test \`${request.test}\` of contacts`);
-  const answer = rival.contacts(readScene(request.scene), request);
-  writeLine(JSON.stringify({ cell: request.cell, ...answer }));
-  return { status: "ok", reason: "" };
+async function answerContacts(rival, request) {
+  const { contacts } = await askContacts(rival, request);
+  writeLine(JSON.stringify({ cell: request.cell, contacts: contacts.map((row) => row.map(number)) }));
+  return { status: "ok", reason: "", steps_taken: 0, busy_ns: [] };
 }
 
 async function answer(rival, line) {

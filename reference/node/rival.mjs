@@ -11,7 +11,7 @@
 //                                    member free(), where it has one, gives that world's memory back
 //   prepare(settings)                optional: awaited ahead of make(), where a part of the engine is loaded on demand
 //   joints      whether it takes joints
-//   contacts(scene, query)           optional: {contacts: rows} or {touches: rows}
+//   overlaps(scene, settings)        optional: contact points of a scene at rest, for contact queries (contacts.mjs)
 //   files       paths of the engine's own files, whose bytes decide its results
 import { readFileSync } from "node:fs";
 import { Refusal, readScene, refuseScene } from "./scene.mjs";
@@ -99,7 +99,7 @@ export async function runRival(rival, request, put) {
   const id = parseMethodId(request.method),
     scene = readScene(request.scene),
     settings = settingsOf(rival, id, scene);
-  refuseScene(rival.name, scene);
+  refuseScene(rival.name, rival.scalar, scene);
   if (!rival.joints && (scene.joints.length > 0 || scene.ropes.length > 0))
     throw new Refusal(`${rival.name}'s adapter takes no joints or ropes`);
   const reason = rival.refusal(scene, settings);

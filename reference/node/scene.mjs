@@ -72,11 +72,12 @@ export function pairsInPlay(scene) {
 /** The laws of these pairs. */
 export const lawsInPlay = (scene) => [...new Set(pairsInPlay(scene).map(([, , law]) => law))];
 
-/** Throws the Refusals of every adapter. `engine` is its name. */
-export function refuseScene(engine, scene) {
+/** Throws the Refusals of every adapter. `engine` is its name, `scalar` its precision. */
+export function refuseScene(engine, scalar, scene) {
   if (scene.problem)
     throw new Refusal(`${engine} simulates bodies and cannot integrate the bare equations \`${scene.problem}\``);
   if (scene.fluids?.length) throw new Refusal(`${engine} simulates no fluids`);
+  if (scalar === "float") refuseBeyondFloat(engine, scene);
   const force = uncoveredForce(scene);
   if (force) throw new Refusal(`${engine}'s adapter has ${force}`);
   const matter = shapesMatter(scene);
@@ -90,4 +91,19 @@ export function refuseScene(engine, scene) {
   }
   if (lawsInPlay(scene).some((law) => law.contact_law && law.contact_law !== "rigid"))
     throw new Refusal(`${engine}'s adapter has no compliant contact laws (contact_law)`);
+}
+
+function numbersIn(value) {
+  if (typeof value === "number") return [value];
+  return value && typeof value === "object" ? Object.values(value).flatMap(numbersIn) : [];
+}
+
+/** Throws a Refusal where a float has no room for a body's shape, mass or inertia: it would be infinite or nothing. */
+function refuseBeyondFloat(engine, scene) {
+  const beyond = (x) => x !== 0 && (Math.fround(x) === 0 || !Number.isFinite(Math.fround(x)));
+  for (const { name, shape, mass_kg, inertia_kg_m2 } of scene.bodies) {
+    const found = numbersIn([shape, mass_kg, inertia_kg_m2]).find(beyond);
+    if (found !== undefined)
+      throw new Refusal(`${engine} computes in float, which has no room for ${found}: shape, mass or inertia of \`${name}\``);
+  }
 }

@@ -2,7 +2,7 @@
 // - Capsules and cylinders lie along y in Rapier and along z in the scene: colliders are turned by 90 degrees about x.
 // - A plane is a half-space at rest in world axes. Rectangles and meshes are triangles without an inside: fixed ones only.
 // - Colliders have no density: mass is the body's. Points are kept in float; a hull keeps those of them that are corners.
-import { plus, product, scaled, toWorld } from "../node/rotation.mjs";
+import { length, plus, product, scaled, toWorld } from "../node/rotation.mjs";
 import { Refusal, hasShape } from "../node/scene.mjs";
 
 const vector = ([x, y, z]) => ({ x, y, z });
@@ -30,21 +30,22 @@ export function collidersOf(rapier, body, settings) {
       return [{ ...at, description: ColliderDesc.ball(shape.radius_m) }];
     case "box":
       return [{ ...at, description: ColliderDesc.cuboid(...shape.half_extents_m) }];
-    case "plane":
-      return [
-        {
-          ...at,
-          p_B: scaled(shape.offset_m ?? 0, shape.normal),
-          description: new ColliderDesc(new rapier.HalfSpace(vector(shape.normal))),
-        },
-      ];
+    case "plane": {
+      const norm = length(shape.normal),
+        normal = scaled(1 / norm, shape.normal);
+      const description = new ColliderDesc(new rapier.HalfSpace(vector(normal)));
+      return [{ ...at, p_B: scaled((shape.offset_m ?? 0) / norm, normal), description }];
+    }
     case "capsule":
       return [{ ...at, q_B: yToZ, description: ColliderDesc.capsule(shape.half_length_m, shape.radius_m) }];
     case "cylinder":
       return [{ ...at, q_B: yToZ, description: ColliderDesc.cylinder(shape.half_length_m, shape.radius_m) }];
     case "convex": {
-      const description = ColliderDesc.convexHull(new Float32Array(shape.points_m.flat()));
-      if (!description) throw new Refusal(`rapier: no hull of the points of \`${body.name}\``);
+      const description = ColliderDesc.convexHull(new Float32Array(shape.points_m.flat())),
+        hull = description.shape.intoRaw(); // the world makes another; undefined where Rapier finds none
+      if (!hull)
+        throw new Refusal(`rapier finds no hull of the points of \`${body.name}\`: expected three that are not in a line`);
+      hull.free();
       return [{ ...at, description }];
     }
     case "rectangle": {
@@ -70,6 +71,7 @@ export function collidersOf(rapier, body, settings) {
       ];
     }
     case "mesh":
+      if (shape.triangles.length === 0) throw new Refusal(`rapier has no mesh without triangles: \`${body.name}\``);
       return [{ ...at, description: triangles(rapier, shape.points_m, shape.triangles, flags) }];
     case "compound":
       return shape.boxes.map((box) => ({

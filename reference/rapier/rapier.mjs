@@ -5,7 +5,7 @@ import { length } from "../node/rotation.mjs";
 import { lawsInPlay, shapesMatter } from "../node/scene.mjs";
 import { refusedShape } from "./colliders.mjs";
 import { refusedMechanism } from "./joints.mjs";
-import { FASTEST, LARGEST_TURN_RAD, RapierWorld, contactCoefficients } from "./world.mjs";
+import { FASTEST, LARGEST_TURN_RAD, RapierWorld, contactLayers, overlaps } from "./world.mjs";
 
 const settings = [
   substepsSetting,
@@ -128,8 +128,10 @@ function refusal(scene, chosen) {
   const shape = scene.bodies.map(refusedShape).find(Boolean);
   if (shape) return shape;
   if (lawsInPlay(scene).some((law) => law.rolling_friction_m > 0)) return "rapier has no rolling friction";
-  const missing = Object.entries(contactCoefficients(scene)).find(([, found]) => !found);
-  return missing ? `rapier combines the coefficients of two materials: no rule of its gives each pair its ${missing[0]}` : "";
+  return contactLayers(scene)
+    ? ""
+    : "rapier combines the coefficients of two materials: its rules and 16 collision groups do not give each pair its law " +
+        "(of 32 materials at most)";
 }
 
 /** The rival (node/rival.mjs): `names` of packages by build, under `packages`; `folder`: that of these sources. */
@@ -161,6 +163,11 @@ export function rapierRival(packages, names, folder) {
           "soft contacts solved ahead of the touch. Only sleeping is off, and pairs have the contact law of the scene.",
       },
       {
+        scheme: "tuned",
+        doc: "Rapier with the settings that a recorded search found for the class of the scene.",
+        byClass: true,
+      },
+      {
         scheme: "deterministic",
         doc: "The same from the package whose results do not depend on the platform.",
         changes: { build: "deterministic" },
@@ -168,6 +175,7 @@ export function rapierRival(packages, names, folder) {
     ],
     refusal,
     make: (scene, chosen, observe) => new RapierWorld(module(chosen), scene, chosen, observe),
+    overlaps: (scene, chosen) => overlaps(module(chosen), scene, chosen),
     emptyStep(chosen) {
       const world = new (module(chosen).World)({ x: 0, y: 0, z: 0 });
       return Object.assign(() => world.step(), { free: () => world.free() });

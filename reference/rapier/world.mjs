@@ -4,8 +4,9 @@
 //   setAdditionalMassProperties with principal moments and their frame (x, y, z, w), and colliders have no density.
 // - angvel() and addTorque() are in world axes. Forces stay until they are reset: they are reset every step.
 // - Quaternions are x, y, z, w.
-// - Restitution and friction of a pair are combined from those of the colliders: see coefficients.mjs. Rolling friction is
-//   refused; friction about the normal comes with the solver's model and cannot be turned off.
+// - Restitution and friction of a pair are combined from those of the colliders, in layers of them where one rule does not
+//   give each pair its own: see coefficients.mjs. Rolling friction is refused; friction about the normal comes with the
+//   solver's model and cannot be turned off.
 // - A step is solver_iterations substeps, each of which integrates forces, the gyroscopic term among them, and positions.
 //   No body moves faster than 400 length units a second or turns by more than pi/4 in a step: runs in which that happens
 //   say so. Contacts are solved ahead of the touch, from prediction_distance on. No damping; no sleeping unless set.
@@ -13,7 +14,7 @@
 import { isNothing } from "../node/forces.mjs";
 import { length, plus, principalAxes, scaled, toBody, toWorld } from "../node/rotation.mjs";
 import { pairsInPlay, rotates } from "../node/scene.mjs";
-import { coefficientsOf } from "./coefficients.mjs";
+import { layersOf } from "./coefficients.mjs";
 import { collidersOf } from "./colliders.mjs";
 import { addJoint } from "./joints.mjs";
 
@@ -24,16 +25,8 @@ const rotation = ([w, x, y, z]) => ({ x, y, z, w });
 export const FASTEST = 400; // length units a second
 export const LARGEST_TURN_RAD = Math.PI / 4; // in a step
 
-/** {restitution, friction}, each {rule, values} of materials, null where Rapier has no coefficients that give the pairs' laws. */
-export function contactCoefficients(scene) {
-  const pairs = pairsInPlay(scene),
-    of = (name) =>
-      coefficientsOf(
-        scene.materials.length,
-        pairs.map(([a, b, law]) => [a, b, law[name]]),
-      );
-  return { restitution: of("restitution"), friction: of("friction") };
-}
+/** Layers of colliders that give each pair of materials its law (coefficients.mjs); null: there are none. */
+export const contactLayers = (scene) => layersOf(scene.materials.length, pairsInPlay(scene));
 
 /** A world of `rapier` (the package's module) for a scene (node/scene.mjs); `observe`: what it cuts is told. */
 export class RapierWorld {
@@ -51,7 +44,7 @@ export class RapierWorld {
     });
     this.world = new rapier.World(vector(scene.gravity_m_per_s2));
     this.set(this.world.integrationParameters);
-    this.coefficients = contactCoefficients(scene);
+    this.layers = contactLayers(scene);
     this.material = new Map(scene.materials.map((each, i) => [each.name, i]));
     scene.bodies.forEach((body, i) => this.add(body, i));
     const ground = scene.joints.length > 0 ? this.world.createRigidBody(rapier.RigidBodyDesc.fixed()) : null;
@@ -81,16 +74,22 @@ export class RapierWorld {
     if (!plane) description.setTranslation(...body.position_m).setRotation(rotation(body.orientation_wxyz));
     if (!body.fixed) this.setMass(description, body);
     this.bodies[i] = this.world.createRigidBody(description);
-    for (const collider of collidersOf(rapier, body, settings)) this.addCollider(collider, i);
+    this.addColliders(i);
     if (body.fixed) return;
     if (body.release_s > 0) this.bodies[i].setBodyType(rapier.RigidBodyType.Fixed, false);
     else this.setVelocity(i);
   }
 
-  addCollider({ description, p_B, q_B }, i) {
-    const { CoefficientCombineRule } = this.rapier,
-      { restitution, friction } = this.coefficients;
-    const material = this.material.get(this.scene.bodies[i].material) ?? 0;
+  addColliders(i) {
+    const body = this.scene.bodies[i],
+      material = this.material.get(body.material) ?? 0;
+    const own = this.layers.filter(({ groups }) => !groups || groups.has(material));
+    for (const layer of own)
+      for (const collider of collidersOf(this.rapier, body, this.settings)) this.addCollider(collider, i, material, layer);
+  }
+
+  addCollider({ description, p_B, q_B }, i, material, { restitution, friction, groups }) {
+    const { CoefficientCombineRule } = this.rapier;
     description
       .setDensity(0)
       .setTranslation(...p_B)
@@ -100,6 +99,10 @@ export class RapierWorld {
       .setRestitution(restitution.values[material])
       .setRestitutionCombineRule(CoefficientCombineRule[restitution.rule]);
     description.setFriction(friction.values[material]).setFrictionCombineRule(CoefficientCombineRule[friction.rule]);
+    if (groups) {
+      const { member, filter } = groups.get(material);
+      description.setCollisionGroups(((member << 16) | filter) >>> 0);
+    }
     const collider = this.world.createCollider(description, this.bodies[i]);
     this.bodyOf.set(collider.handle, i);
     this.colliders.push(collider);
@@ -165,6 +168,11 @@ export class RapierWorld {
   }
 
   touches() {
+    return this.points().filter(({ impulse_n_N_s }) => impulse_n_N_s > 0);
+  }
+
+  /** All points of the manifolds that the last step found at its start. */
+  points() {
     const all = [];
     for (const one of this.colliders)
       this.world.contactPairsWith(one, (other) => {
@@ -184,8 +192,6 @@ export class RapierWorld {
     const normal = scaled(sign, array(manifold.normal())),
       whole = manifold.numSolverContacts() === manifold.numContacts();
     for (let k = 0; k < manifold.numContacts(); ++k) {
-      const impulse_n_N_s = manifold.contactImpulse(k);
-      if (!(impulse_n_N_s > 0)) continue;
       const x_m = whole ? array(manifold.solverContactPoint(k)) : this.worldPoint(first, manifold.localContactPoint1(k));
       const smooth = this.scene.pairLaw(a, b).friction === 0;
       all.push({
@@ -194,7 +200,7 @@ export class RapierWorld {
         x_m,
         normal,
         gap_m: manifold.contactDist(k),
-        impulse_n_N_s,
+        impulse_n_N_s: manifold.contactImpulse(k),
         impulse_t_N_s: smooth ? [0, 0, 0] : [NaN, NaN, NaN],
       });
     }
@@ -207,5 +213,16 @@ export class RapierWorld {
 
   free() {
     this.world.free();
+  }
+}
+
+/** Where bodies at rest overlap, or nearly (node/contacts.mjs): what a step that is too short to move them finds. */
+export function overlaps(rapier, scene, settings) {
+  const world = new RapierWorld(rapier, scene, settings, false);
+  try {
+    world.step(1e-6, []);
+    return world.points();
+  } finally {
+    world.free();
   }
 }

@@ -4,10 +4,9 @@
 import { fileURLToPath } from "node:url";
 import { serve } from "../node/protocol.mjs";
 import { substepsSetting } from "../node/rival.mjs";
-import * as so3 from "../node/rotation.mjs";
+import { cross, length, minus, normalised, plus, principalAxes, product, scaled, toBody, toWorld, turnAbout } from
+  "../node/rotation.mjs";
 import { rotates, shapesMatter } from "../node/scene.mjs";
-
-const { cross, length, minus, normalised, plus, principalAxes, product, scaled, toBody, toWorld, turnAbout } = so3;
 
 class World {
   constructor(scene) {
@@ -32,20 +31,12 @@ class World {
       if (rate > 0) b.q = normalised(product(b.q, turnAbout(scaled(1 / rate, b.w), h * rate)));
     });
   }
-  motion(i) {
-    const { x, q, v, w } = this.bodies[i];
-    return { p_WB: x, q_WB: q, v_WB: v, w_WB_B: w };
-  }
-  release(i) {
-    this.bodies[i].held = false;
-  }
-  touches() {
-    return [];
-  }
-  free() {}
+  motion = (i) => ({ p_WB: this.bodies[i].x, q_WB: this.bodies[i].q, v_WB: this.bodies[i].v, w_WB_B: this.bodies[i].w });
+  release = (i) => (this.bodies[i].held = false);
+  touches = () => []; // contact points of the last step (reference/node/run.mjs)
+  free = () => {};
 }
 
-const nothing = { bodies: [], gravity_m_per_s2: [0, 0, 0] };
 await serve({
   name: "javascript", version: process.version, scalar: "double", source: "", files: [],
   folder: fileURLToPath(new URL(".", import.meta.url)),
@@ -53,5 +44,5 @@ await serve({
   presets: [{ scheme: "symplectic-euler", doc: "Symplectic Euler of free bodies, in JavaScript." }],
   refusal: (scene) => (shapesMatter(scene) ? "javascript has no contacts" : ""),
   make: (scene) => new World(scene),
-  emptyStep: () => () => new World(nothing).step(0, []),
+  emptyStep: (_, empty = new World({ bodies: [] })) => () => empty.step(0, []),
 });

@@ -76,13 +76,14 @@ int command_goals(const Place& place, const Options& options) {
   setup.study.progress = progress_printer(options);
   std::vector<GoalResult> results;
   const std::string filter = benchmark_filter(goals);
-  const std::vector<BenchFigure> figures =
-      filter.empty() || options.no_timing ? std::vector<BenchFigure>{} : run_benchmarks(place.bin_dir, filter, notice);
+  const std::vector<BenchFigure> figures = filter.empty() || options.no_timing
+                                               ? std::vector<BenchFigure>{}
+                                               : run_benchmarks(place.worker_dir, filter, notice);
   std::vector<BenchTable> tables;
   try {
     for (const Goal& goal : goals) {
       notice("goal " + goal.id);
-      if (goal.table == "broad-phases" && tables.empty()) tables = measure_broad_phases(place.bin_dir);
+      if (goal.table == "broad-phases" && tables.empty()) tables = measure_broad_phases(place.worker_dir);
       if (!goal.table.empty()) results.push_back(judge_table(goal, tables));
       else if (!goal.benchmark.empty()) results.push_back(judge_figure(goal, figures));
       else results.push_back(run_or_say_why(setup, goal, !options.goals_file.empty()));
@@ -108,7 +109,7 @@ int command_goals(const Place& place, const Options& options) {
 }
 
 int command_broad_phases(const Place& place, const Options& options) {
-  show_bench_tables(place, options, measure_broad_phases(place.bin_dir));
+  show_bench_tables(place, options, measure_broad_phases(place.worker_dir));
   return exit_pass;
 }
 
@@ -142,14 +143,14 @@ int command_bench(const Place& place, const Options& options) {
   if (options.input == "goals") return command_goals(place, options);
   if (options.input == "broad-phases") return command_broad_phases(place, options);
   if (options.input == "frame-budget") return command_frame_budget(place, options);
-  if (benchmark_programs(place.bin_dir).empty())
-    throw InputError("no benchmarks are built; `./atwood bench` builds them");
+  if (benchmark_programs(place.worker_dir).empty())
+    throw InputError("no benchmarks are here; `./atwood bench` in the project's folder builds them");
   try {
     const std::regex filter(options.input, std::regex::extended | std::regex::nosubs);  // as Google Benchmark reads it
   } catch (const std::regex_error& error) {
     throw InputError(fmt::format("bench {}: not a regular expression: {}", options.input, error.what()));
   }
-  const std::vector<BenchFigure> figures = run_benchmarks(place.bin_dir, options.input, notice);
+  const std::vector<BenchFigure> figures = run_benchmarks(place.worker_dir, options.input, notice);
   if (figures.empty()) throw InputError(fmt::format("no benchmark matches `{}`", options.input));
   keep_bench(bench_path(options), place.provenance, &figures, nullptr);
   if (options.json) {

@@ -2,7 +2,6 @@
 #pragma once
 
 namespace atwood::build_info {
-extern const char* const source_dir;
 extern const char* const commit;
 extern const char* const compiler;
 extern const char* const flags;

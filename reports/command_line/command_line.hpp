@@ -77,9 +77,11 @@ struct Options {
   std::string goals_file;
 };
 
-// Where the catalogue, the gates and the workers are, found once.
+// Where the catalogue, the gates and the workers are, found once. `source_dir`: the project's root, or the folder
+// share/atwood of an installation, which has the same paths below it.
 struct Place {
-  std::string source_dir, bin_dir, truth_worker;
+  std::string source_dir, worker_dir, truth_worker;
+  bool installed = false;  // by `cmake --install` or a package: nothing is built here
   Provenance provenance;
 };
 Place find_place();
@@ -126,11 +128,11 @@ std::vector<std::string> with_own_files(const Place& place, const Options& optio
 std::vector<Gate> read_all_gates(const Place& place);                    // the catalogue's own, file by file
 StudyOptions study_options(const Place& place, const Options& options);  // without progress
 Selection select_cells(const Place& place, const Options& options);
+Selection without_cells(const Selection& selection);  // there may be a million
 std::vector<Verdict> judge_selection(const Place& place, const Options& options, const Selection& selection,
                                      const std::vector<Row>& rows);
 ReportData assemble_report(const Place& place, const Options& options, const Selection& selection,
                            const StudyResult& result, const std::vector<Verdict>& verdicts);
-void write_outputs(const Options& options, const ReportData& data);        // report.html, and what -o names
 void write_named_outputs(const Options& options, const ReportData& data);  // what -o names
 void require_outputs_make_sense(const Options& options);                   // before the work: InputError
 void make_out_dir(const std::string& path);

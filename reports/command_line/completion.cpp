@@ -33,6 +33,7 @@ const std::map<std::string, Source>& sources() {
       {"SCHEMA", {{}, {"scenario", "rows"}, false}},
       {"FORMAT:FILE", {{}, {"html:", "csv:", "json:", "markdown:", "junit:"}, false}},
       {"FILE", {{}, {}, true}},
+      {"RUN|FILE", {{}, {"last", "previous"}, true}},
       {"DIR", {{}, {}, true}},
       {"STORE", {{}, {}, true}},
       {"all|worst|none", {{}, {"all", "worst", "none"}, false}},

@@ -27,7 +27,8 @@ struct Known {
 };
 constexpr Known kKnownEngines[] = {{"atwood", "engine"},     {"truth", "truth"}, {"bullet64", "bullet64"},
                                    {"bullet32", "bullet32"}, {"ode", "ode"},     {"fcl", "fcl"},
-                                   {"libccd", "libccd"}};
+                                   {"libccd", "libccd"},     {"jolt", "jolt"},   {"mujoco3", "mujoco3"},
+                                   {"rapier", "rapier"}};
 
 // "bullet64/unit-size", "atwood/box-edges": another test of contacts that an engine's worker offers, as sweeps name it.
 // "box-edges" alone is ours, too.
@@ -47,11 +48,10 @@ Asked asked_of(const std::string& words) {
 std::string worker_path(const Place& place, const std::string& engine) {
   std::vector<std::string> names;
   for (const Known& known : kKnownEngines) {
-    if (engine == known.name) return fmt::format("{}/atwood-{}", place.bin_dir, known.worker);
+    if (engine == known.name) return fmt::format("{}/atwood-{}", place.worker_dir, known.worker);
     names.emplace_back(known.name);
   }
-  for (const char* other :
-       {"cvode", "arkode", "ida", "odeint", "dart", "jolt", "mujoco", "mujoco3", "pysph", "rapier", "simbody"}) {
+  for (const char* other : {"cvode", "arkode", "ida", "odeint", "dart", "mujoco", "pysph", "simbody"}) {
     if (engine == other)
       throw InputError(fmt::format("--engine {}: {} answers no questions about contacts; expected one of {}, box-edges",
                                    engine, engine, fmt::join(names, ", ")));

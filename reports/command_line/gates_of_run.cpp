@@ -15,14 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::vector<CellName> names_of(const std::vector<Cell>& cells) {
-  std::vector<CellName> names;
-  for (const Cell& cell : cells)
-    names.push_back({cell.scenario->id, cell.method, cell.claim, cell.plan.steps, cell.probe != Probe::none,
-                     cell.worker < 0 && has_glob(cell.method)});
-  return names;
-}
-
 // The command line names rungs of the ladders, by count or by frequency: figures of whole ladders are then not judged.
 bool rungs_chosen(const Options& options) { return !options.steps.empty() || !options.hz.empty(); }
 
@@ -192,9 +184,17 @@ void judge_missing(const Selection& selection, const std::vector<Gate>& gates, c
   }
 }
 
+std::vector<CellName> names_of(const std::vector<Cell>& cells) {
+  std::vector<CellName> names;
+  for (const Cell& cell : cells)
+    names.push_back({cell.scenario->id, cell.method, cell.claim, cell.plan.steps, cell.probe != Probe::none,
+                     cell.worker < 0 && has_glob(cell.method), resolution_text(resolution_of(cell))});
+  return names;
+}
+
 std::vector<CellName> unfiltered_cells(const Place& place, const Options& options, const Selection& selection) {
   std::vector<CellName> names = names_of(selection.cells);
-  if (!filtered(options)) return names;
+  if (!filtered(options) && options.spacings.empty() && options.sound_speeds.empty()) return names;
   const auto add = [&](const Options& wide) {
     try {
       for (const CellName& name : names_of(select_cells(place, wide).cells)) names.push_back(name);
@@ -204,6 +204,9 @@ std::vector<CellName> unfiltered_cells(const Place& place, const Options& option
   Options wide = options;
   wide.methods.clear();
   wide.steps.clear();
+  wide.hz.clear();
+  wide.spacings.clear();
+  wide.sound_speeds.clear();
   wide.scenarios.clear();
   add(wide);
   for (const std::string& name : options.scenarios) {

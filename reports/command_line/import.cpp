@@ -30,11 +30,11 @@ std::string root_element(std::string_view text) {
 
 // The program beside this one prints the scene; what it does not take it says on standard error.
 std::string import_mjcf(const Place& place, const std::string& file) {
-  const std::string program = place.bin_dir + "/atwood-mujoco-import";
+  const std::string program = place.worker_dir + "/atwood-mujoco-import";
   if (access(program.c_str(), X_OK) != 0)
     throw InputError(
-        fmt::format("{}: MJCF is read by MuJoCo's own parser, which is not built here; expected a URDF file, or "
-                    "the package libmujoco-dev when configuring",
+        fmt::format("{}: MJCF is read by MuJoCo's own parser, which is not here; expected a URDF file, or "
+                    "MuJoCo (`atwood doctor` says how to get it)",
                     file));
   try {
     return capture({program, file});

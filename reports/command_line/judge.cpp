@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/many_cells.hpp"
 #include "reports/command_line/verdicts.hpp"
 #include "scene/files.hpp"
 #include "validation/study/write_file.hpp"
@@ -55,6 +56,8 @@ int command_gate(const Place& place, const Options& options) {
                same_call(options, "bless", selection.baseline));
     return exit_no_baseline;
   }
+  if (has_many_cells(options, selection, standards) && fs::exists(options.out_dir + "/store.db"))
+    return gate_many(place, options, selection, standards);
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);
   const bool no_store = !fs::exists(options.out_dir + "/store.db");
   if (no_store)

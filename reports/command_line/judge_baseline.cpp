@@ -22,13 +22,13 @@ std::string without_tolerance(const std::string& method) {
   return method.substr(0, colon) + method.substr(end);
 }
 
-bool names_cell(const BaselineEntry& entry, const std::vector<CellName>& cells, bool with_ladders) {
-  return std::any_of(cells.begin(), cells.end(), [&](const CellName& cell) {
-    if (cell.scenario != entry.scenario) return false;
-    if (entry.steps == 0)
-      return with_ladders && (cell.method == entry.method || without_tolerance(cell.method) == entry.method);
-    return cell.method == entry.method && cell.steps == entry.steps;
-  });
+bool rungs_chosen_for(const Options& options) { return !options.steps.empty() || !options.hz.empty(); }
+bool resolutions_chosen(const Options& options) { return !options.spacings.empty() || !options.sound_speeds.empty(); }
+
+// "dx=0.02,c=20" of "velocity-l2[dx=0.02,c=20]".
+std::string resolution_of_figure(const std::string& metric) {
+  const std::size_t open = metric.ends_with(']') ? metric.rfind('[') : std::string::npos;
+  return open == std::string::npos ? "" : metric.substr(open + 1, metric.size() - open - 2);
 }
 
 // Inconclusive in the baseline, a number now; reported, because no gate covers it.
@@ -44,13 +44,11 @@ void tell_no_numbers(Judged& judged) {
 
 // Figures that are missing only because of a filter of this call are not losses.
 int leave_out_filtered(const Place& place, const Options& options, const Selection& selection, Baseline& baseline) {
-  if (options.scenarios.empty() && options.methods.empty() && options.steps.empty()) return 0;
-  std::vector<CellName> kept;
-  for (const Cell& cell : selection.cells)
-    kept.push_back({cell.scenario->id, cell.method, cell.claim, cell.plan.steps, false, false});
-  const std::vector<CellName> whole = unfiltered_cells(place, options, selection);
+  const bool rungs = rungs_chosen_for(options), resolutions = resolutions_chosen(options);
+  if (options.scenarios.empty() && options.methods.empty() && !rungs && !resolutions) return 0;
+  const FigureNames kept(names_of(selection.cells)), whole(unfiltered_cells(place, options, selection));
   return static_cast<int>(std::erase_if(baseline.entries, [&](const BaselineEntry& entry) {
-    return !names_cell(entry, kept, options.steps.empty()) && names_cell(entry, whole, true);
+    return !kept.has(entry, !rungs, !resolutions) && whole.has(entry, true, true);
   }));
 }
 
@@ -121,6 +119,24 @@ Verdict nothing_compared(const Baseline& baseline, const std::string& why) {
 
 }  // namespace
 
+FigureNames::FigureNames(const std::vector<CellName>& cells) {
+  for (const CellName& cell : cells) {
+    names_.insert({cell.scenario, cell.method, cell.steps, cell.at});
+    for (const std::string& method : {cell.method, without_tolerance(cell.method)}) {
+      names_.insert({cell.scenario, method, kLadder, cell.at});
+      names_.insert({cell.scenario, method, kAnyResolution, ""});
+    }
+  }
+}
+
+bool FigureNames::has(const BaselineEntry& entry, bool ladders, bool resolutions) const {
+  if (entry.steps > 0)
+    return names_.contains({entry.scenario, entry.method, entry.steps, resolution_of_figure(entry.metric)});
+  if (!ladders) return false;
+  return resolutions ? names_.contains({entry.scenario, entry.method, kAnyResolution, ""})
+                     : names_.contains({entry.scenario, entry.method, kLadder, resolution_of_figure(entry.metric)});
+}
+
 // Each metric has one unit: a figure in another one, edited by hand, would be compared as if it were in the metric's.
 void require_units(const Baseline& baseline) {
   std::map<std::string, std::string> units;
@@ -141,8 +157,12 @@ void judge_baseline(const Place& place, const Options& options, const Selection&
     judged.notes.push_back(
         fmt::format("{} figure{} of the baseline left out by the filter.", left_out, left_out == 1 ? "" : "s"));
   judged.changes = compare_baseline(baseline, rows);
-  if (!options.steps.empty())  // a part of a ladder has no figure of the whole: none was compared, and none is new
-    std::erase_if(judged.changes, [](const BaselineChange& c) { return c.kind == Kind::added && c.steps == 0; });
+  // A part of a ladder has no figure of the whole: none was compared, and none is new.
+  std::erase_if(judged.changes, [&](const BaselineChange& c) {
+    const bool of_resolutions = c.metric.starts_with("order-space") || c.metric.starts_with("order-model");
+    return c.kind == Kind::added && c.steps == 0 &&
+           (rungs_chosen_for(options) || (of_resolutions && resolutions_chosen(options)));
+  });
   for (BaselineChange& change : judged.changes)
     change.rerun = with_own_files(place, options, selection, change.scenario, change.rerun);
   tell_no_numbers(judged);

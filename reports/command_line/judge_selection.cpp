@@ -45,16 +45,13 @@ std::vector<Gate> gates_named(const Place& place, const std::string& file) {
 
 void judge_gates(const Place& place, const Options& options, const Selection& selection, const std::vector<Gate>& gates,
                  const std::vector<Row>& rows, Judged& judged, const StudyResult* stored = nullptr) {
-  const SiftedGates sifted = sift_gates(place, options, selection, gates);
-  const std::vector<Gate> asked = gates_of_claims(sifted.judged, claims_of(selection));
-  judged.verdicts = judge(asked, rows);
+  SiftedGates sifted = asked_gates(place, options, selection, gates, judged.notes);
+  judged.verdicts = judge(sifted.judged, rows);
   for (Verdict& verdict : judged.verdicts)
     verdict.rerun = with_own_files(place, options, selection, verdict.scenario, verdict.rerun);
-  if (stored != nullptr) judge_missing(selection, asked, *stored, same_call_words(options, "run"), judged.verdicts);
+  if (stored != nullptr)
+    judge_missing(selection, sifted.judged, *stored, same_call_words(options, "run"), judged.verdicts);
   judged.verdicts.insert(judged.verdicts.end(), sifted.unmatched.begin(), sifted.unmatched.end());
-  if (sifted.left_out > 0)
-    judged.notes.push_back(
-        fmt::format("{} gate{} left out by the filter.", sifted.left_out, sifted.left_out == 1 ? "" : "s"));
 }
 
 // Without a gate or a baseline nothing else says that a part of the study was never measured.
@@ -135,8 +132,19 @@ void tell_refusals(const Selection& selection, const std::vector<CellEnding>& en
     notes.push_back(fmt::format("{} more scenes and methods are unsupported.", told.size() - kShown));
 }
 
+}  // namespace
+
+SiftedGates asked_gates(const Place& place, const Options& options, const Selection& selection,
+                        const std::vector<Gate>& gates, std::vector<std::string>& notes) {
+  SiftedGates sifted = sift_gates(place, options, selection, gates);
+  sifted.judged = gates_of_claims(sifted.judged, claims_of(selection));
+  if (sifted.left_out > 0)
+    notes.push_back(fmt::format("{} gate{} left out by the filter.", sifted.left_out, sifted.left_out == 1 ? "" : "s"));
+  return sifted;
+}
+
 void append_failed_cells(const Place& place, const Options& options, const Selection& selection,
-                         const std::vector<Row>& rows, Judged& judged) {
+                         const std::vector<Row>& rows, Judged& judged, std::set<std::string>& told) {
   const auto append = [&](const std::string& scenario, const std::string& method, std::int64_t steps,
                           const Resolution& at, const std::string& metric, const std::string& text,
                           const std::string& reason) {
@@ -162,15 +170,12 @@ void append_failed_cells(const Place& place, const Options& options, const Selec
           is_failure(cell.status)
               ? "A run must end normally."
               : "A method of a user's engine, or one that is named, must stay finite unless the study's `allow` excuses it.");
-  std::set<std::string> told;
   for (const Row& row : rows)
     if (row.metric == "truth" && is_failure(row.status) && told.insert(row.scenario).second)
       append(row.scenario, row.method, row.steps, resolution_of(row), "truth",
              fmt::format("{}: {}", to_string(row.status), row.reason),
              "A truth must be computed, or be refused with a reason.");
 }
-
-}  // namespace
 
 std::string improvements_hint(const Options& options, const ReportData& data) {
   const bool better = std::any_of(data.baseline.begin(), data.baseline.end(),
@@ -216,7 +221,8 @@ Judged judge_everything(const Place& place, const Options& options, const Select
     judged.verdicts.push_back(cells_missing(missing_words(selection, result), same_call_words(options, "run")));
   judged.cells = endings_of(selection, result.rows);
   tell_refusals(selection, judged.cells, judged.notes);
-  append_failed_cells(place, options, selection, result.rows, judged);
+  std::set<std::string> told_truths;
+  append_failed_cells(place, options, selection, result.rows, judged, told_truths);
   if (result.hosts.size() > 1)
     judged.notes.push_back(fmt::format("Times of these cells are of {} hosts ({}): compare only those of one host.",
                                        result.hosts.size(), fmt::join(result.hosts, ", ")));

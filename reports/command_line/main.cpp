@@ -15,12 +15,15 @@
 #include <CLI/CLI.hpp>
 
 #include "protocol/descriptors.hpp"
+#include "protocol/wire.hpp"
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/history.hpp"
 #include "reports/command_line/manual.hpp"
 #include "reports/command_line/play.hpp"
 #include "scene/files.hpp"
 #include "scene/printable.hpp"
 #include "validation/study/process.hpp"
+#include "version.hpp"
 
 namespace {
 
@@ -197,8 +200,8 @@ void declare_commands(Parser& p) {
   contacts
       ->add_option(
           "--engine", o.engines,
-          "Who answers: atwood (unless given), truth, bullet64, bullet32, ode, fcl, libccd, or the path of an\n"
-          "executable that speaks the worker protocol. Variants: box-edges (the naive test of edges against faces);\n"
+          "Who answers: atwood (unless given), truth, bullet64, bullet32, ode, fcl, libccd, jolt, mujoco3, rapier, or\n"
+          "the path of an executable that speaks the worker protocol. Variants: box-edges (the naive test of edges against faces);\n"
           "bullet64/closest-points, bullet32/closest-points (the algorithms of contactPairTest instead of the stepped\n"
           "world's); ENGINE/unit-size (bodies scaled to unit size; bullet64, bullet32, ode, fcl, libccd)")
       ->expected(1);
@@ -264,7 +267,7 @@ void declare_commands(Parser& p) {
   auto* tune = p.add(
       "tune", "Search an engine's best settings for a class of scenes; its default settings are one of the trials",
       command_tune);
-  tune->add_option("ENGINE", o.input, "atwood, bullet32, bullet64, jolt or ode")->required();
+  tune->add_option("ENGINE", o.input, "atwood, bullet32, bullet64, jolt, mujoco3, ode or rapier")->required();
   tune->add_option("--class", o.scene_class, "free-flight, bounce, friction, stack, heap or mechanism")->required();
   tune->add_option("--trials", o.trials, "Sets of settings that are tried, the default included")
       ->capture_default_str();
@@ -333,7 +336,25 @@ void declare_commands(Parser& p) {
   report->add_option("STUDY", o.study, "The study to report");
   p.narrowing(report);
   report->add_option("-o,--output", o.outputs, "Format csv, json, markdown, junit or html")->expected(1)->take_all();
+  report->add_option(
+      "--against", o.baseline,
+      "Compare with an earlier run (its number, its commit, `last` or `previous`; `atwood history` lists\n"
+      "the runs) or with a baseline's file: what became better or worse, appeared, vanished");
   report->add_option("--tolerances", o.tolerances, "Gates from this file instead of the catalogue's own");
+
+  auto* history = p.add("history", "The runs so far, or with --metric a metric over runs", command_history);
+  history->add_option("STUDY", o.study, "Only runs of the study with this id");
+  history->add_option(
+      "--metric", o.metric,
+      "This metric over runs (a glob), with the runs where its level changes; each scenario, method and\n"
+      "step count is a figure of its own");
+  history->add_option("--scenario", o.scenarios, "Only these scenarios: ids or globs (--metric)")
+      ->expected(1)
+      ->take_all();
+  history->add_option("--method", o.methods, "Only these methods: ids or globs (--metric)")->expected(1)->take_all();
+  history->add_option("--steps", o.steps, "Only these step counts (--metric)")->expected(1)->take_all();
+  history->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
+  history->add_option("-o,--output", o.outputs, "html:FILE, plots of the metric (--metric)")->expected(1)->take_all();
 
   auto* merge = p.add("merge", "Join the stores of shards into one", command_merge);
   merge->add_option("STORE", o.stores, "Stores: OUT/shard-I-of-N.db, or any store.db")->required();
@@ -392,7 +413,7 @@ void complain(const CLI::App& app, const CLI::ParseError& error, const std::vect
 int run(int argc, char** argv) {
   Parser parser;
   parser.app.require_subcommand(1);
-  parser.app.set_version_flag("--version", "atwood 0.1.0");
+  parser.app.set_version_flag("--version", fmt::format("atwood {} (protocol {})", kVersion, wire::kProtocol));
   parser.app.footer(
       "Exit codes: 0 pass; 1 a gate failed, is unverifiable or was not run, or a trace ended early: `unsupported`,\n"
       "`diverged` or `not finite`; 2 input or usage; 3 a cell crashed, hung or sent an invalid answer; 4 no baseline;\n"

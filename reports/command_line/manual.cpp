@@ -28,6 +28,7 @@ const std::map<std::string, std::string>& value_names() {
                                                         {"--junit", "FILE"},
                                                         {"--tolerances", "FILE"},
                                                         {"--baseline", "FILE"},
+                                                        {"--against", "RUN|FILE"},
                                                         {"--goals", "FILE"},
                                                         {"--goal", "GOAL"},
                                                         {"--error", "ERROR"},
@@ -217,10 +218,12 @@ std::string man_page(const CLI::App& app) {
   text += ".SH \"EXIT STATUS\"\n" + roff(app.get_footer()) + "\n";
   text +=
       ".SH FILES\n.TP\n.I atwood\\-out/store.db\nEvery cell that was run.\n"
-      ".TP\n.I atwood\\-out/report.html\nThe report of the last run.\n";
+      ".TP\n.I atwood\\-out/report.html\nThe newest report of the widest study.\n"
+      ".TP\n.I atwood\\-out/index.html\nAll reports and runs.\n"
+      ".TP\n.I atwood\\-out/history.db\nWhat each run measured.\n";
   return text +
          ".SH ENVIRONMENT\n.TP\n.B NO_COLOR\nWhere it is set and not empty, nothing is printed in colour.\n"
-         ".TP\n.B ATWOOD_ROOT\nThe folder of the catalogue, in place of the one that the program was built from.\n";
+         ".TP\n.B ATWOOD_ROOT\nThe folder of the catalogue, in place of the project's own or share/atwood beside the program.\n";
 }
 
 // ---- words that mean nothing --------------------------------------------------------------------------------------

@@ -38,25 +38,32 @@ std::string environment_or(const char* name, const std::string& otherwise) {
   return value && *value ? value : otherwise;
 }
 
-// Optional engines: built, or installed as a script, where CMake finds their libraries.
+// Optional engines: built, or installed as a script, where CMake finds their libraries. `packages`: what a build needs;
+// `installed`: how an installation gets it.
 struct OptionalEngine {
-  const char *name, *library, *packages;
+  const char *name, *library, *packages, *installed;
 };
 constexpr const char* kNodePackages = "nodejs 18 or newer, npm, and packages of npm in the build's folder";
+constexpr const char* kNodeInstalled = "the package atwood-node-engines brings it";
 constexpr OptionalEngine kOptionalEngines[] = {
-    {"dart", "DART", "libdart-dev, libdart-external-ikfast-dev, libdart-collision-ode-dev"},
-    {"jolt", "Jolt", kNodePackages},
-    {"mujoco", "MuJoCo", "libmujoco-dev"},
-    {"mujoco3", "MuJoCo 3", kNodePackages},
-    {"pysph", "PySPH", "python3-pysph"},
-    {"rapier", "Rapier", kNodePackages},
-    {"simbody", "Simbody", "libsimbody-dev"}};
+    {"dart", "DART", "libdart-dev, libdart-external-ikfast-dev, libdart-collision-ode-dev",
+     "the package atwood-dart brings its worker"},
+    {"jolt", "Jolt", kNodePackages, kNodeInstalled},
+    {"mujoco", "MuJoCo", "libmujoco-dev", "the package atwood-mujoco brings its worker"},
+    {"mujoco3", "MuJoCo 3", kNodePackages, kNodeInstalled},
+    {"pysph", "PySPH", "python3-pysph", "it runs from the project's folder alone: `ATWOOD_ENGINES=pysph ./atwood run`"},
+    {"rapier", "Rapier", kNodePackages, kNodeInstalled},
+    {"simbody", "Simbody", "libsimbody-dev", "the package atwood-simbody brings its worker"}};
 
 // What to do about an optional engine whose executable is not there.
-void explain_missing(Worker& worker) {
+void explain_missing(const Place& place, Worker& worker) {
   if (fs::exists(worker.path)) return;
   for (const auto& engine : kOptionalEngines) {
     if (fs::path(worker.path).filename() != fmt::format("atwood-{}", engine.name)) continue;
+    if (place.installed) {
+      worker.reason = fmt::format("{} is not in this installation; {}", engine.library, engine.installed);
+      return;
+    }
     worker.reason = fmt::format(
         "{} was not there when this was built; `ATWOOD_ENGINES={} ./atwood run` installs it ({}) and "
         "builds its worker",
@@ -104,9 +111,11 @@ void require_known_solution(const Place& place, const Scenario& scenario) {
 
 Place find_place() {
   Place place;
-  place.bin_dir = fs::read_symlink("/proc/self/exe").parent_path().string();
-  place.source_dir = environment_or("ATWOOD_ROOT", build_info::source_dir);
-  place.truth_worker = place.bin_dir + "/atwood-truth";
+  const fs::path bin = fs::read_symlink("/proc/self/exe").parent_path();
+  place.installed = fs::is_directory(bin / "../libexec/atwood");
+  place.worker_dir = place.installed ? fs::canonical(bin / "../libexec/atwood").string() : bin.string();
+  place.source_dir = environment_or("ATWOOD_ROOT", fs::weakly_canonical(bin / "../share/atwood").string());
+  place.truth_worker = place.worker_dir + "/atwood-truth";
   const auto now = std::chrono::system_clock::now();
   place.provenance = {
       .engine_version = "",
@@ -136,7 +145,8 @@ std::vector<Scenario> read_catalogue(const Place& place) {
   std::vector<std::string> paths;
   for (const std::string& folder : catalogue_folders(place)) {
     if (!fs::is_directory(folder))
-      throw InputError(fmt::format("no catalogue at {} (set ATWOOD_ROOT to the project's root)", folder));
+      throw InputError(fmt::format(
+          "no catalogue at {} (set ATWOOD_ROOT to the project's root, or to share/atwood of an installation)", folder));
     for (const auto& entry : fs::directory_iterator(folder))
       if (entry.path().extension() == ".toml") paths.push_back(entry.path().string());
   }
@@ -214,7 +224,7 @@ std::vector<Worker> start_workers(const Place& place, const std::vector<std::vec
                                   bool with_same_rate) {
   std::vector<std::vector<std::string>> commands;
   const auto add_own = [&](const std::string& name) {
-    commands.push_back({fmt::format("{}/atwood-{}", place.bin_dir, name)});
+    commands.push_back({fmt::format("{}/atwood-{}", place.worker_dir, name)});
   };
   for (const char* name :
        {"engine", "cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint", "fcl", "libccd"})
@@ -227,7 +237,7 @@ std::vector<Worker> start_workers(const Place& place, const std::vector<std::vec
   for (std::size_t i = 0; i < workers.size(); ++i) {
     workers[i].foreign = i >= own;
     if (workers[i].foreign) make_printable(workers[i]);
-    if (workers[i].status == Status::not_built) explain_missing(workers[i]);
+    if (workers[i].status == Status::not_built) explain_missing(place, workers[i]);
   }
   return workers;
 }

@@ -11,11 +11,27 @@
 
 namespace atwood {
 namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kMostDrawnBodies = 60;  // of a scene's picture
+
+// Titled by what it is: a narrowed run by its scene, or by how many there are.
+std::string title_of(const Options& options, const Selection& selection) {
+  const std::string study = options.study.empty() ? "the default study" : selection.study;
+  const bool narrowed = !options.scenarios.empty() || !options.methods.empty();
+  const std::size_t count = selection.scenarios.size();
+  if (!narrowed || count == 0) return "Atwood: " + study;
+  const Scenario& first = selection.scenarios.front();
+  if (count == 1) return "Atwood: " + (first.title.empty() ? first.id : first.title);
+  return fmt::format("Atwood: {} scenes of {}", count, study);
+}
+
+}  // namespace
 
 ReportData assemble_report(const Place& place, const Options& options, const Selection& selection,
                            const StudyResult& result, const std::vector<Verdict>& verdicts) {
   ReportData data;
-  data.title = options.study.empty() ? "Atwood: the default study" : "Atwood: " + selection.study;
+  data.title = title_of(options, selection);
   data.command = options.program;
   data.program = shell_line(std::vector{options.words.front()});
   data.provenance = place.provenance;
@@ -34,6 +50,7 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
   data.verdicts = verdicts;
   data.series = load_series(options.out_dir + "/store.db", selection.cells, options.purpose);
   data.pictures = load_pictures(options.out_dir + "/store.db", selection.cells, options.purpose);
+  data.paths = load_truth_paths(options.out_dir + "/store.db", selection.cells, place.truth_worker, kMostDrawnBodies);
   data.laws = find_laws(data.scenarios, data.rows);
   data.bench = read_bench(options.out_dir + "/bench.json");
   data.goals = read_goal_results(options.out_dir + "/bench.json");
@@ -42,11 +59,6 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
   data.dominance = find_dominance(data.rows);
   if (selection.study == "audit") data.audit = audit_orders(data.engines, data.rows);
   return data;
-}
-
-void write_outputs(const Options& options, const ReportData& data) {
-  write_file(options.out_dir + "/report.html", render_html(data));
-  write_named_outputs(options, data);
 }
 
 void write_named_outputs(const Options& options, const ReportData& data) {

@@ -11,6 +11,8 @@
 #include <fmt/format.h>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/history.hpp"
+#include "reports/command_line/many_cells.hpp"
 #include "reports/command_line/shard.hpp"
 #include "reports/command_line/verdicts.hpp"
 #include "reports/render/solver_table.hpp"
@@ -83,17 +85,18 @@ std::string work_words(const StudyResult& result, int absent) {
                      result.timed, stored);
 }
 
-void print_result(const Options& options, const Selection& selection, const ReportData& data,
-                  const StudyResult& result) {
+void print_result(const Options& options, const Selection& selection, const ReportData& data, const StudyResult& result,
+                  const std::string& report, const Against* against = nullptr) {
   if (options.json) {
     fmt::print("{}\n", render_json(data));
     return;
   }
   if (options.quiet) {
-    fmt::print("{}", render_quiet(data, fmt::format("report: {}/report.html", options.out_dir)));
+    fmt::print("{}", render_quiet(data, "report: " + report));
     return;
   }
-  if (!data.baseline_path.empty())
+  if (against) fmt::print("{}\n", against_text(*against, use_colour(STDOUT_FILENO)));
+  else if (!data.baseline_path.empty())
     fmt::print("{}{}\n", render_baseline_table(data.baseline_path, data.baseline, use_colour(STDOUT_FILENO)),
                improvements_hint(options, data));
   fmt::print("{}", render_run_table(data, use_colour(STDOUT_FILENO), terminal_width()));
@@ -102,8 +105,11 @@ void print_result(const Options& options, const Selection& selection, const Repo
   fmt::print("\n{}{}, {} row{}", why_nothing_words(data.rows), work_words(result, count_absent(selection)),
              data.rows.size(), data.rows.size() == 1 ? "" : "s");
   const auto statuses = count_statuses(data.rows);
-  fmt::print("{}{}\n{}report: {}/report.html\n", statuses.empty() ? "" : "; ", statuses, unconverged_words(data.rows),
-             options.out_dir);
+  fmt::print("{}{}\n{}report: {}\n", statuses.empty() ? "" : "; ", statuses, unconverged_words(data.rows), report);
+}
+
+std::string verdict_of(int code, const std::vector<Verdict>& verdicts) {
+  return code != exit_pass ? "fail" : verdicts.empty() ? "no gates" : "pass";
 }
 
 // Outputs must be regular files, or /dev/stdout, /dev/stderr, /dev/null: a pipe without a reader would hang, and a
@@ -162,7 +168,7 @@ void require_outputs_make_sense(const Options& options) {
     require_folder(output.substr(colon + 1));
   }
   if (!options.junit.empty()) require_folder(options.junit);
-  for (const char* document : {"report.html", "compare.html", "bench.json"})
+  for (const char* document : {"report.html", "index.html", "compare.html", "bench.json"})
     require_ordinary(options.out_dir + "/" + document);
 }
 
@@ -171,6 +177,46 @@ void make_out_dir(const std::string& path) {
   fs::create_directories(path, error);
   if (error) throw std::runtime_error(fmt::format("{}: cannot make this folder: {}", path, error.message()));
 }
+
+namespace {
+
+// What follows the run's entry in the history, and ends it.
+int run_and_report(const Place& place, const Options& options, const Selection& selection, const Standards& standards,
+                   const StudyOptions& how, std::optional<HistoryRun>& kept) {
+  const StudyResult result = run_study(selection.cells, selection.workers, how);
+  end_progress();
+  if (!options.quiet && !result.reused.empty())
+    std::fputs(("atwood: " + reused_text(result.reused) + "\n").c_str(), stderr);
+  const int absent = count_absent(selection);
+  if (!options.quiet && result.cells > absent && result.skipped == result.cells) {
+    const int stored = result.cells - absent;
+    fmt::print(stderr, "atwood: nothing to do: {} in the store already\n",
+               stored == 1 ? "the cell is" : fmt::format("all {} cells are", stored));
+  }
+  if (result.interrupted) {
+    end_history(options, kept, {}, {}, "interrupted");
+    fmt::print(stderr, "atwood: interrupted; what was done is in {}, and the same command goes on from there\n",
+               how.store_path);
+    return exit_of(result, {});
+  }
+  if (!how.rows) return report_many(place, options, selection, standards, &result, &kept);
+  const Judged judged = judge_everything(place, options, selection, standards, result, true);
+  ReportData data = assemble_report(place, options, selection, result, {});
+  add_judged(data, selection, judged);
+  if (standards.baseline) data.baseline_path = selection.baseline;
+  else if (!selection.baseline.empty())
+    data.notes.push_back(fmt::format("{}: no baseline is there yet; `{}` writes one.", selection.baseline,
+                                     same_call(options, "bless", selection.baseline)));
+  const int code = exit_of(result, judged.verdicts);
+  const std::string verdict = verdict_of(code, judged.verdicts);
+  end_history(options, kept, data.rows, count(judged.verdicts), verdict);
+  const std::string report = write_reports(options, selection, data, verdict);
+  print_result(options, selection, data, result, report);
+  tell_github(options, data);
+  return code;
+}
+
+}  // namespace
 
 int command_run(const Place& place, const Options& options) {
   require_outputs_make_sense(options);
@@ -196,51 +242,39 @@ int command_run(const Place& place, const Options& options) {
   StudyOptions how = study_options(place, options);
   how.narrowed =
       !options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() || !options.hz.empty();
+  how.rows = !has_many_cells(options, selection, standards);
   if (!options.quiet) how.progress = progress_printer(options);
   if (!options.quiet && selection.cells.size() >= kManyCells)
     std::fputs(fmt::format("atwood: {} cells are planned\n", selection.cells.size()).c_str(), stderr);
-  const StudyResult result = run_study(selection.cells, selection.workers, how);
-  end_progress();
-  if (!options.quiet && !result.reused.empty())
-    std::fputs(("atwood: " + reused_text(result.reused) + "\n").c_str(), stderr);
-  const int absent = count_absent(selection);
-  if (!options.quiet && result.cells > absent && result.skipped == result.cells) {
-    const int stored = result.cells - absent;
-    fmt::print(stderr, "atwood: nothing to do: {} in the store already\n",
-               stored == 1 ? "the cell is" : fmt::format("all {} cells are", stored));
+  std::optional<HistoryRun> kept = begin_history(place, options, selection);
+  try {
+    return run_and_report(place, options, selection, standards, how, kept);
+  } catch (...) {
+    if (kept && kept->ended_ns == 0) end_history(options, kept, {}, {}, "error");
+    throw;
   }
-  if (result.interrupted) {
-    fmt::print(stderr, "atwood: interrupted; what was done is in {}, and the same command goes on from there\n",
-               how.store_path);
-    return exit_of(result, {});
-  }
-  const Judged judged = judge_everything(place, options, selection, standards, result, true);
-  ReportData data = assemble_report(place, options, selection, result, {});
-  add_judged(data, selection, judged);
-  if (standards.baseline) data.baseline_path = selection.baseline;
-  else if (!selection.baseline.empty())
-    data.notes.push_back(fmt::format("{}: no baseline is there yet; `{}` writes one.", selection.baseline,
-                                     same_call(options, "bless", selection.baseline)));
-  write_outputs(options, data);
-  print_result(options, selection, data, result);
-  tell_github(options, data);
-  return exit_of(result, judged.verdicts);
 }
 
-int command_report(const Place& place, const Options& options) {
+// `baseline` is what --against names.
+int command_report(const Place& place, const Options& asked) {
+  Options options = asked;
+  options.baseline.clear();
+  if (names_baseline_file(asked.baseline) && !fs::exists(asked.baseline)) return no_baseline(options, asked.baseline);
   require_outputs_make_sense(options);
   if (!fs::exists(options.out_dir + "/store.db")) {
     throw InputError(
         fmt::format("report: no store at {}/store.db; `{}` makes one", options.out_dir, same_call(options, "run")));
   }
   const Selection selection = select_cells(place, options);
+  const Standards standards = read_standards(place, selection, true);
+  if (asked.baseline.empty() && has_many_cells(options, selection, standards))
+    return report_many(place, options, selection, standards);
   const StudyResult result = load_rows(options.out_dir + "/store.db", selection.cells);
   if (result.rows.empty()) {
     throw InputError(fmt::format(
         "{}/store.db has none of these cells: they were never run, or were run by an earlier build; `{}` runs them",
         options.out_dir, same_call(options, "run")));
   }
-  const Standards standards = read_standards(place, selection, true);
   const Judged judged = judge_everything(place, options, selection, standards, result, false);
   ReportData data = assemble_report(place, options, selection, result, {});
   add_judged(data, selection, judged);
@@ -250,8 +284,16 @@ int command_report(const Place& place, const Options& options) {
     data.notes.push_back(fmt::format("{}: `{}` makes them.", missing, made));
     std::fputs(fmt::format("atwood: {}: `{}` makes them\n", missing, made).c_str(), stderr);
   }
-  write_outputs(options, data);
-  print_result(options, selection, data, result);
+  std::optional<Against> against;
+  if (!asked.baseline.empty()) {
+    against = hold_against(place, options, selection, asked.baseline, result.rows);
+    data.baseline_path = against->words;
+    data.baseline = against->changes;
+    data.notes.insert(data.notes.end(), against->notes.begin(), against->notes.end());
+  }
+  const std::string report =
+      write_reports(options, selection, data, verdict_of(exit_of(result, judged.verdicts), judged.verdicts));
+  print_result(options, selection, data, result, report, against ? &*against : nullptr);
   return exit_pass;
 }
 

@@ -407,6 +407,11 @@ Selection select_cells(const Place& place, const Options& options) {
   return selection;
 }
 
+Selection without_cells(const Selection& selection) {
+  return {selection.scenarios, selection.workers, {}, selection.study, selection.tolerances,
+          selection.baseline,  selection.narrowed};
+}
+
 std::string own_file(const Place& place, const Scenario& scenario) {
   if (scenario.path.empty()) return "";
   const fs::path folder = fs::weakly_canonical(fs::path(scenario.path).parent_path());

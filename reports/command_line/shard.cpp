@@ -105,7 +105,7 @@ Ended run_chunks(const Selection& selection, const Ladders& ladders, const Optio
                  StudyOptions& how) {
   const InterruptGuard guard;
   Ended ended;
-  Selection part = selection;
+  Selection part = without_cells(selection);
   const auto all = chunks(ladders, kMostChunks);
   const std::string plan =
       content_hash({"lease 1", plan_hash(selection.cells), costs.hash, std::to_string(all.size())});
@@ -197,7 +197,7 @@ int run_share(const Place& place, const Options& options, const Selection& selec
     const StudyResult result = run_study(cells, selection.workers, how);
     if (!options.quiet && !result.reused.empty())
       std::fputs(("atwood: " + reused_text(result.reused) + "\n").c_str(), stderr);
-    Selection part = selection;
+    Selection part = without_cells(selection);
     add(ended, result, part, std::move(cells));
   }
   end_progress();

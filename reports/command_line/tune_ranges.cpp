@@ -109,6 +109,68 @@ TuneRanges jolt() {
   return made;
 }
 
+// solver_iterations are substeps of Rapier's own solver: a set with more of them is compared at equal time, as all are.
+TuneRanges rapier(rivals::SceneClass scene_class) {
+  TuneRanges made{"rapier", "rapier/default", {}, {}};
+  made.ranges = {{"solver_iterations", {Whole{4}, Whole{1}, Whole{2}, Whole{8}, Whole{16}}, "substeps of its solver"}};
+  if (scene_class == rivals::SceneClass::free_flight) return made;
+  made.ranges.push_back({"pgs_iterations", {Whole{1}, Whole{2}, Whole{4}}, "sweeps in each of them"});
+  if (scene_class == rivals::SceneClass::mechanism) {
+    made.starts = {{{"solver_iterations", Whole{16}}}, {{"pgs_iterations", Whole{4}}}};
+    return made;
+  }
+  for (TuneRange range : {TuneRange{"contact_natural_frequency_Hz",
+                                    {30.0, 60.0, 120.0, 240.0},
+                                    "of the spring that takes an overlap away; its damping ratio is fixed"},
+                          TuneRange{"allowed_linear_error", {0.005, 0.001, 0.0}, "overlap that is left alone"},
+                          TuneRange{"prediction_distance", {0.02, 0.002, 0.0}, "gap from which contacts are solved"},
+                          TuneRange{"ccd", {false, true}, "fast bodies stop at their first touch"},
+                          TuneRange{"smooth_inner_edges", {false, true}, "normals at the inner edges of a mesh"}})
+    made.ranges.push_back(std::move(range));
+  made.starts = {{{"prediction_distance", 0.0}, {"allowed_linear_error", 0.0}},
+                 {{"contact_natural_frequency_Hz", 120.0}, {"allowed_linear_error", 0.001}}};
+  return made;
+}
+
+// The starts are the settings of MuJoCo 2.2's `tuned`, and its integrator alone.
+TuneRanges mujoco3(rivals::SceneClass scene_class) {
+  using rivals::SceneClass;
+  TuneRanges made{"mujoco3", "mujoco3/default", {}, {}};
+  made.ranges = {{"integrator", {Word("Euler"), Word("RK4"), Word("implicit"), Word("implicitfast")}, "of a step"}};
+  made.starts = {{{"integrator", Word("RK4")}}};
+  if (scene_class == SceneClass::free_flight) return made;
+  if (scene_class == SceneClass::mechanism) {
+    made.ranges.push_back({"mechanism_tolerance", {1e-8, 0.0}, "improvement at which the solver ends"});
+    made.ranges.push_back(
+        {"joint_solref_time_constant_steps", {0.0, 2.0, 4.0}, "time constant of constraints; 0: 0.02 s"});
+    made.ranges.push_back({"joint_solimp_least", {0.9, 0.99, 0.9999}, "impedance of constraints without violation"});
+    made.ranges.push_back({"joint_solimp_most", {0.95, 0.999, 0.9999}, "and at large violations"});
+    made.starts.push_back({{"integrator", Word("RK4")},
+                           {"mechanism_tolerance", 0.0},
+                           {"joint_solref_time_constant_steps", 2.0},
+                           {"joint_solimp_least", 0.9999},
+                           {"joint_solimp_most", 0.9999}});
+    return made;
+  }
+  for (TuneRange range : {TuneRange{"cone", {Word("pyramidal"), Word("elliptic")}, "model of the friction cone"},
+                          TuneRange{"impratio", {1.0, 10.0, 100.0}, "stiffness of friction over the normal's"},
+                          TuneRange{"solref_time_constant_s", {0.02, 0.01, 0.005}, "time constant of a contact"},
+                          TuneRange{"solimp_least", {0.9, 0.99}, "impedance at no overlap"},
+                          TuneRange{"solimp_most", {0.95, 0.999}, "impedance at overlaps beyond the width"},
+                          TuneRange{"tolerance", {1e-8, 1e-10}, "improvement at which the solver ends"},
+                          TuneRange{"noslip_iterations", {Whole{0}, Whole{10}}, "sweeps against slipping"}})
+    made.ranges.push_back(std::move(range));
+  made.starts.push_back({{"integrator", Word("RK4")},
+                         {"cone", Word("elliptic")},
+                         {"impratio", 100.0},
+                         {"tolerance", 1e-10},
+                         {"solref_time_constant_s", 0.01},
+                         {"solimp_least", 0.99},
+                         {"solimp_most", 0.999}});
+  made.starts.push_back({{"cone", Word("elliptic")}, {"impratio", 10.0}});
+  return made;
+}
+
 TuneRanges atwood() {
   TuneRanges made{"atwood", "atwood/symplectic-euler+impulse", {}, {}};
   made.ranges = {{"solver",
@@ -131,9 +193,13 @@ TuneRanges tune_ranges(const std::string& engine, rivals::SceneClass scene_class
   if (engine == "bullet64" || engine == "bullet32") return bullet(engine);
   if (engine == "ode") return ode();
   if (engine == "jolt") return jolt();
+  if (engine == "rapier") return rapier(scene_class);
+  if (engine == "mujoco3") return mujoco3(scene_class);
   if (engine == "atwood") return atwood();
   throw InputError(fmt::format(
-      "tune {}: found no ranges for that engine; expected atwood, bullet32, bullet64, jolt or ode", engine));
+      "tune {}: found no ranges for that engine; expected atwood, bullet32, bullet64, jolt, mujoco3, ode or "
+      "rapier",
+      engine));
 }
 
 std::vector<Settings> tune_trials(const TuneRanges& ranges, int count, std::uint64_t seed) {

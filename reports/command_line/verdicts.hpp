@@ -2,7 +2,9 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "reports/command_line/command_line.hpp"
@@ -24,9 +26,24 @@ struct CellName {
   std::int64_t steps = 0;
   bool probe = false;
   bool absent = false;  // a glob over an engine that is not built: its methods are unknown
+  std::string at = {};  // a fluid's resolution (resolution_text)
 };
-// The cells that this selection would have without --scenario, --method and --steps (scenes of the user's own stay).
+std::vector<CellName> names_of(const std::vector<Cell>& cells);
+// The cells that this selection would have without --scenario, --method, --steps, --hz, --spacing and --sound-speed (scenes of
+// the user's own stay).
 std::vector<CellName> unfiltered_cells(const Place& place, const Options& options, const Selection& selection);
+
+// Which figures of a baseline are of these cells.
+class FigureNames {
+ public:
+  explicit FigureNames(const std::vector<CellName>& cells);
+  // Of figures of a ladder: `ladders` false: none; `resolutions` false: only those of one resolution of the cells'.
+  bool has(const BaselineEntry& entry, bool ladders, bool resolutions) const;
+
+ private:
+  static constexpr std::int64_t kLadder = 0, kAnyResolution = -1;
+  std::set<std::tuple<std::string, std::string, std::int64_t, std::string>> names_;
+};
 
 // Gates met with cells. Of the user's own gates none is left out in silence: one that matches no cell of the whole study
 // is not run, with the part that matches nothing and the nearest name; one that only a filter leaves without cells is
@@ -64,6 +81,13 @@ Judged judge_everything(const Place& place, const Options& options, const Select
                         const Standards& standards, const StudyResult& result, bool try_truths);
 // How each cell of the selection ended, and whether that fails a run.
 std::vector<CellEnding> endings_of(const Selection& selection, const std::vector<Row>& rows);
+// The gates that judge these cells, claims replaced by their bounds.
+SiftedGates asked_gates(const Place& place, const Options& options, const Selection& selection,
+                        const std::vector<Gate>& gates, std::vector<std::string>& notes);
+// A failing verdict for each of `judged.cells` that fails, and for each truth that could not be computed, unless
+// its scene is among `told`.
+void append_failed_cells(const Place& place, const Options& options, const Selection& selection,
+                         const std::vector<Row>& rows, Judged& judged, std::set<std::string>& told);
 int exit_of(const StudyResult& result, const std::vector<Verdict>& verdicts);
 
 // Scenes of these rows whose truth refuses, each once, with what covers it instead.

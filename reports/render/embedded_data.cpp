@@ -11,6 +11,7 @@
 
 #include "bench_table.hpp"
 #include "compressed.hpp"
+#include "drawn_scenes.hpp"
 #include "json_parts.hpp"
 #include "text.hpp"
 
@@ -58,6 +59,37 @@ std::vector<const Row*> sorted_rows(const std::vector<Row>& rows, const Detail& 
   std::vector<const Row*> sorted;
   for (const Keyed& entry : keyed) sorted.push_back(entry.row);
   return sorted;
+}
+
+// What is not as it was, figures that became worse first; at most kMostChanges, which a reader can read.
+std::vector<BaselineChange> chosen_changes(const std::vector<BaselineChange>& all) {
+  constexpr std::size_t kMostChanges = 400;
+  using Kind = BaselineChange::Kind;
+  std::vector<BaselineChange> changes;
+  for (const Kind kind : {Kind::regression, Kind::improvement, Kind::missing, Kind::added}) {
+    const auto from = static_cast<std::ptrdiff_t>(changes.size());
+    for (const BaselineChange& change : all)
+      if (change.kind == kind) changes.push_back(change);
+    if (kind == Kind::regression)
+      std::stable_sort(changes.begin() + from, changes.end(),
+                       [](const BaselineChange& a, const BaselineChange& b) { return a.ratio > b.ratio; });
+  }
+  if (changes.size() > kMostChanges) changes.resize(kMostChanges);
+  return changes;
+}
+
+// How many figures changed, by kind, those that are not embedded among them.
+void append_change_counts(JsonText& json, const std::vector<BaselineChange>& all) {
+  using Kind = BaselineChange::Kind;
+  json.begin_object();
+  for (const auto& [name, kind] : {std::pair{"regression", Kind::regression},
+                                   {"improvement", Kind::improvement},
+                                   {"missing", Kind::missing},
+                                   {"added", Kind::added}})
+    json.member_integer(name, std::count_if(all.begin(), all.end(), [kind = kind](const BaselineChange& change) {
+                          return change.kind == kind;
+                        }));
+  json.end_object();
 }
 
 template <class Get>
@@ -245,6 +277,11 @@ std::string embedded_json(const ReportData& data, const Detail& detail) {
   json.member("left_out", left_out_words(data, rows_left_out, data.series.size() - series.size(), detail));
   append_provenance(json.key("provenance"), data.provenance);
   append_verdicts(json.key("verdicts"), data.verdicts);
+  if (!data.baseline_path.empty()) {
+    json.member("changes_against", data.baseline_path);
+    append_change_counts(json.key("change_counts"), data.baseline);
+    append_baseline(json.key("changes"), chosen_changes(data.baseline));
+  }
   append_laws(json.key("laws"), data.laws);
   append_scenarios(json.key("scenarios"), data.scenarios);
   json.key("own_files").begin_object();
@@ -266,6 +303,7 @@ std::string embedded_json(const ReportData& data, const Detail& detail) {
   append_rows(json.key("rows"), rows, strings, detail);
   append_series(json.key("series"), series, strings, detail);
   if (!data.pictures.empty()) append_pictures(json.key("pictures"), data.pictures, strings, detail);
+  if (!data.paths.empty()) append_drawn_scenes(json.key("scenes"), data.scenarios, data.paths);
   json.key("strings").begin_array();
   for (const std::string& text : strings.strings()) json.text(text);
   json.end_array().end_object();

@@ -34,8 +34,11 @@ std::vector<BenchTable> wasm_tables(const std::vector<Row>& rows) {
       "Times under WebAssembly",
       {"scenario", "method", "steps", "step [us]", "of it the call [us]", "less the call [us]"},
       {},
-      {"These engines run as WebAssembly under Node.js: no table, ranking or goal sets their times beside those of native "
-       "engines, and nothing here tells how long the same engine takes when it is built for the processor.",
+      {"What these times tell: what a step costs in a page or in a program under Node.js on this machine, and which of two "
+       "settings of one engine costs more.",
+       "What they do not tell: how long the same engine takes when it is built for the processor. No table, ranking or "
+       "goal sets them beside times of native engines. Errors, drifts and orders are the engine's own: arithmetic in "
+       "WebAssembly is that of the processor.",
        "The call: a step of a world without bodies, which is the way from JavaScript into the engine and what it does in "
        "any step. The rest holds what the adapter evaluates in JavaScript: forces that the engine lacks."}};
   for (const auto& key : order) {

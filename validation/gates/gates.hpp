@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <span>
@@ -60,6 +61,20 @@ struct Claim {
 // Gates on claims that no ladder of this study measures are left out.
 std::vector<Gate> gates_of_claims(std::span<const Gate> gates, std::span<const Claim> claims);
 std::vector<Verdict> judge(std::span<const Gate> gates, std::span<const Row> rows);  // one per gate and matching row
+// The same where all rows together are too many to hold: ladder by ladder. The verdicts are those of judge(), in another
+// order.
+class LadderJudge {
+ public:
+  // `rivals`: the rows of every method that a gate's ratio is taken to.
+  explicit LadderJudge(std::vector<Gate> gates, std::vector<Row> rivals = {});
+  ~LadderJudge();
+  std::vector<Verdict> add(std::span<const Row> rows);  // all rows of one scenario's method, or of several
+  std::vector<Verdict> rest() const;                    // of gates without rows, of scenes without a truth
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 std::string to_string(Judgement judgement);
 
 // Whether the glob (* and ?) matches the whole of `text`.

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include "validation/gates/gates.hpp"
 
@@ -86,17 +87,30 @@ void judge_order(Verdict& v, const std::string& window) {
   else v.text += ": the interval reaches across the edge";
 }
 
-void judge_ratio(Verdict& v, const Row& row, std::span<const Row> rows) {
-  const auto other = std::find_if(rows.begin(), rows.end(), [&](const Row& r) {
-    return r.scenario == row.scenario && r.method == v.gate.ratio_to && r.steps == row.steps &&
-           resolution_of(r) == resolution_of(row) && r.metric == row.metric && r.body == row.body && !r.t_s &&
-           r.status == Status::ok;
-  });
-  if (other == rows.end()) {
+// The figures that ratios are taken to, by what they have in common with the row that is judged.
+using RivalKey = std::tuple<std::string, std::string, std::int64_t, Resolution, std::string, std::string>;
+using Rivals = std::map<RivalKey, const Row*>;
+
+Rivals rivals_in(std::span<const Gate> gates, std::span<const Row> rows) {
+  Rivals rivals;
+  std::set<std::string> methods;
+  for (const Gate& gate : gates)
+    if (gate.kind == Gate::Kind::max_ratio) methods.insert(gate.ratio_to);
+  if (methods.empty()) return rivals;
+  for (const Row& r : rows)
+    if (!r.t_s && r.status == Status::ok && methods.contains(r.method))
+      rivals.try_emplace({r.scenario, r.method, r.steps, resolution_of(r), r.metric, r.body}, &r);
+  return rivals;
+}
+
+void judge_ratio(Verdict& v, const Row& row, const Rivals& rivals) {
+  const auto found = rivals.find({row.scenario, v.gate.ratio_to, row.steps, resolution_of(row), row.metric, row.body});
+  if (found == rivals.end()) {
     v.judgement = Judgement::not_run;
     v.text = "no row of " + v.gate.ratio_to + " to compare with";
     return;
   }
+  const Row* other = found->second;
   const double mine = std::fabs(row.value), theirs = std::fabs(other->value);
   const std::string measured = measured_text(v) + " against " + six_digits(other->value) + " of " + v.gate.ratio_to;
   if (!(theirs > 3 * other->truth_bar)) {  // also NaN and 0: a value below three bars has no ratio
@@ -113,7 +127,7 @@ void judge_ratio(Verdict& v, const Row& row, std::span<const Row> rows) {
   conclude(v, low, high, "ratio " + six_digits(v.value) + " (" + measured + ")", "");
 }
 
-Verdict judge_row(const Gate& gate, const Row& row, std::span<const Row> rows) {
+Verdict judge_row(const Gate& gate, const Row& row, const Rivals& rivals) {
   Verdict v = verdict_of(gate, row);
   if (row.status != Status::ok || (std::isnan(row.value) && !inconclusive(row))) {
     v.judgement = Judgement::fail;
@@ -131,7 +145,7 @@ Verdict judge_row(const Gate& gate, const Row& row, std::span<const Row> rows) {
     v.text = row.reason + ", allowed " + allowed_text(v);
     return v;
   }
-  if (gate.kind == Gate::Kind::max_ratio) judge_ratio(v, row, rows);
+  if (gate.kind == Gate::Kind::max_ratio) judge_ratio(v, row, rivals);
   else if (is_order(row.metric)) judge_order(v, row.reason);
   else conclude(v, v.value - v.bar, v.value + v.bar, measured_text(v), "");
   return v;
@@ -156,34 +170,82 @@ bool needs_truth(const std::string& metric) {
   return std::any_of(std::begin(kinds), std::end(kinds), [&](const char* kind) { return metric.starts_with(kind); });
 }
 
-// Where the truth of a scene is unsupported, its cells run but have no errors: the gate is `not_run` there, also if it
-// judged other scenes. One verdict per scene.
-void append_refused_truths(const Gate& gate, std::span<const Row> rows, std::vector<Verdict>& verdicts) {
-  if (!needs_truth(gate.metric)) return;
-  std::map<std::string, const Row*> refused;
-  std::set<std::string> answered;
-  std::set<std::pair<std::string, std::string>> ended;  // cells that did not run have no figures
-  for (const Row& row : rows)
-    if (matches_cell(gate, row) && row.metric == "status" && row.status != Status::ok)
-      ended.insert({row.scenario, row.method});
+}  // namespace
+
+// What is known of a gate once some rows were judged.
+struct GateProgress {
+  bool judged = false, unsupported = false, other = false;
+  std::string ended;                                          // how the first cell that did not end ok ended
+  std::map<std::string, Row> refused;                         // by scene: a row that says its truth was refused
+  std::set<std::string> answered;                             // scenes with a figure
+  std::set<std::pair<std::string, std::string>> ended_early;  // cells that did not run have no figures
+};
+
+namespace {
+
+void note_truth(const Gate& gate, const Row& row, GateProgress& progress) {
+  if (row.metric == "truth" && row.status != Status::ok && !progress.ended_early.contains({row.scenario, row.method}))
+    progress.refused.emplace(row.scenario, row);
+  if (row.metric != "status" && row.metric != "truth" && glob_match(gate.metric, row.metric))
+    progress.answered.insert(row.scenario);
+}
+
+// `rows`: all of a scene and method.
+void judge_rows(const Gate& gate, std::span<const Row> rows, const Rivals& rivals, GateProgress& progress,
+                std::vector<Verdict>& verdicts) {
+  const bool truths = needs_truth(gate.metric);
   for (const Row& row : rows) {
     if (!matches_cell(gate, row)) continue;
-    if (row.metric == "truth" && row.status != Status::ok && !ended.contains({row.scenario, row.method}))
-      refused.emplace(row.scenario, &row);
-    if (row.metric != "status" && row.metric != "truth" && glob_match(gate.metric, row.metric))
-      answered.insert(row.scenario);
+    if (truths && row.metric == "status" && row.status != Status::ok)
+      progress.ended_early.insert({row.scenario, row.method});
   }
-  for (const auto& [scenario, row] : refused) {
-    if (answered.contains(scenario)) continue;
-    Verdict v = verdict_of(gate, *row);
+  for (const Row& row : rows) {
+    if (!matches_cell(gate, row)) continue;
+    if (truths) note_truth(gate, row, progress);
+    if (answers_nothing(gate, row)) {
+      progress.unsupported = true;
+      continue;
+    }
+    progress.other = true;
+    if (row.metric == "status" && row.status != Status::ok && progress.ended.empty())
+      progress.ended = ": " + to_string(row.status) + (row.reason.empty() ? "" : ", " + row.reason);
+    if (failed_cell(gate, row) || (row.metric != "status" && glob_match(gate.metric, row.metric))) {
+      verdicts.push_back(judge_row(gate, row, rivals));
+      progress.judged = true;
+    }
+  }
+}
+
+// Once all rows were judged. Where the truth of a scene is unsupported, its cells run but have no errors: the gate is
+// `not_run` there, also if it judged other scenes. One verdict per scene. A gate without any row is `not_run`.
+void conclude_gate(const Gate& gate, const GateProgress& progress, std::vector<Verdict>& verdicts) {
+  bool judged = progress.judged;
+  for (const auto& [scenario, row] : progress.refused) {
+    if (progress.answered.contains(scenario)) continue;
+    Verdict v = verdict_of(gate, row);
     v.metric = gate.metric;
     v.judgement = Judgement::not_run;
     v.value = std::nan("");
     v.margin = -kInfinity;
-    v.text = "no figure: the truth of this scene ended as " + to_string(row->status) +
-             (row->reason.empty() ? "" : ": " + row->reason);
+    v.text = "no figure: the truth of this scene ended as " + to_string(row.status) +
+             (row.reason.empty() ? "" : ": " + row.reason);
     verdicts.push_back(v);
+    judged = true;
   }
+  if (judged) return;
+  if (progress.unsupported && !progress.other) return;  // an unsupported cell, or an engine that is not built
+  Verdict v;
+  v.gate = gate;
+  v.scenario = gate.scenario;
+  v.method = gate.method;
+  v.metric = gate.metric;
+  v.steps = gate.steps.value_or(0);
+  v.judgement = Judgement::not_run;
+  v.value = std::nan("");
+  v.margin = -kInfinity;
+  v.text = "no rows match" + progress.ended;
+  v.rerun = rerun_words(gate.scenario, gate.method, v.steps);
+  verdicts.push_back(v);
 }
 
 }  // namespace
@@ -214,38 +276,45 @@ std::vector<Gate> gates_of_claims(std::span<const Gate> gates, std::span<const C
 
 std::vector<Verdict> judge(std::span<const Gate> gates, std::span<const Row> rows) {
   std::vector<Verdict> verdicts;
+  const Rivals rivals = rivals_in(gates, rows);
   for (const Gate& gate : gates) {
-    const std::size_t before = verdicts.size();
-    bool unsupported = false, other = false;
-    std::string ended;
-    for (const Row& row : rows) {
-      if (!matches_cell(gate, row)) continue;
-      if (answers_nothing(gate, row)) {
-        unsupported = true;
-        continue;
-      }
-      other = true;
-      if (row.metric == "status" && row.status != Status::ok && ended.empty())
-        ended = ": " + to_string(row.status) + (row.reason.empty() ? "" : ", " + row.reason);
-      if (failed_cell(gate, row) || (row.metric != "status" && glob_match(gate.metric, row.metric)))
-        verdicts.push_back(judge_row(gate, row, rows));
-    }
-    append_refused_truths(gate, rows, verdicts);
-    if (verdicts.size() != before) continue;
-    if (unsupported && !other) continue;  // an unsupported cell, or an engine that is not built, gives no verdict
-    Verdict v;
-    v.gate = gate;
-    v.scenario = gate.scenario;
-    v.method = gate.method;
-    v.metric = gate.metric;
-    v.steps = gate.steps.value_or(0);
-    v.judgement = Judgement::not_run;
-    v.value = std::nan("");
-    v.margin = -kInfinity;
-    v.text = "no rows match" + ended;
-    v.rerun = rerun_words(gate.scenario, gate.method, v.steps);
-    verdicts.push_back(v);
+    GateProgress progress;
+    judge_rows(gate, rows, rivals, progress, verdicts);
+    conclude_gate(gate, progress, verdicts);
   }
+  return verdicts;
+}
+
+struct LadderJudge::State {
+  std::vector<Gate> gates;
+  std::vector<Row> rival_rows;
+  Rivals rivals;
+  std::vector<GateProgress> progress;
+  std::map<std::string, std::vector<std::size_t>> of_scene;  // the gates whose scenario matches
+};
+
+LadderJudge::LadderJudge(std::vector<Gate> gates, std::vector<Row> rivals) : state_(new State) {
+  state_->progress.resize(gates.size());
+  state_->gates = std::move(gates);
+  state_->rival_rows = std::move(rivals);
+  state_->rivals = rivals_in(state_->gates, state_->rival_rows);
+}
+LadderJudge::~LadderJudge() = default;
+
+std::vector<Verdict> LadderJudge::add(std::span<const Row> rows) {
+  std::vector<Verdict> verdicts;
+  if (rows.empty()) return verdicts;
+  const auto [place, fresh] = state_->of_scene.try_emplace(rows.front().scenario);
+  for (std::size_t i = 0; fresh && i < state_->gates.size(); ++i)
+    if (glob_match(state_->gates[i].scenario, place->first)) place->second.push_back(i);
+  for (const std::size_t i : place->second)
+    judge_rows(state_->gates[i], rows, state_->rivals, state_->progress[i], verdicts);
+  return verdicts;
+}
+
+std::vector<Verdict> LadderJudge::rest() const {
+  std::vector<Verdict> verdicts;
+  for (std::size_t i = 0; i < state_->gates.size(); ++i) conclude_gate(state_->gates[i], state_->progress[i], verdicts);
   return verdicts;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <tuple>
+#include <unordered_map>
+#include <unordered_set>
 
 #include "scene/files.hpp"
 #include "validation/metrics/fluid.hpp"
@@ -231,10 +233,17 @@ StudyResult collect_rows(Store& store, const std::vector<Cell>& cells, const Cam
 StudyResult collect_endings(Store& store, const std::vector<Cell>& cells, const Campaigns& campaigns) {
   StudyResult result, one;
   result.cells = static_cast<int>(cells.size());
+  const std::unordered_set<std::string> bad = store.not_ok();
   for (std::size_t i = 0; i < cells.size(); ++i) {
+    const CellKeys keys = campaigns.keys(cells[i]);
+    const bool plain = cells[i].worker >= 0 && cells[i].probe == Probe::none;
+    if (plain && store.has(keys) && !bad.contains(keys.accuracy) && !bad.contains(keys.timing)) {
+      ++one.skipped;
+      continue;
+    }
     one.rows.clear();
     of_cell(cells[i], [&] {
-      if (!append_cell(store, cells[i], campaigns.keys(cells[i]), one)) result.missing.push_back(i);
+      if (!append_cell(store, cells[i], keys, one)) result.missing.push_back(i);
     });
     for (Row& row : one.rows)
       if (row.status != Status::ok) result.rows.push_back(std::move(row));
@@ -252,6 +261,32 @@ StudyResult load_rows(const std::string& store_path, const std::vector<Cell>& ce
   if (!store_exists(store_path)) return nothing;
   Store store(store_path, Store::Mode::read);
   return store.empty() ? nothing : collect_rows(store, cells, latest_campaigns(store, cells, purpose));
+}
+
+void visit_ladders(const std::string& store_path, const std::vector<Cell>& cells, const VisitLadder& visit,
+                   const std::string& purpose) {
+  std::unordered_map<std::string, std::size_t> index;
+  std::vector<std::vector<std::size_t>> ladders;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const bool tolerance = cells[i].method.find(':') != std::string::npos;
+    const std::string name = cells[i].scenario->id + "\n" + (tolerance ? ":" : cells[i].method);
+    const auto [place, fresh] = index.emplace(name, ladders.size());
+    if (fresh) ladders.emplace_back();
+    ladders[place->second].push_back(i);
+  }
+  index.clear();
+  if (!store_exists(store_path)) return;
+  Store store(store_path, Store::Mode::read);
+  if (store.empty()) return;
+  const Campaigns campaigns = latest_campaigns(store, cells, purpose);
+  std::vector<Cell> some;
+  for (const std::vector<std::size_t>& which : ladders) {
+    some.clear();
+    for (const std::size_t i : which) some.push_back(cells[i]);
+    StudyResult rows = collect_rows(store, some, campaigns);
+    for (std::size_t& missing : rows.missing) missing = which[missing];
+    visit(which, rows);
+  }
 }
 
 std::vector<StoredPicture> load_pictures(const std::string& store_path, const std::vector<Cell>& cells,

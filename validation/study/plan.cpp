@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <limits>
 #include <set>
+#include <unordered_map>
 
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
@@ -331,6 +332,15 @@ std::int64_t refined(std::int64_t steps, double refinement, std::int64_t samples
          std::max<std::int64_t>(1, samples);
 }
 
+// What tells a planned cell from all others.
+std::string key_of(const std::string& scenario, const std::string& method, std::int64_t steps, Probe probe,
+                   const Resolution& at) {
+  return scenario + "\n" + method + "\n" + std::to_string(steps) + "\n" + to_string(probe) + "\n" + resolution_text(at);
+}
+std::string key_of(const Cell& cell) {
+  return key_of(cell.scenario->id, cell.method, cell.plan.steps, cell.probe, resolution_of(cell));
+}
+
 bool fluids_taken(const Cell& cell, const std::vector<Worker>& workers) {
   return cell.worker < 0 || cell.scenario->scene.fluids.empty() ||
          workers[static_cast<std::size_t>(cell.worker)].engine.fluids;
@@ -367,8 +377,17 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                              const std::vector<Worker>& workers, const std::string& cpu, std::int64_t most_cells,
                              const std::string& arithmetic) {
   std::vector<Cell> planned;
-  std::int64_t counted = 0;                  // before cells named twice are left out
-  std::map<std::string, std::size_t> index;  // a cell named twice is planned once, with the larger number of repeats
+  std::int64_t counted = 0;  // before cells named twice are left out
+  // A cell named twice is planned once, with the larger number of repeats: the cells by checksums of their names.
+  std::unordered_multimap<std::uint64_t, std::size_t> index;
+  // Its place; of a new cell that behind the last one.
+  const auto place_of = [&](const std::string& key) {
+    const std::uint64_t sum = checksum(key);
+    for (auto [one, end] = index.equal_range(sum); one != end; ++one)
+      if (key_of(planned[one->second]) == key) return one->second;
+    index.emplace(sum, planned.size());
+    return planned.size();
+  };
   for (const StudyCells& cells : study.cells) {
     std::vector<Offer> offers;
     for (const std::string& pattern : cells.methods) {
@@ -381,6 +400,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
     check_sweep(cells, offers, workers, study);
     counted = sum(counted, count_cells(cells, offers, catalogue, workers));
     if (counted > product(4, most_cells)) refuse_cells(study, counted, most_cells);
+    planned.reserve(static_cast<std::size_t>(std::min(counted, most_cells)));
     std::vector<Resolved> scenarios;
     for (const Scenario& scenario : catalogue) {
       if (!scenario_matches(cells.scenarios, scenario)) continue;
@@ -403,14 +423,14 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
             const bool adaptive = offer.worker >= 0 && parse_method_id(method).rtol.has_value();
             for (const std::int64_t steps : ladder) {
               const Probe probe = is_ladder(cells.probe) ? Probe::none : cells.probe;
-              const std::string key = scenario.id + "\n" + method + "\n" + std::to_string(steps) + "\n" +
-                                      to_string(probe) + "\n" + resolution_text(resolved.at);
-              const auto [place, fresh] = index.emplace(key, planned.size());
-              if (!fresh) join(planned[place->second], cells, offer);
-              if (!fresh && planned[place->second].repeats >= cells.repeats) {
+              const std::string key = key_of(scenario.id, method, steps, probe, resolved.at);
+              const std::size_t place = place_of(key);
+              const bool fresh = place == planned.size();
+              if (!fresh) join(planned[place], cells, offer);
+              if (!fresh && planned[place].repeats >= cells.repeats) {
                 if (!cells.claim.empty()) {
-                  planned[place->second].claim = cells.claim;
-                  planned[place->second].claimed_order = claimed_order(cells, offer);
+                  planned[place].claim = cells.claim;
+                  planned[place].claimed_order = claimed_order(cells, offer);
                 }
                 if (adaptive) break;
                 continue;
@@ -429,8 +449,8 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                         {},
                         probe,
                         cells.limit_s,
-                        fresh ? offer.pattern : planned[place->second].pattern,
-                        fresh ? cells.allow : planned[place->second].allow};
+                        fresh ? offer.pattern : planned[place].pattern,
+                        fresh ? cells.allow : planned[place].allow};
               cell.spacing_m = resolved.at.first, cell.sound_speed_m_per_s = resolved.at.second;
               if (probe != Probe::none) cell.repeats = 0;
               if (!frames_taken(cell, workers)) refuse_frames(cell);
@@ -441,7 +461,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
               if (fresh && static_cast<std::int64_t>(planned.size()) >= most_cells)
                 refuse_cells(study, counted, most_cells);
               if (fresh) planned.push_back(std::move(cell));
-              else planned[place->second] = std::move(cell);
+              else planned[place] = std::move(cell);
               if (adaptive) break;  // one rung: the ladder is that of tolerances, and N only sets the first step
             }
           }

@@ -304,7 +304,7 @@ void Process::bury() {
 }
 
 std::string Process::ending() {
-  if (!ended(std::chrono::seconds(1))) return "closed its output";
+  if (!ended(std::chrono::seconds(5))) return "closed its output";
   if (!ending_->by_signal) return "exited with code " + std::to_string(ending_->code);
   return "killed by signal " + std::to_string(ending_->code) + " (" + strsignal(ending_->code) + ")";
 }

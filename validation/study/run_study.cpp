@@ -27,6 +27,7 @@
 #include "validation/study/shard_record.hpp"
 #include "validation/study/short_text.hpp"
 #include "validation/study/study_run.hpp"
+#include "validation/study/truth_paths.hpp"
 #include "validation/study/worker_client.hpp"
 #include "validation/study/worker_identity.hpp"
 
@@ -35,14 +36,6 @@ namespace {
 
 constexpr std::size_t kMostDamagedNamed = 20;
 
-std::string truth_hash(const Scenario& scenario, const std::string& truth_build) {
-  const std::string values = scenario.truth.file.empty() ? "" : file_hash(scenario.truth.file);
-  return content_hash({"truth 2", scene_to_json(scenario.scene), format_double(scenario.t_end_s),
-                       std::to_string(scenario.samples), std::to_string(static_cast<int>(scenario.truth.kind)),
-                       scenario.truth.solution, values, truth_build, machine_arithmetic(),
-                       std::to_string(wire::kProtocol)});
-}
-
 Outcome outcome_of(Status status, const std::string& reason) {
   Outcome outcome;
   outcome.status = status;
@@ -50,9 +43,9 @@ Outcome outcome_of(Status status, const std::string& reason) {
   return outcome;
 }
 
-bool settled(const RunRecord& run, double limit_s) {
+bool settled(const StoreOverview::Run& run, double limit_s) {
   if (run.killed_from_outside) return false;
-  return run.outcome.status != Status::timeout || run.limit_s >= limit_s;
+  return run.status != Status::timeout || run.limit_s >= limit_s;
 }
 
 }  // namespace
@@ -80,13 +73,20 @@ std::size_t StudyRun::truth_index(const Scenario& scenario) {
   return place->second;
 }
 
-void StudyRun::plan_cell(const Cell& cell) {
+void StudyRun::plan_cell(const Cell& cell, const StoreOverview* overview) {
   if (cell.worker < 0) return;
   const std::size_t truth = truth_index(*cell.scenario);
   const CellKeys keys = campaigns_.keys(cell);
-  std::optional<RunRecord> run = store_.run(keys.accuracy);
-  if (run && (options_.fresh || !settled(*run, limit_of(cell, options_)))) run.reset();
   const std::string basis = content_hash({truths_[truth].hash, kMetricsVersion});
+  if (overview != nullptr && !options_.fresh) {
+    const StoreOverview::Run* known = overview->run(keys.accuracy);
+    if (known != nullptr && settled(*known, limit_of(cell, options_)) && overview->measured_from(keys.measured, basis))
+      return;
+  }
+  std::optional<RunRecord> run = store_.run(keys.accuracy);
+  if (run && (options_.fresh ||
+              !settled({run->outcome.status, run->killed_from_outside, run->limit_s}, limit_of(cell, options_))))
+    run.reset();
   if (run && store_.measured_basis(keys.measured) == basis) return;
   // A probe keeps no samples to measure again, nor does a cell whose recording was dropped (--keep).
   if (run && (cell.probe != Probe::none || !store_.keeps_recording(keys.accuracy))) run.reset();
@@ -161,8 +161,11 @@ bool StudyRun::loads_more(int index, const WorkerClient& client) {
 
 void StudyRun::plan_work() {
   truth_build_ = find_workers({options_.truth_worker}).front().build_id;
-  forget_damaged();
-  for (const Cell& cell : cells_) plan_cell(cell);
+  {
+    const StoreOverview overview = store_.overview();
+    if (!overview.whole) forget_damaged();
+    for (const Cell& cell : cells_) plan_cell(cell, overview.whole ? &overview : nullptr);
+  }
   std::set<std::size_t> needed;
   for (const Ladder& ladder : ladders_) needed.insert(ladder.truth);
   for (std::size_t i = 0; i < truths_.size(); ++i) {
@@ -460,7 +463,8 @@ StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>&
         ": it is written with a rollback journal, which is slower; a store on a local disk, merged later, is quicker");
   const Campaigns campaigns =
       Campaigns::begin(store, options.shard ? *options.shard->planned : cells, workers, options);
-  if (options.shard) record_shard(store, *options.shard, campaigns, options.host, false);
+  ShardRecord shard;
+  if (options.shard) shard = begin_shard(store, *options.shard, campaigns, options.host);
   StudyRun run(cells, workers, options, store, campaigns);
   run.accuracy_pass();
   if (options.timing && interrupt_signal() == 0) run.timed_pass();
@@ -468,10 +472,14 @@ StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>&
   const int signal = interrupt_signal();
   if (signal == 0) {
     if (!options.shard || options.shard->last) campaigns.complete(store);
-    if (options.shard && options.shard->last) record_shard(store, *options.shard, campaigns, options.host, true);
+    if (options.shard && options.shard->last) {
+      shard.complete = true;
+      store.put_shard(shard);
+    }
     store.put_program_run(options.provenance.run_id, begun_ns, nanoseconds_now());
   }
-  StudyResult result = options.shard ? collect_endings(store, cells, campaigns) : collect_rows(store, cells, campaigns);
+  StudyResult result =
+      options.shard || !options.rows ? collect_endings(store, cells, campaigns) : collect_rows(store, cells, campaigns);
   result.skipped = result.cells - run.touched();
   result.ran = run.ran();
   result.timed = run.timed();

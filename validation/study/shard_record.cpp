@@ -6,8 +6,7 @@
 
 namespace atwood {
 
-void record_shard(Store& store, const ShardOfPlan& shard, const Campaigns& campaigns, const std::string& host,
-                  bool complete) {
+ShardRecord begin_shard(Store& store, const ShardOfPlan& shard, const Campaigns& campaigns, const std::string& host) {
   std::vector<PlannedCell> cells;
   for (const Cell& cell : *shard.planned)
     if (cell.worker >= 0)
@@ -16,7 +15,9 @@ void record_shard(Store& store, const ShardOfPlan& shard, const Campaigns& campa
   const std::string plan = content_hash(std::string_view(pack_plan(cells)));
   if (!store.has_plan(plan)) store.put_plan(plan, shard.study, cells);
   const std::string id = content_hash({"shard 1", plan, std::to_string(shard.number), std::to_string(shard.count)});
-  store.put_shard({id, plan, shard.number, shard.count, shard.costs, shard.source, host, complete});
+  ShardRecord record{id, plan, shard.number, shard.count, shard.costs, shard.source, host, false};
+  store.put_shard(record);
+  return record;
 }
 
 }  // namespace atwood

@@ -7,7 +7,7 @@
 
 namespace atwood {
 
-void record_shard(Store& store, const ShardOfPlan& shard, const Campaigns& campaigns, const std::string& host,
-                  bool complete);
+// Records a shard that is not complete. The same with `complete` set replaces it (Store::put_shard).
+ShardRecord begin_shard(Store& store, const ShardOfPlan& shard, const Campaigns& campaigns, const std::string& host);
 
 }  // namespace atwood

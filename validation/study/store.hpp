@@ -16,6 +16,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
 #include "protocol/truth.hpp"
@@ -88,6 +89,7 @@ struct ShardRecord {
 };
 
 struct StoreDatabase;
+class StoreOverview;
 
 class Store {
  public:
@@ -111,6 +113,12 @@ class Store {
   std::optional<TimingRecord> timing(const std::string& timing_hash);
   std::optional<Truth> truth(const std::string& truth_hash);
   bool has_truth(const std::string& truth_hash);
+
+  // Of a store that is open for writing: whether it has a cell's run and rows; the keys of all runs and timed passes
+  // that did not end ok.
+  bool has(const CellKeys& cell);
+  std::unordered_set<std::string> not_ok();
+  StoreOverview overview();  // of cells, recordings, rows and times
 
   // Reads all entries of a cell and returns which of them are damaged; empty: none.
   std::string damage(const CellKeys& cell);

@@ -58,7 +58,8 @@ struct StoreDatabase {
   std::unique_ptr<SQLite::Database> sql;
   std::mutex mutex;
   std::map<std::string, std::unique_ptr<SQLite::Statement>> statements;
-  std::map<const StoreTable*, KeySet> keys;  // of counted tables
+  std::map<const StoreTable*, KeySet>
+      keys;  // of counted tables; where the store is only read, of those that were asked
   struct Change {
     const StoreTable* table;
     std::string key;
@@ -92,8 +93,8 @@ struct StoreDatabase {
   std::string provenance_hash(const Provenance& provenance);       // stores it if it is new
   Provenance provenance(const std::string& hash);
   void insert_measured(const std::string& key, const std::string& cell_hash, const MeasuredRecord& record);
-  // Compares number and sum of the keys with those in `totals`. Empty, or what is wrong.
-  std::string read_keys(const StoreTable& table);
+  // Compares number and sum of the keys with those in `totals`, and keeps the keys. Empty, or what is wrong.
+  std::string read_keys(const StoreTable& table, bool keep = true);
   void write_total(const StoreTable& table);
   void write_totals();  // of tables whose keys the present transaction has changed
   // Makes all tables again from a scan: where the order of a table or an index is damaged, entries cannot be found or

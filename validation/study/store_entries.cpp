@@ -49,6 +49,7 @@ SQLite::Statement* StoreDatabase::find(const StoreTable& table, const std::strin
                                        " WHERE " + key_column(table) + "=?");
   select.bind(1, key);
   if (!select.executeStep()) {
+    if (table.counted && !keys.contains(&table)) read_keys(table);
     if (table.counted && keys[&table].keys.contains(key))
       throw StoreDamage("store " + path + ": an entry of `" + table.name + "` cannot be found again");
     return nullptr;
@@ -125,22 +126,24 @@ void StoreDatabase::undo_changes() {
   changes.clear();
 }
 
-std::string StoreDatabase::read_keys(const StoreTable& table) {
+std::string StoreDatabase::read_keys(const StoreTable& table, bool keep) {
   KeySet set;
+  std::int64_t found = 0;
   SQLite::Statement select(*sql, "SELECT " + key_column(table) + " FROM " + table.name);
   while (select.executeStep()) {
     const std::string key = select.getColumn(0).getString();
-    if (set.keys.insert(key).second) set.sum += checksum(key);
+    if (keep && !set.keys.insert(key).second) continue;
+    set.sum += checksum(key);
+    ++found;
   }
   SQLite::Statement total(*sql, "SELECT entries, key_sum FROM totals WHERE name=?");
   total.bind(1, table.name);
   const bool told = total.executeStep();
   const std::int64_t expected = told ? total.getColumn(0).getInt64() : 0;
   const auto sum = static_cast<std::uint64_t>(told ? total.getColumn(1).getInt64() : 0);
-  const std::size_t found = set.keys.size();
   const bool same_sum = set.sum == sum;
-  keys[&table] = std::move(set);
-  if (static_cast<std::int64_t>(found) != expected)
+  if (keep) keys[&table] = std::move(set);
+  if (found != expected)
     return std::to_string(found) + " entries of `" + table.name + "`, where " + std::to_string(expected) +
            " were written";
   return same_sum ? "" : std::string("the key of an entry of `") + table.name + "` has changed";

@@ -139,7 +139,8 @@ struct StudyOptions {
   std::string purpose = "run";  // campaigns of another purpose (compare, advise) stay apart
   Provenance provenance;        // engine_version is filled per cell
   Keep keep = Keep::all;
-  std::string host = host_name();                       // recorded with times
+  bool rows = true;                // false: of the rows the result has those that are not ok, and none of ladders
+  std::string host = host_name();  // recorded with times
   std::optional<ShardOfPlan> shard = {};                // a share of a plan instead of a whole one
   std::function<void(const std::string&)> progress;     // a line with an estimate, for stderr
   std::function<void(const std::string&)> notice = {};  // a warning, for stderr

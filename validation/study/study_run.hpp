@@ -16,6 +16,7 @@
 #include "validation/study/pose_sweep.hpp"
 #include "validation/study/progress.hpp"
 #include "validation/study/store.hpp"
+#include "validation/study/store_overview.hpp"
 #include "validation/study/study.hpp"
 #include "validation/study/worker_client.hpp"
 
@@ -65,7 +66,7 @@ class StudyRun {
 
   void plan_work();
   void forget_damaged();
-  void plan_cell(const Cell& cell);
+  void plan_cell(const Cell& cell, const StoreOverview* overview);
   std::size_t truth_index(const Scenario& scenario);
   bool is_known(const TruthWork& work);
   RunRecord new_run(const Cell& cell) const;

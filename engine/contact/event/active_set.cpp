@@ -15,8 +15,6 @@ namespace {
 
 enum class PairState : unsigned char { separated, frictionless, slipping, sticking, rolling };
 
-template <class S> Vec3<S> across(const Vec3<S>& v, const Vec3<S>& n) { return v - dot(v, n) * n; }
-
 // The scale of accelerations: without contacts, and centripetal.
 template <class S> S acceleration_scale(const Bodies<S>& bodies, const ActiveSet<S>& active, const S* dydt) {
   S size = S(0);
@@ -47,7 +45,7 @@ PairState pair_state(const Bodies<S>& bodies, const Proximity<S>& proximity, con
     if (contact.mode == FrictionMode::slip && !contact.at_cone_limit) return PairState::slipping;
     if (contact.mode == FrictionMode::frictionless) state = PairState::frictionless;
     else if (state != PairState::rolling)
-      state = norm(across(contact.w, contact.kinematics.normal)) >
+      state = norm(perpendicular_part(contact.w, contact.kinematics.normal)) >
                       bodies.slip_round_off() / proximity.pairs[pair].bounding_radii
                   ? PairState::rolling
                   : PairState::sticking;

@@ -6,8 +6,6 @@ namespace atwood::event {
 
 namespace {
 
-template <class S> S& component(Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
-
 template <class S> std::vector<Edge<S>> box_edges(const Real3& half) {
   std::vector<Edge<S>> edges;
   for (int axis = 0; axis < 3; ++axis)

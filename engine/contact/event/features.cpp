@@ -6,8 +6,6 @@ namespace atwood::event {
 
 namespace {
 
-template <class S> S& component(Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
-template <class S> S component(const Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 template <class S> Vec3<S> unit_axis(int i, S sign) {
   Vec3<S> e;
   component(e, i) = sign;

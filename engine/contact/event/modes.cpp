@@ -11,21 +11,15 @@
 
 namespace atwood::event {
 
-namespace {
-
-// The part of v perpendicular to n.
-template <class S> Vec3<S> across(const Vec3<S>& v, const Vec3<S>& n) { return v - dot(v, n) * n; }
-
-}  // namespace
-
 template <class S>
 void modes_from_velocities(const Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active) {
-  for (Contact<S>& contact : active.contacts) contact.slip_speed = norm(across(contact.u, contact.kinematics.normal));
+  for (Contact<S>& contact : active.contacts)
+    contact.slip_speed = norm(perpendicular_part(contact.u, contact.kinematics.normal));
   for (Contact<S>& contact : active.contacts) {
     const int p = proximity.candidates[contact.candidate].pair;
     const ShapePair<S>& pair = proximity.pairs[p];
-    const Vec3<S> slip = across(contact.u, contact.kinematics.normal),
-                  roll = across(contact.w, contact.kinematics.normal);
+    const Vec3<S> slip = perpendicular_part(contact.u, contact.kinematics.normal),
+                  roll = perpendicular_part(contact.w, contact.kinematics.normal);
     const S speed = norm(slip), rolling = norm(roll), still = bodies.slip_round_off();
     // Vertices of one body stop together: where one has stopped, the others' round-off may be somewhat larger.
     const bool stops = !(speed > S(64) * still) &&
@@ -116,8 +110,8 @@ void reactivate(const Bodies<S>& bodies, const Proximity<S>& proximity, const St
                 bool pair_released, S tiny_acceleration, Contact<S>& contact) {
   contact.active = true;
   if (!pair_released || contact.mode != FrictionMode::stick) return;
-  const Vec3<S> onset =
-      across(relative_acceleration(bodies, proximity, contact, states.dydt.data()), contact.kinematics.normal);
+  const Vec3<S> onset = perpendicular_part(relative_acceleration(bodies, proximity, contact, states.dydt.data()),
+                                           contact.kinematics.normal);
   const S size = norm(onset);
   if (!(size > tiny_acceleration)) return;
   contact.mode = FrictionMode::slip;
@@ -151,14 +145,15 @@ bool released_consistent(const Bodies<S>& bodies, const Proximity<S>& proximity,
     const Vec3<S>& n = contact.kinematics.normal;
     bool at_cone_limit = false;
     if (contact.mode == FrictionMode::slip && !(contact.slip_speed > bodies.slip_round_off())) {
-      const Vec3<S> onset = across(relative_acceleration(bodies, proximity, contact, states.dydt.data()), n);
+      const Vec3<S> onset =
+          perpendicular_part(relative_acceleration(bodies, proximity, contact, states.dydt.data()), n);
       if (!accelerates_along(onset, contact.slip_direction, tiny_acceleration, at_cone_limit)) return false;
       contact.at_cone_limit = at_cone_limit;
     }
     const S radius = proximity.pairs[proximity.candidates[contact.candidate].pair].bounding_radii;
     if (contact.rolling == RollingMode::roll && !(contact.roll_speed * radius > bodies.slip_round_off())) {
       const Vec3<S> onset =
-          radius * across(relative_angular_acceleration(bodies, proximity, contact, states.dydt.data()), n);
+          radius * perpendicular_part(relative_angular_acceleration(bodies, proximity, contact, states.dydt.data()), n);
       if (!accelerates_along(onset, contact.roll_direction, tiny_acceleration, at_cone_limit) || at_cone_limit)
         return false;
     }
@@ -197,7 +192,7 @@ void modes_from_forces(const Proximity<S>& proximity, ActiveSet<S>& active, S ti
     contact.warm_N = contact.normal_N;
     contact.largest_N = real::max(contact.largest_N, contact.normal_N);
     if (contact.mode != FrictionMode::frictionless && (contact.mode == FrictionMode::stick || contact.at_cone_limit)) {
-      const Vec3<S> onset = across(contact.u_dot, n);
+      const Vec3<S> onset = perpendicular_part(contact.u_dot, n);
       const S size = norm(onset), held = norm(contact.friction_N);
       contact.mode = FrictionMode::stick;
       contact.at_cone_limit = false;
@@ -211,7 +206,7 @@ void modes_from_forces(const Proximity<S>& proximity, ActiveSet<S>& active, S ti
       }
     }
     if (contact.rolling == RollingMode::hold) {
-      const Vec3<S> onset = across(contact.alpha, n);
+      const Vec3<S> onset = perpendicular_part(contact.alpha, n);
       const S size = norm(onset);
       if (size * pair.bounding_radii > tiny_acceleration) {
         contact.rolling = RollingMode::roll;

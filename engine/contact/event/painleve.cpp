@@ -23,8 +23,6 @@ namespace {
 
 constexpr int kMaxPainleveImpacts = 16;
 
-template <class S> Vec3<S> across(const Vec3<S>& v, const Vec3<S>& n) { return v - dot(v, n) * n; }
-
 // The force on the feature's body.
 template <class S> Vec3<S> force_of(const Contact<S>& contact) {
   return contact.normal_N * contact.kinematics.normal + contact.friction_N;
@@ -203,7 +201,7 @@ template <class S> bool impact_without_collision(EventRun<S>& run, S t_s) {
     return refuse_at(run.report, t_s, "no contact forces were found that obey Coulomb's law and keep the bodies apart");
   const Vec3<S>& n = one.kinematics.normal;
   const Candidate<S>& f = run.proximity.candidates[one.candidate];
-  const Vec3<S> slip = across(one.u, n);
+  const Vec3<S> slip = perpendicular_part(one.u, n);
   const S speed = norm(slip);
   ImpactBody<S> surface = impact_body(run.bodies, f.surface_body, one.kinematics.x),
                 feature = impact_body(run.bodies, f.feature_body, one.kinematics.x);

@@ -14,8 +14,6 @@ namespace atwood::event {
 
 namespace {
 
-template <class S> S component(const Vec3<S>& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
-
 // Depth of c inside the face formed by the coplanar triangles: the largest depth in any of them; negative outside. Sets
 // `over` to that triangle, and tries `over` first: if c is inside it, its depth is returned.
 template <class S>

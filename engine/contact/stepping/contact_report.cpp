@@ -5,7 +5,7 @@
 namespace atwood::stepping {
 namespace {
 
-template <class S> std::array<double, 3> wide(const Vec3<S>& v) {
+template <class S> std::array<double, 3> as_double(const Vec3<S>& v) {
   return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
 }
 
@@ -45,11 +45,11 @@ template <class S> void report_contacts(const World<S>& world, S h_s, Sample& sa
     ContactSample out;
     out.body_a = swap ? p.b : p.a;
     out.body_b = swap ? p.a : p.b;
-    out.x_m = wide(contact_point_W(world, p));
-    out.normal = wide(sign * n);
+    out.x_m = as_double(contact_point_W(world, p));
+    out.normal = as_double(sign * n);
     out.gap_m = static_cast<double>(p.gap);
     out.force_n_N = static_cast<double>(sum.normal_N_s / h_s);
-    out.force_t_N = wide((sign / h_s) * (sum.tangential_W - dot(sum.tangential_W, n) * n));
+    out.force_t_N = as_double((sign / h_s) * (sum.tangential_W - dot(sum.tangential_W, n) * n));
     sample.contacts.push_back(out);
   }
 }
@@ -90,7 +90,7 @@ template <class S> void report_impacts(World<S>& world) {
     if (!(sum.normal_N_s > S(0))) continue;
     const bool swap = p.a > p.b;
     const S sign = swap ? S(-1) : S(1);
-    const std::array<double, 3> x = wide(contact_point_W(world, p)), n = wide(sign * p.n);
+    const std::array<double, 3> x = as_double(contact_point_W(world, p)), n = as_double(sign * p.n);
     Event event;
     event.t_s = Wide(world.t_s);
     event.kind = EventKind::impact;

@@ -22,7 +22,7 @@ function padded(min: number, max: number, part: number): Range {
   return [min - pad, max + pad];
 }
 
-function decades(min: number, max: number, room: number): number[] {
+export function decades(min: number, max: number, room: number): number[] {
   const span = max - min;
   if (span < 1.2) return [...Array(60)].flatMap((_, i) => [1, 2, 5].map((m) => Math.floor(min) + i + Math.log10(m)))
     .filter((v) => v >= min && v <= max);
@@ -32,7 +32,7 @@ function decades(min: number, max: number, room: number): number[] {
   return out;
 }
 const superscripts = '\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079';
-function powerWord(log: number): string {
+export function powerWord(log: number): string {
   const value = 10 ** log;
   if (Math.abs(log - Math.round(log)) > 1e-9) return figure(value, 2);
   if (log >= -2 && log <= 3) return String(Number(value.toPrecision(3)));
@@ -52,6 +52,8 @@ export class Chart {
   private hovered = -1;
   private visible = false;
   private stale = true;
+  private kept: { x: Range; y: Range } | null = null;  // the zoom of a link
+  zoomed: (ranges: number[] | null) => void = () => {};
   private readonly place = h('div', { class: 'plot', tabindex: 0, role: 'img' });
   private readonly tip = h('div', { class: 'tip', hidden: true });
   private readonly ring = h('div', { class: 'ring', hidden: true });
@@ -60,7 +62,7 @@ export class Chart {
   private readonly reset = h('button', { type: 'button', class: 'reset', disabled: true, onclick: () => this.resetZoom() }, 'reset zoom');
 
   constructor(id: string) {
-    this.element = h('figure', { class: 'chart', id }, h('figcaption', {}, this.caption, this.reset), this.place, this.readout);
+    this.element = h('figure', { class: 'chart', id }, h('figcaption', {}, this.caption, h('span', { class: 'pair' }, ...['SVG', 'PNG'].map((kind) => h('button', { type: 'button', class: 'save-plot', 'data-save': kind, 'aria-label': `Save this plot as ${kind}`, onclick: () => this.save(kind) }, kind)), this.reset)), this.place, this.readout);
     this.place.addEventListener('keydown', (event) => this.onKey(event));
     new IntersectionObserver((entries) => {
       this.visible = entries[entries.length - 1].isIntersecting;
@@ -81,6 +83,7 @@ export class Chart {
     this.place.setAttribute('aria-label', `${spec.title}: ${spec.yLabel} against ${spec.xLabel}; arrow keys read the points`);
     if (this.visible) this.drawIfStale();
   }
+  save: (kind: string) => void = () => {};
   isEmpty(): boolean { return this.spec.curves.length === 0; }
   title(): string { return `${this.spec.title} (${this.spec.empty.replace(/\.$/, '').replace(/^./, (c) => c.toLowerCase())})`; }
   highlight(name: string | null): void { this.lit = name; this.plot?.redraw(false); }
@@ -109,6 +112,7 @@ export class Chart {
     this.plot = new uPlot(this.options(), [null, [this.placed.map((p) => p.x), this.placed.map((p) => p.y)]] as unknown as uPlot.AlignedData, this.place);
     this.plot.over.append(this.ring, this.tip);
     this.ring.hidden = this.tip.hidden = true;
+    if (this.kept) this.setRanges(this.kept.x, this.kept.y, true);
   }
 
   // Logarithms; zeros are drawn on a separate line below all other values.
@@ -176,6 +180,8 @@ export class Chart {
     const y: Range = whole(height) ? [u.scales.y.min!, u.scales.y.max!] : [u.posToVal(top + height, 'y'), u.posToVal(top, 'y')];
     u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
     this.setRanges(x, y, true);
+    this.kept = { x, y };
+    this.zoomed([...x, ...y]);
   }
   private setRanges(x: Range, y: Range, zoomed: boolean): void {
     this.reset.disabled = !zoomed;
@@ -186,7 +192,21 @@ export class Chart {
     });
     this.element.dataset.x = x.map((v) => v.toPrecision(6)).join(' ');
   }
-  private resetZoom(): void { if (this.plot) this.setRanges(this.full.x, this.full.y, false); }
+  private resetZoom(): void {
+    this.kept = null;
+    this.zoomed(null);
+    if (this.plot) this.setRanges(this.full.x, this.full.y, false);
+  }
+  // x from, x to, y from, y to, in the units of the axes (logarithms where they are); null: all.
+  setZoom(ranges: number[] | null): void {
+    const valid = ranges?.length === 4 && ranges.every(Number.isFinite) && ranges[0] < ranges[1] && ranges[2] < ranges[3];
+    this.kept = valid ? { x: [ranges[0], ranges[1]], y: [ranges[2], ranges[3]] } : null;
+    if (this.plot) this.setRanges(this.kept?.x ?? this.full.x, this.kept?.y ?? this.full.y, valid);
+  }
+  current(): { spec: ChartSpec; curves: Curve[]; x: Range; y: Range; zeroLine: number | null } {
+    if (!this.placed.length) this.placePoints();
+    return { spec: this.spec, curves: this.curves(), x: this.kept?.x ?? this.full.x, y: this.kept?.y ?? this.full.y, zeroLine: this.zeroLine };
+  }
 
   // ---- hover ---------------------------------------------------------------------------------------------------
   private hover(u: uPlot): void {
@@ -218,6 +238,7 @@ export class Chart {
     this.readout.textContent = [curve.name, ...p.point.note].join(' \u00b7 ');
   }
   private onKey(event: KeyboardEvent): void {
+    this.drawIfStale();
     if (!this.plot || !this.placed.length) return;
     const count = this.placed.length;
     const jump = (by: number) => this.point(((this.hovered < 0 ? (by > 0 ? -1 : 0) : this.hovered) + by + count) % count);

@@ -1,4 +1,6 @@
 // The embedded data: base64 of raw deflate of JSON, in columns with a string table.
+import type { DrawnScene } from './scene_picture';
+
 type Strings = string[];
 
 export interface Verdict {
@@ -56,12 +58,18 @@ export interface Rows {
 export interface AuditProblem { scenario: string; verdict: string; order: Loose; half_width_95: Loose; quantity: string; reason: string }
 export interface AuditFinding { method: string; claim: string; claimed: Loose; verdict: string; problems: AuditProblem[] }
 export interface FigureTable { id: string; title: string; columns: string[]; rows: (string | number | null)[][]; notes: string[] }
+export interface Change {
+  kind: 'regression' | 'improvement' | 'missing' | 'added'; scenario: string; method: string; metric: string; steps: number;
+  before: Loose; now: Loose; bar: Loose; allowed: Loose; ratio: Loose; unit: string; text: string; rerun: string;
+}
 export interface Report {
+  changes_against?: string; changes?: Change[];  // against an earlier run or a baseline: the first ones
+  change_counts?: Record<Change['kind'], number>;  // of all changes
   title: string; command: string; program: string; left_out: string; provenance: Record<string, string>;
   verdicts: Verdict[]; laws: Law[]; scenarios: Scenario[]; engines: Engine[]; ran: RanMethod[];
   missing_engines: { name: string; reason: string }[];
   metrics: { name: string; unit: string; definition: string }[];
-  bench: Bench[]; dominance: Dominance[]; goals: Goal[]; tables?: FigureTable[]; audit?: AuditFinding[]; notes: string[]; own_files: Record<string, string>; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; pictures?: Picture[]; strings: Strings;
+  bench: Bench[]; dominance: Dominance[]; goals: Goal[]; tables?: FigureTable[]; audit?: AuditFinding[]; notes: string[]; own_files: Record<string, string>; rows: Rows; series: { instants: Loose[][]; runs: Run[] }; pictures?: Picture[]; scenes?: DrawnScene[]; strings: Strings;
 }
 
 export async function readReport(): Promise<Report> {

@@ -4,15 +4,20 @@ import { dominance } from './dominance';
 import { audit } from './audit';
 import { Fields } from './fields';
 import { goals } from './goals';
+import { history } from './history';
 import { tables } from './tables';
 import { matrix } from './matrix';
 import { Plots, plottable } from './plots';
 import { RowIndex } from './rows';
+import { gallery } from './scenes';
 import * as sections from './sections';
 import { sideBySide } from './side_by_side';
 import { statistics } from './statistics';
 import { sweep } from './sweep';
 import { isDark, setPaper } from './style';
+import { citeButton, equipTables } from './save';
+import { story } from './story';
+import { following, show, watch } from './state';
 import { RowTable } from './table';
 
 function themeSwitch(changed: () => void): HTMLElement {
@@ -37,7 +42,7 @@ function themeSwitch(changed: () => void): HTMLElement {
   return button;
 }
 
-const shortNames: Record<string, string> = { failing: 'Not passed', laws: 'Laws', audit: 'Audit', goals: 'Goals', tables: 'Tables', dominance: 'Cheapest', cells: 'No figures', matrix: 'Matrix', compare: 'Side by side', sweep: 'Geometry', plots: 'Plots', fields: 'Fields', statistics: 'Statistics', rows: 'Rows', gates: 'Gates', bench: 'Benchmarks', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
+const shortNames: Record<string, string> = { story: 'Summary', failing: 'Not passed', changes: 'Changes', laws: 'Laws', audit: 'Audit', goals: 'Goals', tables: 'Tables', dominance: 'Cheapest', cells: 'No figures', matrix: 'Matrix', compare: 'Side by side', sweep: 'Geometry', scenes: 'Scenes', plots: 'Scene', fields: 'Fields', statistics: 'Statistics', rows: 'Rows', gates: 'Gates', bench: 'Benchmarks', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
 function navigation(parts: HTMLElement[]): HTMLElement {
   return h('nav', { 'aria-label': 'Sections' }, ...parts.map((part) => h('a', { href: `#${part.id}` }, shortNames[part.id] ?? part.id)));
 }
@@ -67,14 +72,23 @@ async function start(): Promise<void> {
   const open = (scenario: string, method: string) => {
     const drawn = plots?.select(scenario);
     table!.filter({ scenario, method, metric: '', status: '' });
-    (drawn ? plots!.element : table!.element).scrollIntoView();
+    show(drawn ? plots!.element : table!.element);
   };
-  const parts = [sections.failing(report), audit(report), goals(report), tables(report), dominance(report), sections.laws(report), sections.troubles(report, index), index.count ? sweep(index) : null, index.count ? sideBySide(report, index) : null, index.count ? matrix(report, index, open) : null, plots?.element, fields?.element, index.count ? statistics(report, index) : null, rows, sections.gates(report),
-    sections.bench(report), sections.engines(report), sections.scenarios(report), sections.definitions(report, index), sections.provenance(report)].filter((part) => part) as HTMLElement[];
+  const first = [index.count ? story(report, index) : null, sections.failing(report), history(report), audit(report), goals(report), tables(report)];
+  const narrow = matchMedia('(max-width: 700px)').matches, pictures = gallery(report, plottable(index));
+  const scenes = [...(narrow ? [plots?.element, pictures] : [pictures, plots?.element]), fields?.element, index.count ? matrix(report, index, open) : null, dominance(report), sections.laws(report), sections.troubles(report, index)];
+  const figures = [index.count ? sweep(index) : null, index.count ? sideBySide(report, index) : null, index.count ? statistics(report, index) : null, rows, sections.gates(report), sections.bench(report)];
+  const parts = [...first, ...scenes, ...figures, sections.engines(report), sections.scenarios(report), sections.definitions(report, index), sections.provenance(report)].filter((part) => part) as HTMLElement[];
   document.getElementById('app')!.replaceChildren(...parts);
   document.getElementById('top')!.after(navigation(parts));
-  document.getElementById('tools')!.append(themeSwitch(() => plots?.restyle()), h('button', { type: 'button', onclick: () => print() }, 'print'));
+  document.getElementById('tools')!.append(themeSwitch(() => plots?.restyle()), citeButton(report), h('button', { type: 'button', onclick: () => print() }, 'print'));
+  equipTables(document.getElementById('app')!);
   preparePrinting(plots, fields);
+  watch((state) => following(() => {
+    if (state.toString()) { plots?.apply(state); table?.apply(state); }
+    show(document.getElementById(state.get('at') ?? '') ?? (state.has('scene') ? plots?.element ?? null : null));
+  }));
+  document.documentElement.dataset.drawn = performance.now().toFixed(1);
   document.documentElement.dataset.ready = 'true';
 }
 

@@ -1,10 +1,20 @@
-// Scenario x method: one figure per cell at one rung, coloured by its power of ten, with the gates' verdict as a sign.
+// Scenario x method: one figure per cell at one rung, coloured by its rank in the row, with the gates' verdict as a sign.
 import { Report, figure, fitted, isFit, noOrder, withBar } from './data';
 import { h, labelledSelect, option, section } from './dom';
 import { Cell, RowIndex } from './rows';
+import { moves } from './scene_metric';
 import { brokenId } from './table';
 
 const short: Record<string, string> = { unsupported: 'n/s', diverged: 'div', 'not finite': 'n/f', timeout: 'time', crashed: 'crash', 'not built': 'n/b' };
+
+// The share of the row's figures that are smaller, 0 to 1; figures within three bars of the truth share the first rank.
+// null: no rank, where nothing moves, or all figures are equal.
+function rankIn(row: (Cell | null)[], moving: boolean): (cell: Cell) => number | null {
+  const size = (cell: Cell) => (Math.abs(cell.value) < 3 * cell.bar ? 0 : Math.abs(cell.value));
+  const sizes = row.filter((cell): cell is Cell => !!cell && Number.isFinite(cell.value)).map(size).sort((a, b) => a - b);
+  if (!moving || sizes.length < 2 || sizes[0] === sizes[sizes.length - 1]) return () => null;
+  return (cell) => (Number.isFinite(cell.value) ? sizes.filter((other) => other < size(cell) * (1 - 1e-9)).length / (sizes.length - 1) : null);
+}
 
 export function matrix(report: Report, index: RowIndex, chosen: (scenario: string, method: string) => void): HTMLElement {
   const table = h('table', { class: 'matrix' });
@@ -44,9 +54,8 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
       return methods.map((method) => figureAt(ladders.get(method), scenario, rung));
     });
     const isLadder = isFit(metric);
+    const ranks = scenarios.map((id, s) => rankIn(found[s], moves(index, id, metric)));
     rungSelect.box.hidden = isLadder || !climbs;
-    const logs = found.flat().filter((cell) => cell && cell.value !== 0 && Number.isFinite(cell.value)).map((cell) => Math.log10(Math.abs(cell!.value)));
-    const low = Math.min(...logs), high = Math.max(...logs);
     const head = h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'scenario'), ...methods.map((method) => h('th', { scope: 'col', class: 'tilted' }, h('span', {}, ...brokenId(method))))));
     const body = h('tbody', {}, ...scenarios.map((scenario, s) => h('tr', {}, h('th', { scope: 'row', title: scenario }, scenario), ...methods.map((method, m) => {
       const cell = found[s][m];
@@ -56,10 +65,10 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
         const trouble = index.trouble(scenario, method);
         return h('td', { class: trouble ? 'trouble' : 'absent', title: trouble ? `${scenario}, ${method}: ${trouble.status}. ${trouble.reason}` : 'not in this study' }, trouble ? short[trouble.status] ?? trouble.status : '\u00b7', sign);
       }
-      const size = cell.value === 0 || !Number.isFinite(cell.value) ? 0 : (Math.log10(Math.abs(cell.value)) - low) / (high - low || 1);
+      const size = ranks[s](cell);
       const words = isLadder ? (noOrder(metric, cell.value, cell.bar) ? '?' : cell.value.toFixed(2)) : cell.value === 0 ? '0' : figure(cell.value, 2);
       const reason = index.text(index.rows.reason[cell.row]);
-      const td = h('td', { class: 'figure', style: isLadder ? undefined : `--part:${(size * 100).toFixed(0)}%`, title: `${scenario}, ${method}${cell.steps ? `, ${cell.steps} steps` : ''}: ${isLadder ? fitted(metric, cell.value, cell.bar) : withBar(cell.value, cell.bar)}${isLadder || Number.isNaN(cell.value) ? `. ${reason}` : ''}` },
+      const td = h('td', { class: gates?.bad ? 'figure refused' : 'figure', style: isLadder || size === null || gates?.bad ? undefined : `--part:${(size * 100).toFixed(0)}%`, title: `${scenario}, ${method}${cell.steps ? `, ${cell.steps} steps` : ''}: ${isLadder ? fitted(metric, cell.value, cell.bar) : withBar(cell.value, cell.bar)}${isLadder || Number.isNaN(cell.value) ? `. ${reason}` : ''}` },
         h('button', { type: 'button', onclick: () => chosen(scenario, method) }, words), sign);
       return td;
     }))));
@@ -72,7 +81,7 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
   const rungSelect = labelledSelect('rung of the ladder', 'matrix-rung', draw);
   rungSelect.select.append(option('middle', 'middle, the same steps for all'), option('finest', 'finest of each method'), option('coarsest', 'coarsest'));
   draw();
-  const legend = h('p', { class: 'hint' }, 'Blue is small, orange is large, by powers of ten. \u2713 all gates of the cell pass, \u2717 one does not. n/s unsupported, div diverged, n/f a state that is not finite, n/b not built, \u2013 no figure, ? inconclusive order: the reason is in the tooltip and in the rows. A click opens plots and rows.');
+  const legend = h('p', { class: 'hint' }, 'Colours rank the methods of a row, from the smallest error (blue) to the largest (orange); figures within three bars of the truth share the first rank. No colour: nothing moves, or all are equal. Struck out: a gate, which is the claim, did not pass. \u2713 all gates of the cell pass, \u2717 one does not. n/s unsupported, div diverged, n/f a state that is not finite, n/b not built, \u2013 no figure, ? inconclusive order: the reason is in the tooltip and in the rows. A click opens plots and rows.');
   return section('matrix', 'Scenario by method', h('div', { class: 'bar' }, tagSelect.box, metricSelect.box, rungSelect.box), legend,
     h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Scenario by method' }, table));
 }

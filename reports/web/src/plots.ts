@@ -3,11 +3,20 @@ import { Chart, ChartSpec, Curve, Point } from './chart';
 import { Loose, Report, Run, engineOf, family, figure, isAdaptive, noOrder, real, unitWord, withBar } from './data';
 import { h, labelledSelect, option, section } from './dom';
 import { Cell, RowIndex, richest } from './rows';
+import { chartSvg } from './chart_svg';
+import { savePng, saveSvg } from './save';
+import { chosenMethods } from './chosen';
+import { sceneMetric } from './scene_metric';
+import { aboutScene } from './scenes';
+import { put } from './state';
 import { Look, look, swatch } from './style';
 import { isSweep } from './sweep';
 
 const seriesKinds = ['position', 'velocity', 'attitude', 'body-rate'] as const;
 const seriesUnits: Record<string, string> = { position: 'm', velocity: 'm/s', attitude: 'rad', 'body-rate': 'rad/s' };
+
+// Between the methods that a link names: their ids may hold commas.
+const between = '\n';
 
 // Sweeps of poses have no steps to plot against.
 export function plottable(index: RowIndex): string[] { return index.names('scenario').filter((id) => !isSweep(index, id)); }
@@ -23,15 +32,17 @@ export class Plots {
   private readonly absent = h('p', { class: 'soft' });
   private readonly scenario; private readonly metric; private readonly body; private readonly steps;
   private methods: string[] = [];
+  private whole = false;   // all methods have a chip, or only those drawn
+  private plot = '';       // the one plot that is shown; '': the first with curves; 'all'
+  private readonly tabs = h('div', { class: 'tabs', role: 'group', 'aria-label': 'Plots' });
+  readonly extra = h('div', { class: 'of-scene' });  // what else there is about the scene
+  readonly head = h('div', { class: 'scene-head' });
 
   constructor(private readonly report: Report, private readonly index: RowIndex) {
-    // A family of tolerances has one colour and marker, chosen by the order of first appearance, the same in each scenario.
-    const families = [...new Set(index.names('method').map(family))];
-    families.forEach((name, i) => this.looks.set(name, look(i)));
-    this.scenario = labelledSelect('scenario', 'plot-scenario', () => this.showScenario());
-    this.metric = labelledSelect('metric', 'plot-metric', () => this.draw());
-    this.body = labelledSelect('body', 'plot-body', () => this.draw());
-    this.steps = labelledSelect('steps of the curves over time', 'plot-steps', () => this.draw());
+    this.scenario = labelledSelect('scenario', 'plot-scenario', () => this.leave());
+    this.metric = labelledSelect('metric', 'plot-metric', (metric) => { this.choose(); this.draw(); put({ metric, zoom: null, shown: null }); });
+    this.body = labelledSelect('body', 'plot-body', (body) => { this.draw(); put({ body, zoom: null }); });
+    this.steps = labelledSelect('steps of the curves over time', 'plot-steps', (steps) => { this.draw(); put({ steps, zoom: null }); });
     const known = new Map(report.scenarios.map((s) => [s.id, s.title]));
     const ids = plottable(index);
     const first = richest(index, ids);
@@ -39,31 +50,84 @@ export class Plots {
     const step = (by: number) => () => {
       const { select } = this.scenario;
       select.selectedIndex = (select.selectedIndex + by + select.options.length) % select.options.length;
-      this.showScenario();
+      this.leave();
     };
     const quick = (name: string, keep: (method: string) => boolean) => h('button', { type: 'button', onclick: () => {
       this.methods.forEach((m) => (keep(m) ? this.hidden.delete(m) : this.hidden.add(m)));
-      this.fillLegend();
-      this.draw();
+      this.whole = true;
+      this.afterChoice();
     } }, name);
-    this.element = section('plots', 'Plots',
-      h('div', { class: 'bar' }, this.scenario.box,
+    const few = h('button', { type: 'button', onclick: () => { this.choose(); this.draw(); put({ shown: null }); } }, 'chosen');
+    for (const chart of Object.values(this.charts)) chart.save = (kind) => {
+      const name = `${this.scenario.select.value} ${this.metric.select.value} ${chart.current().spec.id}`, drawn = chartSvg(chart);
+      if (kind === 'SVG') saveSvg(name, drawn);
+      else void savePng(name, drawn);
+    };
+    for (const [name, chart] of Object.entries(this.charts)) chart.zoomed = (ranges) => put({ zoom: ranges ? [name, ...ranges.map((v) => v.toPrecision(7))].join(',') : null });
+    this.element = section('plots', 'Scene by scene',
+      h('div', { class: 'bar choice' }, this.scenario.box,
         h('span', { class: 'pair' }, h('button', { type: 'button', 'aria-label': 'Previous scenario', onclick: step(-1) }, '\u2039'),
-          h('button', { type: 'button', 'aria-label': 'Next scenario', onclick: step(1) }, '\u203a')),
-        this.metric.box, this.body.box, this.steps.box),
-      this.about,
-      h('div', { class: 'legend-row' }, h('span', { class: 'pair' }, quick('all', () => true), quick('none', () => false),
+          h('button', { type: 'button', 'aria-label': 'Next scenario', onclick: step(1) }, '\u203a'))),
+      this.about, this.head, h('div', { class: 'bar' }, this.metric.box, this.body.box, this.steps.box), this.tabs,
+      h('div', { class: 'grid' }, this.charts.step.element, this.charts.time.element, this.charts.evaluations.element, this.charts.error.element, this.charts.energy.element),
+      h('div', { class: 'legend-row' }, h('span', { class: 'pair' }, few, quick('all', () => true), quick('none', () => false),
         quick('ours', (m) => engineOf(m) === 'atwood'), quick('others', (m) => engineOf(m) !== 'atwood')), this.legend),
       h('p', { class: 'hint' }, 'Drag to zoom, double-click to reset; hover or use the arrow keys to read a point. Click a method to hide it, double-click to show only it. Adaptive methods (:tol, one point per tolerance) have no constant step and appear only in the plots of work.'),
-      h('div', { class: 'grid' }, this.charts.step.element, this.charts.time.element, this.charts.evaluations.element, this.charts.error.element, this.charts.energy.element, this.orders), this.absent);
+      this.absent, this.orders, this.extra);
     if (ids.length) this.showScenario();
   }
 
   select(scenario: string): boolean {  // whether it has plots
     if (![...this.scenario.select.options].some((o) => o.value === scenario)) return false;
     this.scenario.select.value = scenario;
-    this.showScenario();
+    this.leave();
     return true;
+  }
+  private leave(): void {
+    this.showScenario();
+    put({ scene: this.scenario.select.value, metric: null, body: null, steps: null, shown: null, zoom: null, t: null });
+  }
+  // What a link says; anything else stays as the scene opens.
+  apply(state: URLSearchParams): void {
+    const set = (select: HTMLSelectElement, value: string | null) => { if (value !== null && [...select.options].some((o) => o.value === value)) select.value = value; };
+    const scene = state.get('scene');
+    if (scene !== null) set(this.scenario.select, scene);
+    this.plot = state.get('plot') ?? '';
+    for (const chart of Object.values(this.charts)) chart.setZoom(null);
+    this.metric.select.value = '';
+    this.showScenario();
+    set(this.metric.select, state.get('metric'));
+    set(this.body.select, state.get('body'));
+    set(this.steps.select, state.get('steps'));
+    this.choose();
+    const shown = state.get('shown')?.split(between).filter((name) => this.methods.includes(name));
+    if (state.has('shown')) {
+      this.whole = true;
+      this.methods.forEach((m) => (shown!.includes(m) ? this.hidden.delete(m) : this.hidden.add(m)));
+    }
+    const [name, ...ranges] = state.get('zoom')?.split(',') ?? [];
+    if (name in this.charts) this.charts[name as keyof typeof this.charts].setZoom(ranges.map(Number));
+    this.fillLegend();
+    this.draw();
+  }
+  private afterChoice(): void {
+    this.fillLegend();
+    this.draw();
+    put({ shown: this.methods.filter((m) => !this.hidden.has(m)).join(between) || '-' });
+  }
+  // The chosen few of this scene and metric.
+  private choose(): void {
+    const id = this.scenario.select.value;
+    const timed = this.index.ladders(id, 'step-time', '').size > 0;
+    const ladders = this.index.ladders(id, this.metric.select.value, '');
+    const few = chosenMethods(ladders, (method) => timed || !isAdaptive(method));
+    const list = few.length ? few : chosenMethods(ladders, () => true);
+    this.methods.forEach((m) => (list.includes(m) ? this.hidden.delete(m) : this.hidden.add(m)));
+    this.whole = false;
+    // A family of tolerances has one colour and marker; those of the chosen ones differ most.
+    this.looks.clear();
+    [...list, ...this.methods.filter((m) => !list.includes(m))].forEach((name, i) => this.looks.set(name, look(i)));
+    this.fillLegend();
   }
   restyle(): void { this.fillLegend(); Object.values(this.charts).forEach((chart) => chart.restyle()); }
   drawNow(): void { this.fillLegend(); Object.values(this.charts).forEach((chart) => chart.drawNow()); }
@@ -72,10 +136,9 @@ export class Plots {
     const id = this.scenario.select.value;
     const rows = this.index.of(id);
     const metrics = this.index.names('metric', rows).filter((name) => !/^(order|growth|size|status$|condition$|step-time|rate-evaluations$)/.test(name));
-    const before = this.metric.select.value;
     const rank = (name: string) => (name.startsWith('error-') ? 0 : /error/.test(name) ? 1 : 2);
     metrics.sort((a, b) => rank(a) - rank(b));
-    const preferred = metrics.includes(before) ? before : metrics.find((m) => m === 'error-position-max') ?? metrics.find((m) => m === 'error-position-end') ?? metrics[0];
+    const preferred = sceneMetric(this.report, this.index, id);
     this.metric.select.replaceChildren(...metrics.map((name) => option(name, name, name === preferred)));
     const bodies = this.index.names('body', rows).filter(Boolean);
     this.body.select.replaceChildren(option('', bodies.length ? 'whole run (largest)' : 'whole run'), ...bodies.map((name) => option(name, name)));
@@ -93,14 +156,17 @@ export class Plots {
     this.methods = [...new Set(this.index.names('method', rows).map(family))];
     const scenario = this.report.scenarios.find((s) => s.id === id);
     this.about.replaceChildren(...(scenario ? [h('b', {}, scenario.title), ` ${scenario.claim} `, h('span', { class: 'soft' }, `Truth: ${scenario.truth}. t_end ${figure(real(scenario.t_end_s))} s, ${scenario.samples} samples. Source: ${scenario.source}`)] : []));
-    this.fillLegend();
+    this.choose();
     this.draw();
+    const { head, extra } = aboutScene(this.report, this.index, id);
+    this.head.replaceChildren(...head.filter((part) => part) as Node[]);
+    this.extra.replaceChildren(...extra.filter((part) => part) as Node[]);
   }
 
   private runs(scenario: string): Run[] { return this.report.series.runs.filter((run) => this.report.strings[run.s] === scenario); }
 
   private fillLegend(): void {
-    this.legend.replaceChildren(...this.methods.map((name) => {
+    this.legend.replaceChildren(...this.methods.filter((name) => this.whole || !this.hidden.has(name)).map((name) => {
       const button = h('button', { type: 'button', 'aria-pressed': String(!this.hidden.has(name)), 'data-method': name }, swatch(this.looks.get(name)!) as unknown as Node, name);
       button.addEventListener('click', () => this.toggle(name, button));
       button.addEventListener('dblclick', () => this.alone(name));
@@ -114,12 +180,14 @@ export class Plots {
     else this.hidden.add(name);
     button.setAttribute('aria-pressed', String(!this.hidden.has(name)));
     this.draw();
+    put({ shown: this.methods.filter((m) => !this.hidden.has(m)).join(between) || '-' });
   }
   private alone(name: string): void {
     this.methods.forEach((other) => this.hidden.add(other));
     this.hidden.delete(name);
     for (const button of this.legend.querySelectorAll<HTMLElement>('button')) button.setAttribute('aria-pressed', String(button.dataset.method === name));
     this.draw();
+    put({ shown: name });
   }
   private light(name: string | null): void { Object.values(this.charts).forEach((chart) => chart.highlight(name)); }
 
@@ -155,10 +223,28 @@ export class Plots {
     this.showOrders(id);
     // Plots without data are named in a line instead of being drawn empty.
     const charts = Object.values(this.charts);
-    charts.forEach((chart) => { chart.element.hidden = chart.isEmpty(); });
+    this.showTabs();
     const empty = charts.filter((chart) => chart.isEmpty());
     this.absent.hidden = !empty.length;
     this.absent.textContent = `Not drawn: ${empty.map((chart) => chart.title()).join('; ')}.`;
+  }
+
+  private openPlot(): string {
+    const names = Object.keys(this.charts) as (keyof typeof this.charts)[];
+    if (this.plot === 'all' || names.some((name) => name === this.plot && !this.charts[name].isEmpty())) return this.plot;
+    return ['time', 'step', ...names].find((name) => !this.charts[name as keyof typeof this.charts].isEmpty()) ?? 'all';
+  }
+  private showTabs(): void {
+    const open = this.openPlot();
+    const words: Record<string, string> = { step: 'error against step', time: 'against CPU time', evaluations: 'against evaluations', error: 'over time', energy: 'energy over time', all: 'all plots' };
+    const names = Object.entries(this.charts).filter(([, chart]) => !chart.isEmpty()).map(([name]) => name);
+    this.tabs.replaceChildren(...(names.length > 1 ? [...names, 'all'] : []).map((name) => h('button', { type: 'button', 'data-plot': name, 'aria-pressed': String(name === open), onclick: () => {
+      this.plot = name;
+      this.showTabs();
+      put({ plot: name });
+    } }, words[name])));
+    for (const [name, chart] of Object.entries(this.charts)) chart.element.hidden = chart.isEmpty() || (open !== 'all' && name !== open);
+    this.element.dataset.plot = open;
   }
 
   private curves(ladders: Map<string, Cell[]>, unit: string, xOf: (method: string, cell: Cell) => number | null, xWords: (x: number) => string): Curve[] {

@@ -75,16 +75,20 @@ export function troubles(report: Report, index: RowIndex): HTMLElement | null {
   ], list, `Cells without figures in ${report.title}`)));
 }
 
-export function gates(report: Report): HTMLElement | null {
-  if (!report.verdicts.length) return null;
-  return section('gates', 'All gates', h('details', {}, h('summary', {}, `${report.verdicts.length} gates`), smallTable<Verdict>([
+export function gatesTable(verdicts: Verdict[], label: string): HTMLElement {
+  return smallTable<Verdict>([
     { name: 'verdict', value: (v) => v.judgement, cell: (v) => badge(v.judgement) },
     { name: 'scenario', value: (v) => v.scenario }, { name: 'method', value: (v) => v.method },
     { name: 'steps', number: true, value: (v) => v.steps, cell: (v) => (v.steps ? String(v.steps) : 'ladder') },
     { name: 'metric', value: (v) => v.metric },
     { name: 'measured', number: true, value: (v) => real(v.value), cell: measured },
     { name: 'allowed', value: (v) => v.allowed }, { name: 'reason', value: (v) => v.reason, wide: true },
-  ], report.verdicts, 'All gates')));
+  ], verdicts, label);
+}
+
+export function gates(report: Report): HTMLElement | null {
+  if (!report.verdicts.length) return null;
+  return section('gates', 'All gates', h('details', {}, h('summary', {}, `${report.verdicts.length} gates`), gatesTable(report.verdicts, 'All gates')));
 }
 
 // Each law once per scenario and method, at the rung nearest to 60 steps per second; the other rungs are in a folded table.

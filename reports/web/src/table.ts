@@ -2,6 +2,8 @@
 import { Child, copyButton, h, labelledSelect, option } from './dom';
 import { figure, fitted, isFit, real, rerunCommand, withBar } from './data';
 import { RowIndex } from './rows';
+import { ownLines } from './save';
+import { put } from './state';
 
 export interface Column<T> { name: string; number?: boolean; value: (row: T) => string | number; cell?: (row: T) => Child; wide?: boolean }
 
@@ -73,6 +75,7 @@ export class RowTable {
   private readonly table = h('table', { class: 'virtual' });
   private readonly selects = new Map<keyof Filters, HTMLSelectElement>();
   private drawn = '';
+  private search!: HTMLInputElement;
   private readonly columns: { name: string; number?: boolean; key: (i: number) => string | number; cell: (i: number) => Child }[];
 
   constructor(private readonly index: RowIndex) {
@@ -98,6 +101,7 @@ export class RowTable {
     this.table.querySelector('thead tr')!.append(h('th', { scope: 'col' }, 'rerun'));
     this.view.append(this.table);
     this.view.addEventListener('scroll', () => requestAnimationFrame(() => this.draw()), { passive: true });
+    ownLines.set(this.view, () => [this.columns.map((c) => c.name), ...this.order.map((i) => this.columns.map((c) => c.number ? String(c.key(i)) : String(c.cell(i))))]);
     this.element = h('div', {}, this.bar(), this.view);
     this.update();
   }
@@ -110,7 +114,7 @@ export class RowTable {
   }
 
   private bar(): HTMLElement {
-    const search = h('input', { id: 'row-search', type: 'search', placeholder: 'words, all must match', autocomplete: 'off' });
+    const search = this.search = h('input', { id: 'row-search', type: 'search', placeholder: 'words, all must match', autocomplete: 'off' });
     let timer = 0;
     search.addEventListener('input', () => {
       clearTimeout(timer);
@@ -137,7 +141,21 @@ export class RowTable {
     this.update();
   }
 
+  // The filters and the sorting of a link.
+  apply(state: URLSearchParams): void {
+    const [column, way] = (state.get('sort') ?? '').split(',');
+    const at = this.columns.findIndex((c) => c.name === column);
+    this.sort = at < 0 ? null : { column: at, up: way !== 'down' };
+    this.table.querySelectorAll('thead th[aria-sort]').forEach((head, i) => head.setAttribute('aria-sort', i === at ? (this.sort!.up ? 'ascending' : 'descending') : 'none'));
+    this.search.value = state.get('q') ?? '';
+    const known = (key: 'scenario' | 'method' | 'metric' | 'status') => { const value = state.get(`row-${key}`) ?? ''; return this.report().strings.includes(value) ? value : ''; };
+    this.filter({ text: this.search.value, scenario: known('scenario'), method: known('method'), metric: known('metric'), status: known('status') });
+  }
+  private report() { return this.index.report; }
+
   private update(): void {
+    const told = Object.fromEntries((['scenario', 'method', 'metric', 'status'] as const).map((key) => [`row-${key}`, this.filters[key]]));
+    put({ ...told, q: this.filters.text, sort: this.sort ? `${this.columns[this.sort.column].name},${this.sort.up ? 'up' : 'down'}` : null });
     const { rows, report } = this.index;
     const words = this.filters.text.toLowerCase().split(/\s+/).filter(Boolean);
     // A word is searched once in each distinct string, not in each row.

@@ -102,7 +102,8 @@ class OptionalEngines(Case):
                 os.symlink(os.path.join(bin_dir, name), self.path(name))
 
     def run_without(self, *words):
-        return subprocess.run([self.path("atwood"), *words], cwd=self.here, text=True, capture_output=True, timeout=300)
+        return subprocess.run([self.path("atwood"), *words], cwd=self.here, text=True, capture_output=True, timeout=300,
+                              env={**os.environ, "ATWOOD_ROOT": ROOT})
 
     def test_what_is_not_there_says_how_to_get_it(self):
         for engine in self.ENGINES:
@@ -520,9 +521,11 @@ class Running(Case):
         command = next(line for line in result.stdout.splitlines() if line.strip().startswith("./atwood run")).split()[1:]
         self.expect(self.run_in(*command, "--no-timing"), 1, "FAIL")
 
-    def test_scenes_of_the_readme_run_as_they_are_printed(self):
-        with open(os.path.join(ROOT, "README.md")) as file:
-            blocks = file.read().split("```toml\n")[1:]
+    def test_scenes_of_the_manual_run_as_they_are_printed(self):
+        blocks = []
+        for page in ("add-a-scene.md", "contact.md"):
+            with open(os.path.join(ROOT, "docs", page)) as file:
+                blocks += file.read().split("```toml\n")[1:]
         scenes = [block.split("```")[0] for block in blocks if block.startswith("id     = ")]
         self.assertEqual(len(scenes), 2)
         for scene, method in zip(scenes, ("atwood/dopri5:1e-10", "atwood/rk4+event")):

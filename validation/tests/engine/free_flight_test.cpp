@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "integrators/free_flight.hpp"
+#include "integrators/free_flight_alone.hpp"
 #include "many_bodies.hpp"
 
 namespace atwood::testing {
@@ -193,6 +194,34 @@ TEST_CASE("the same bits at every vector width") {
     compare_widths<double>(scheme);
     compare_widths<float>(scheme);
   }
+}
+
+TEST_CASE("many steps of one body in a register have the bits of single ones, at every width") {
+  int compared = 0;
+  for (const char* scheme : {"heun", "dopri5", "dop853", "verner9"}) {
+    RigidModel<double> model(free_box());
+    const auto stepper = stepper_of(scheme, model);
+    FlightSteps<double> plan(*stepper->weights());
+    plan.set_gravity({0, 1, -9.8});
+    plan.set_step(1e-2);
+    FlightInertia<double, 1> inertia{};
+    for (int r = 0; r < 3; ++r) inertia.I[4 * r][0] = 1 + r, inertia.twice_I_inverse[4 * r][0] = 2.0 / (1 + r);
+    std::vector<double> start(model.state_size()), single = start, next = start;
+    model.initial_state(start.data());
+    single = start;
+    for (int n = 0; n < 50; ++n) {
+      fly_alone(FlightKind::about_body_axes, plan, inertia, single.data(), next.data());
+      single.swap(next);
+    }
+    for (const VectorWidth width : widths_here()) {
+      if (!flies_alone(width, FlightKind::about_body_axes, plan)) continue;
+      std::vector<double> many = start;
+      fly_many_alone(width, plan, inertia, 50, many.data());
+      CHECK(same_scalars(many, single));
+      ++compared;
+    }
+  }
+  CHECK(compared == 4 * (static_cast<int>(widths_here().size()) - 1));
 }
 
 TEST_CASE("forces, bare problems and compensation stay with the general stepper") {

@@ -100,5 +100,34 @@ TEST_CASE("a step taken again with another h is the step of that h") {
   twins.check_step(0.1);
 }
 
+Outcome by_criterion(const Scene& scene, double t_end_s, const std::string& criterion, double epsilon) {
+  MethodId id = method_id("ias15", "", 1e-16);
+  id.overrides["criterion"] = criterion;
+  id.overrides["epsilon"] = epsilon;
+  return try_run(id, scene, {t_end_s, 400, 1}).outcome;
+}
+
+// On a unit circle |a| = |j| = |s| = 1, so tau = sqrt(2 / (1 + 1)) = 1 and every step is (5040 epsilon)^(1/7).
+TEST_CASE("PRS23 steps on a circle are those of its formula") {
+  for (const double epsilon : {1e-9, 1e-7}) {
+    const double step_s = std::pow(5040 * epsilon, 1.0 / 7), t_end_s = 200;
+    const Outcome outcome = by_criterion(kepler(0), t_end_s, "prs23", epsilon);
+    CHECK(outcome.status == Status::ok);
+    CHECK(static_cast<double>(outcome.steps_taken) == Approx(t_end_s / step_s).margin(3));
+  }
+}
+
+TEST_CASE("the published criteria of IAS15 take steps as epsilon^(1/7)") {
+  for (const std::string criterion : {"rein-spiegel", "prs23"}) {
+    INFO(criterion);
+    const auto steps = [&](double epsilon) {
+      const Outcome outcome = by_criterion(kepler(0.3), 200, criterion, epsilon);
+      CHECK(outcome.status == Status::ok);
+      return static_cast<double>(outcome.steps_taken);
+    };
+    CHECK(steps(1e-9 / 128) / steps(1e-9) == Approx(2).margin(0.05));
+  }
+}
+
 }  // namespace
 }  // namespace atwood::testing

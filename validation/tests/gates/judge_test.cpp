@@ -1,4 +1,5 @@
 // Verdicts by the interval rule, orders, ratios, and what can't be judged.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
@@ -273,4 +274,44 @@ TEST_CASE("a glob matches with * and ? and literal text") {
   CHECK_FALSE(glob_match("atwood/rk4", "atwood/rk4+event"));
   CHECK_FALSE(glob_match("", "x"));
   CHECK(glob_match("ode/default{erp=0.[12]}", "ode/default{erp=0.[12]}"));
+}
+
+TEST_CASE("judge: ladder by ladder gives the verdicts of all rows together") {
+  using Kind = Gate::Kind;
+  Gate ratio = gate_of(Kind::max_ratio, 0, 2);
+  ratio.method = "atwood/*";
+  ratio.ratio_to = "ode/step";
+  Gate nothing = gate_of(Kind::max, 0, 1, "energy-max");
+  Gate truth = gate_of(Kind::max, 0, 1, "order-position");
+  Gate fails = gate_of(Kind::max, 0, 1);
+  fails.method = "*";
+  const std::vector<Gate> gates{ratio, nothing, truth, fails};
+  Row refused = row_of("truth", 0, 0, "atwood/heun");
+  refused.status = Status::unsupported;
+  refused.reason = "no truth";
+  Row ended = row_of("status", 0, 0, "atwood/diverges");
+  ended.status = Status::diverged;
+  const std::vector<std::vector<Row>> ladders{
+      {row_of("error-position-end", 0.5), row_of("error-position-end", 3, 0, "atwood/rk4", 480)},
+      {row_of("error-position-end", 1, 0, "atwood/heun"), refused},
+      {ended},
+      {row_of("error-position-end", 0.4, 0, "ode/step"), row_of("error-position-end", 1, 0, "ode/step", 480)}};
+  std::vector<Row> all;
+  for (const auto& ladder : ladders) all.insert(all.end(), ladder.begin(), ladder.end());
+  const auto texts = [](const std::vector<Verdict>& verdicts) {
+    std::vector<std::string> lines;
+    for (const Verdict& v : verdicts)
+      lines.push_back(v.gate.metric + " " + v.scenario + " " + v.method + " " + std::to_string(v.steps) + " " +
+                      to_string(v.judgement) + " " + v.text);
+    std::sort(lines.begin(), lines.end());
+    return lines;
+  };
+  LadderJudge judge_ladders(gates, ladders.back());
+  std::vector<Verdict> found;
+  for (const auto& ladder : ladders)
+    for (const Verdict& v : judge_ladders.add(ladder)) found.push_back(v);
+  for (const Verdict& v : judge_ladders.rest()) found.push_back(v);
+  const std::vector<std::string> expected = texts(judge(gates, all));
+  CHECK(expected.size() > 8);
+  CHECK(texts(found) == expected);
 }

@@ -3,12 +3,15 @@
 to dark, prints. No error may reach the console, no request the network. browser_test.py WRITE_SYNTHETIC_REPORT
 Answers 77 (skipped) with a word where Chromium or chromedriver is missing."""
 import base64
+import csv
+import io
 import os
 import pathlib
 import subprocess
 import sys
 import tempfile
 import time
+import xml.etree.ElementTree
 
 from chromium import DOWN, HOSTILE, SKIPPED, UP, Browser, check, move, programs, silence, until
 
@@ -25,7 +28,9 @@ def opens(browser, path):
     until("the report is drawn", lambda: browser.run("return document.documentElement.dataset.ready === 'true'"), 40)
     check(browser.run("return document.querySelector('#verdict .word').textContent") == "Fail", "the verdict is not shown")
     order = browser.run("return [...document.querySelectorAll('main > section')].map(s => s.id)")
-    check(order[0] == "failing" and order[1] == "laws", f"failing cells do not stand on top: {order}")
+    check(order[:2] == ["story", "failing"], f"failing cells do not stand on top: {order}")
+    told = browser.run("return document.querySelector('#story').innerText")
+    check("Not passed: " in told and "Which to use" in told and "Without a figure" in told and "What each engine loses at 240 steps a second" in told, f"the first screen tells: {told}")
     cards = browser.run("return [...document.querySelectorAll('#failing .badge')].map(b => b.className)")
     check(cards == ["badge fail", "badge fail", "badge fail", "badge unverifiable", "badge not-run"], f"failing cards: {cards}")
     words = browser.run("return [...document.querySelectorAll('#failing .card')].map(c => c.textContent)")
@@ -103,6 +108,7 @@ def bounces(browser):
     browser.run("""const s = document.querySelector('#plot-scenario'); s.value = 'drop'; s.dispatchEvent(new Event('change'));""")
     orders = browser.run("return [...document.querySelectorAll('#plots .orders td')].map(c => c.textContent)")
     check(orders == ["inconclusive (no convergence)", "inconclusive (\u00b1 0.4)"], f"orders that are none: {orders}")
+    browser.click("#plots [data-plot='all']")
     shown = browser.run("return [...document.querySelectorAll('#plots .chart')].filter(c => !c.hidden).map(c => c.id)")
     check(shown == ["plot-step", "plot-cpu"], f"plots of a scene without curves over time: {shown}")
 
@@ -116,6 +122,13 @@ def settings(browser):
 
 def plots(browser):
     browser.run("""const s = document.querySelector('#plot-scenario'); s.value = 'kepler-e0.6'; s.dispatchEvent(new Event('change'));
+        document.querySelector("#plots [data-plot='step']").click();""")
+    one = browser.run("return [...document.querySelectorAll('#plots .chart')].filter(c => !c.hidden).map(c => c.id)")
+    check(one == ["plot-step"], f"plots that are shown: {one}")
+    few = browser.run("return document.querySelectorAll('#plots .legend button').length")
+    check(2 <= few <= 8, f"a plot opens with {few} curves")
+    browser.run("""[...document.querySelectorAll('#plots .legend-row .pair button')].find(b => b.textContent === 'all').click();
+        document.querySelector("#plots [data-plot='all']").click();
         document.querySelector('#plot-step').scrollIntoView({block: 'center'});""")
     until("the plot is drawn", lambda: browser.run("return document.querySelector('#plot-step canvas') !== null"))
     ink = browser.run("""const c = document.querySelector('#plot-step canvas');
@@ -151,6 +164,90 @@ def plots(browser):
         const s = document.querySelector('#plot-scenario'); s.value = o.value; s.dispatchEvent(new Event('change'));
         const m = document.querySelector('#plot-metric');
         for (const p of [...m.options]) { m.value = p.value; m.dispatchEvent(new Event('change')); } }""")
+
+
+def ready(browser):
+    until("the report is drawn", lambda: browser.run("return document.documentElement.dataset.ready === 'true'"), 40)
+
+
+def state_of(browser):
+    return browser.run("""const pressed = [...document.querySelectorAll('#plots .legend button[aria-pressed=true]')].map(b => b.dataset.method);
+        const value = id => document.querySelector(id).value;
+        return [value('#plot-scenario'), value('#plot-metric'), document.querySelector('#plots').dataset.plot, pressed.sort(), value('#row-search'),
+          value('#row-status'), document.querySelector('#row-count').textContent,
+          [...document.querySelectorAll('#rows th[aria-sort]')].map(t => t.getAttribute('aria-sort')), document.querySelector('#plot-step').dataset.x ?? '']""")
+
+
+def links(browser, path):
+    """A link restores scene, metric, plot, methods, zoom, filter and sorting; one that names what is not there does no harm."""
+    browser.run("""const set = (id, v, e = 'change') => { const s = document.querySelector(id); s.value = v; s.dispatchEvent(new Event(e)); };
+        set('#plot-scenario', 'kepler-e0.6'); set('#plot-metric', 'error-velocity-max'); document.querySelector("#plots [data-plot='step']").click();
+        set('#row-status', 'ok'); set('#row-search', 'kepler', 'input'); document.querySelector('#rows thead th:nth-child(3) button').click();""")
+    browser.click("#plots .legend button:first-child")
+    browser.run("document.querySelector('#plot-step').scrollIntoView({block: 'center', behavior: 'instant'})")
+    until("the plot is drawn", lambda: browser.run("return document.querySelector('#plot-step canvas') !== null"))
+    time.sleep(0.5)
+    left, top, width, height = browser.run("const r = document.querySelector('#plot-step .u-over').getBoundingClientRect(); return [r.left, r.top, r.width, r.height]")
+    browser.mouse(move(left + width * 0.3, top + height * 0.2), DOWN, move(left + width * 0.5, top + height * 0.5), move(left + width * 0.7, top + height * 0.6), UP)
+    until("the zoom is in the address", lambda: "zoom=step" in browser.run("return location.hash"))
+    before, fragment = state_of(browser), browser.run("return location.hash")
+    check(before[8] and before[4] == "kepler" and "row-status=ok" in fragment and "shown=" in fragment, f"the address holds {fragment}")
+    browser.post("/url", {"url": "about:blank"})
+    browser.post("/url", {"url": pathlib.Path(path).as_uri() + fragment})
+    ready(browser)
+    browser.run("document.querySelector('#plot-step').scrollIntoView({block: 'center', behavior: 'instant'})")
+    until("the link restores its state", lambda: state_of(browser) == before or print(state_of(browser), before), 8)
+    browser.run("location.hash = '#scene=nowhere&metric=none&plot=x&zoom=step,1,nan&row-status=%3Cimg%3E&sort=,&t=1e999&shown=-'")
+    time.sleep(0.3)
+    check(browser.run("return document.querySelectorAll('img').length") == 0, "a link made an element")
+    # A method whose id holds a comma comes back from the link that the page wrote.
+    browser.run("""const s = document.querySelector('#plot-scenario'); s.value = 'stack-10'; s.dispatchEvent(new Event('change'));
+        [...document.querySelectorAll('#plots .legend-row .pair button')].find(b => b.textContent === 'all').click();""")
+    fragment, pressed = browser.run("return location.hash"), state_of(browser)[3]
+    check(pressed == ["atwood/symplectic-euler+impulse{solver=direct,erp=0.5}"], f"methods of stack-10: {pressed}")
+    browser.run("location.hash = '#scene=kepler-e0.6'")
+    until("another scene is open", lambda: state_of(browser)[0] == "kepler-e0.6")
+    browser.run("location.hash = arguments[0]", fragment)
+    until("the link with a comma restores its method", lambda: state_of(browser)[0] == "stack-10" and state_of(browser)[3] == pressed)
+    browser.run("location.hash = '#scene=ballistic'")
+    until("a link to a scene opens it", lambda: browser.run("return document.querySelector('#plot-scenario').value") == "ballistic")
+
+
+def exports(browser):
+    browser.run("""window.saved = []; URL.createObjectURL = blob => { saved.push(blob); return 'blob:null/0'; };
+        HTMLAnchorElement.prototype.click = function () { saved[saved.length - 1].called = this.download; };""")
+    text = lambda selector: browser.run("""document.querySelector(arguments[0]).click(); return saved[saved.length - 1].text()""", selector)
+    rows = list(csv.reader(io.StringIO(text("#rows .save button"))))
+    count = int(browser.run("return document.querySelector('#row-count').textContent").split()[0])
+    check(len(rows) == count + 1 and {len(row) for row in rows} == {12} and rows[0][0] == "scenario", f"the CSV has {len(rows)} lines for {count} rows")
+    browser.run("document.querySelectorAll('details').forEach(d => { d.open = true; })")
+    tables = browser.run("return document.querySelectorAll('#app .scroll').length")
+    check(browser.run("return document.querySelectorAll('#app .save button').length") == tables, "a table cannot be saved")
+    gates = list(csv.reader(io.StringIO(text("#gates .save button"))))
+    check(any(HOSTILE in cell for row in gates for cell in row), "the hostile name is not in the CSV of the gates")
+    drawing = xml.etree.ElementTree.fromstring(text("#plots .chart:not([hidden]) [data-save=SVG]"))
+    check(len(drawing.findall(".//{*}polyline")) >= 2, "the saved SVG has no curves")
+    browser.run("document.querySelector('#plots .chart:not([hidden]) [data-save=PNG]').click()")
+    until("a PNG is saved", lambda: browser.run("return saved[saved.length - 1].type") == "image/png")
+    check(browser.run("return saved[saved.length - 1].arrayBuffer().then(b => [...new Uint8Array(b).slice(1, 4)])") == [80, 78, 71], "the PNG is none")
+    browser.click("#cite-button")
+    words = browser.run("return document.querySelector('#cite').textContent")
+    check("@misc{" in words and "command: " in words, f"cite says {words}")
+    browser.run("document.querySelector('#cite').close()")
+
+
+def motion(browser):
+    """The picture of a scene plays and follows its slider."""
+    browser.run("document.querySelector('#plot-scenario').value = document.querySelector('.thumbnail svg').closest('a').getAttribute('href').slice(7); "
+                "document.querySelector('#plot-scenario').dispatchEvent(new Event('change'));")
+    drawn = "return document.querySelector('.scene-picture .bodies').innerHTML"
+    start = browser.run(drawn)
+    browser.run("const s = document.querySelector('.scene-picture .time'); s.value = 500; s.dispatchEvent(new Event('input'));")
+    middle = browser.run(drawn)
+    check(start and start != middle and "t=0.5" in browser.run("return location.hash"), "the slider does not move the scene")
+    browser.click(".scene-picture .play")
+    until("it plays", lambda: browser.run(drawn) != middle)
+    browser.click(".scene-picture .play")
 
 
 def luminance(colour):
@@ -210,6 +307,12 @@ def main():
         check(os.path.getsize(path) < LIMIT, f"the report has {os.path.getsize(path)} bytes")
         browser = Browser(*found)
         try:
+            opens(browser, path)
+            links(browser, path)
+            print("ok: links")
+            for use in (exports, motion):
+                use(browser)
+                print("ok:", use.__name__)
             opens(browser, path)
             for use in (sorts, filters, side_by_side, contacts, bounces, settings, plots, dark, narrow, prints):
                 use(browser)

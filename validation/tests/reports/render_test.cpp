@@ -138,6 +138,27 @@ TEST_CASE("solves that ended above their tolerance are told with solver, residua
   CHECK(render_markdown(data).find("## Solves that ended above their tolerance") != std::string::npos);
 }
 
+TEST_CASE("the page counts every change and holds the first of them") {
+  ReportData data = small_report();
+  data.baseline_path = "run 12";
+  const auto add = [&](BaselineChange::Kind kind, int count) {
+    BaselineChange change;
+    change.kind = kind;
+    data.baseline.resize(data.baseline.size() + static_cast<std::size_t>(count), change);
+  };
+  data.baseline.clear();
+  add(BaselineChange::Kind::unchanged, 9);
+  add(BaselineChange::Kind::missing, 2);
+  add(BaselineChange::Kind::improvement, 200);
+  add(BaselineChange::Kind::regression, 300);
+  const auto page = nlohmann::json::parse(embedded_json(data, {6, 3, 129, true, 8}));
+  const nlohmann::json counts{{"regression", 300}, {"improvement", 200}, {"missing", 2}, {"added", 0}};
+  CHECK(page["change_counts"] == counts);
+  REQUIRE(page["changes"].size() == 400);
+  CHECK(page["changes"][299]["kind"] == "regression");
+  CHECK(page["changes"][399]["kind"] == "improvement");
+}
+
 TEST_CASE("every method that ran shows every setting of its scheme and of its response, and no other is shown") {
   ReportData data = small_report();
   Row row = data.rows.front();

@@ -236,7 +236,7 @@ class Builder {
 };
 
 // A sweep of poses, by pair and as a whole: one engine that finds everything, one that misses and refuses a pair. And a
-// method whose id is longer than a heading of the matrix.
+// method whose id is longer than a heading of the matrix and holds a comma.
 void add_contacts(ReportData& data) {
   Row row;
   row.scenario = "geometry-sweep";
@@ -255,7 +255,7 @@ void add_contacts(ReportData& data) {
   row.scenario = "stack-10";
   row.metric = "penetration-max";
   row.unit = "m";
-  add("atwood/symplectic-euler+impulse{solver=direct}", "", 1e-9);
+  add("atwood/symplectic-euler+impulse{solver=direct,erp=0.5}", "", 1e-9);
 }
 
 // A ball that bounces and comes to rest: errors at the end do not distinguish methods, one engine does not report all

@@ -7,7 +7,7 @@ import sys
 
 ROOT = sys.argv[1]
 ORDER = ["engine", "reference", "validation", "benchmarks", "reports"]
-TOP = set(ORDER) | {"CMakeLists.txt", "CMakePresets.json", "README.md", "LICENSE", "CONTRIBUTING.md", "docs", "atwood", "build", "atwood-out",
+TOP = set(ORDER) | {"CMakeLists.txt", "CMakePresets.json", "README.md", "LICENSE", "CONTRIBUTING.md", "docs", "packaging", "action.yml", "CHANGELOG.md", "atwood", "build", "atwood-out",
                     "atwood-baseline.tsv", "atwood-baseline.tsv.env"}
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
 # What reference/ may use of engine/, and in which files third-party engines may appear.

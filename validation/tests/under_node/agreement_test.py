@@ -58,10 +58,10 @@ class Agreement(unittest.TestCase):
     def test_joints_of_both_mujocos_and_their_reactions(self):
         old, new = self.worker("mujoco"), self.worker("mujoco3")
         for name, of in JOINTS.items():
-            for scheme in ("default", "tuned") if name != "hinge with a motor" else ("default",):
+            for schemes in (("default", "default"), ("tuned", "stiff")) if name != "hinge with a motor" else (("default", "default"),):
                 # motors: 2.2.2 evaluates them at each stage of RK4, 3 once a step
-                rows = [self.joints(worker, scheme, of, 1, 240) for worker in (old, new)]
-                with self.subTest(joint=name, scheme=scheme):
+                rows = [self.joints(worker, scheme, of, 1, 240) for worker, scheme in zip((old, new), schemes)]
+                with self.subTest(joint=name, schemes=schemes):
                     self.assertEqual(len(rows[0]), len(rows[1]))
                     self.assertLess(max(abs(a - b) for a, b in zip(*rows)), 1e-9)
 
@@ -71,9 +71,10 @@ class Agreement(unittest.TestCase):
                 "angular_coefficient_N_m_s": 0.02}
         start = body(inertia_kg_m2=INERTIA, velocity_m_per_s=[1, 2, 3], angular_velocity_body_rad_per_s=[0.4, 2, 0.3],
                      orientation_wxyz=[0.5, 0.5, -0.5, 0.5])
-        for scheme in ("default", "rk4", "implicit", "tuned"):
-            rows = [self.worker(name).end(scheme, scene(start, gravity=(0, 1, -9.8), forces=[drag]), 2, 240)[0] for name in ("mujoco", "mujoco3")]
-            with self.subTest(scheme=scheme):
+        for schemes in (("default", "default"), ("rk4", "rk4"), ("implicit", "implicit"), ("tuned", "stiff")):
+            rows = [self.worker(name).end(scheme, scene(start, gravity=(0, 1, -9.8), forces=[drag]), 2, 240)[0]
+                    for name, scheme in zip(("mujoco", "mujoco3"), schemes)]
+            with self.subTest(schemes=schemes):
                 self.assertLess(max(abs(a - b) for r, s in zip(*rows) for a, b in zip(r, s)), 1e-10)
 
     @unittest.skipUnless(built("mujoco", "mujoco3"), "one of the two is not built")
@@ -84,10 +85,30 @@ class Agreement(unittest.TestCase):
                     position_m=[0, 3, 0.1], velocity_m_per_s=[1, 0.5, 0], material="ice")
         roll = ball(position_m=[0, 0, 0.1], velocity_m_per_s=[1, 0, 0], angular_velocity_body_rad_per_s=[0, 0, 3])
         of = scene(roll, slab, floor(), gravity=(0, 0, -9.81), laws=laws)
-        old, new = (self.worker(name).end("tuned", of, 1, 480) for name in ("mujoco", "mujoco3"))
+        old, new = (self.worker(name).end(scheme, of, 1, 480) for name, scheme in (("mujoco", "tuned"), ("mujoco3", "stiff")))
         for a, b in zip(old, new):
             self.assertLess(math.dist(a[0], b[0]), 1e-3)
         self.assertLess(old[0][0][0], 0.71)  # from 1 m/s it rolls at 5/7, and slows
+
+    @unittest.skipUnless(built("mujoco", "mujoco3"), "one of the two is not built")
+    def test_a_ball_at_rest_sinks_in_both_mujocos_as_their_manual_says(self):
+        """Frictionless, one contact: (1 - d) g = d^2 k |r|, k = 1 / (d_most^2 tau^2), with the impedance d of the overlap r."""
+        g, tau, least, most, width = 10, 0.02, 0.9, 0.95, 0.001
+        overlap = 0
+        for _ in range(100):
+            x = overlap / width
+            d = least + (most - least) * (2 * x * x if x <= 0.5 else 1 - 2 * (1 - x)**2)
+            overlap = (1 - d) * g * (most * tau / d)**2
+        tilt = [0.6, 0, 0.8]
+        slant = body("slant", fixed=True, mass_kg=0, shape={"plane": {"normal": tilt, "offset_m": 0.5}}, position_m=[7, 8, 9])
+        lying = ball(position_m=[0, 0, 0.1]), ball(position_m=[0.6 * n for n in tilt])
+        for name in ("mujoco", "mujoco3"):
+            for bodies, down in (((floor(), lying[0]), [0, 0, -g]), ((lying[0], floor()), [0, 0, -g]), ((slant, lying[1]), [-g * n for n in tilt])):
+                run = Run(self.worker(name), "default", scene(*bodies, gravity=down), 3, 720)
+                with self.subTest(engine=name, down=down):
+                    (row,) = run.samples[-1]["contacts"]
+                    self.assertAlmostEqual(float(row[8]), -overlap, delta=1e-9)
+                    self.assertAlmostEqual(float(row[9]), g * lying[0]["mass_kg"], delta=1e-6)
 
     @unittest.skipUnless(built("mujoco", "mujoco3"), "one of the two is not built")
     def test_bodies_collide_across_a_weld_in_both_mujocos(self):
@@ -102,8 +123,8 @@ class Agreement(unittest.TestCase):
         described = subprocess.run([f"{BIN_DIR}/atwood", "describe", "four-bar-1", "--json"], capture_output=True, check=True)
         of = json.loads(described.stdout)["scene"]
         rows = []
-        for name in ("mujoco", "mujoco3"):
-            run = Run(self.worker(name), "tuned", of, 0.625, 160)
+        for name, scheme in (("mujoco", "tuned"), ("mujoco3", "stiff")):
+            run = Run(self.worker(name), scheme, of, 0.625, 160)
             self.assertEqual(run.done["status"], "ok", run.done)
             rows.append([float(x) for joint in run.samples[-1]["joints"] for x in joint])
         self.assertLess(rows[0][0], -1)

@@ -94,6 +94,14 @@ class Engine(unittest.TestCase):
             x += h * v
         self.assertAlmostEqual(run.body(0)["p"][2], x, delta=1e-12)
 
+    def test_the_example_is_as_short_as_the_manual_says(self):
+        with open(os.path.join(ROOT, "reference/your_engine/worker.mjs")) as file:
+            lines = file.read().splitlines()
+        with open(os.path.join(ROOT, "reference/your_engine/README.md")) as file:
+            self.assertIn(f"is one in {len(lines)} lines of JavaScript", file.read())
+        self.assertLess(len(lines), 50)
+        self.assertLessEqual(max(map(len, lines)), 128)
+
     def test_a_request_that_cannot_be_read_is_answered(self):
         self.assertEqual(self.worker.answer(request="dance", cell=5)[0]["done"]["status"], "unsupported")
 

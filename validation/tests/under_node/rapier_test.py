@@ -119,6 +119,27 @@ class Contacts(unittest.TestCase):
         for i, e in ((1, 0.6), (2, 0.3)):
             self.assertAlmostEqual(run.body(i)["v"][2], 2 * e, delta=2e-3)
 
+    def test_laws_that_no_rule_combines_are_each_pair_s_own(self):
+        """a with a 0.8, b with b 0.3, a with b 0.1, and 0.2 and 0.9 on the floor: two balls of a kind, and one on the floor."""
+        materials, pairs = [("floor", 0, 0), ("a", 0, 0), ("b", 0, 0)], [("a", "a", 0.8, 0), ("b", "b", 0.3, 0), ("a", "b", 0.1, 0),
+                                                                         ("floor", "a", 0.2, 0), ("floor", "b", 0.9, 0)]
+        bodies = [floor(material="floor")]
+        for k, (x, y) in enumerate(("aa", "bb", "ab", "ba")):
+            bodies += [body(f"{k}{side}", material=name, shape=self.BALL, position_m=[side, 2 * k, 5], velocity_m_per_s=[-side, 0, 0])
+                       for side, name in ((-1, x), (1, y))]
+        bodies += [body(name, material=name, shape=self.BALL, position_m=[5, k, 0.5], velocity_m_per_s=[0, 0, -2]) for k, name in enumerate("ab")]
+        run = Run(DEFAULT, scene(*bodies, laws=laws_of(materials, pairs)), 1.2, 720)
+        self.assertEqual(run.done["status"], "ok", run.done)
+        for k, e in enumerate((0.8, 0.3, 0.1, 0.1)):
+            self.assertAlmostEqual(run.body(2 + 2 * k)["v"][0] - run.body(1 + 2 * k)["v"][0], 2 * e, delta=2e-3, msg=k)
+        for k, e in ((9, 0.2), (10, 0.9)):
+            self.assertAlmostEqual(run.body(k)["v"][2], 2 * e, delta=2e-3)
+        # one contact of each pair, not one a layer: it carries the weight once
+        resting = body("c", material="a", shape=self.BALL, position_m=[9, 9, 0.1])
+        run = Run(DEFAULT, scene(*bodies, resting, gravity=(0, 0, -10), laws=laws_of(materials, pairs)), 1, 240, 4)
+        (row,) = [row for row in run.samples[-1]["contacts"] if row[1] == 11]
+        self.assertAlmostEqual(row[9], 20, delta=0.05)
+
     def test_friction_has_no_direction_and_stops_at_the_right_place(self):
         # v^2 / (2 mu g) = 9 / 6 m along any direction; in double the slide is exact.
         box = {"box": {"half_extents_m": [0.1, 0.1, 0.1]}}
@@ -278,10 +299,18 @@ class Words(unittest.TestCase):
         compliant = scene(floor(), ball)
         compliant["pairs"][0].update(contact_law="linear", stiffness_N_per_m=1e4, damping_N_s_per_m=0)
         self.assertIn("compliant", Run(DEFAULT, compliant, 1, 60).done["reason"])
-        laws = [("a", "a", 0.2, 0), ("b", "b", 0.9, 0), ("c", "c", 0.4, 0), ("a", "b", 0.7, 0), ("b", "c", 0.1, 0), ("a", "c", 0.8, 0)]
-        three = [body(name, material=name, shape=Contacts.BALL, position_m=[i, k, 0]) for i, name in enumerate("abc") for k in (0, 1)]
-        self.assertIn("restitution", self.refused(DEFAULT, *[{**b, "name": f"{i}"} for i, b in enumerate(three)],
-                                                  laws=laws_of([(x, 0, 0) for x in "abc"], laws)))
+        names = "abcdefghi"  # 45 pairs, each with a friction of its own: more layers than Rapier has groups
+        laws = [(x, y, 0, 0.01 * (7 * i * i + 3 * j + i * j) % 1) for i, x in enumerate(names) for j, y in enumerate(names) if i <= j]
+        many = [body(f"{name}{k}", material=name, shape=Contacts.BALL, position_m=[i, k, 0]) for i, name in enumerate(names) for k in (0, 1)]
+        self.assertIn("each pair its law", self.refused(DEFAULT, *many, laws=laws_of([(x, 0, 0) for x in names], laws)))
+
+    def test_shapes_that_are_none_are_refused_by_name(self):
+        for points in ([[0, 0, 0.1 * k] for k in range(5)], [[0, 0, -0.1], [0, 0, 0.1]], [[0.1, 0, 0]] * 4):
+            self.assertIn("no hull of the points of `line`", self.refused(DEFAULT, floor(), body("line", shape={"convex": {"points_m": points}})))
+        empty = body("empty", fixed=True, shape={"mesh": {"points_m": [[0, 0, 0]], "triangles": []}})
+        self.assertIn("without triangles: `empty`", self.refused(DEFAULT, empty, body("a", shape=Contacts.BALL)))
+        for radius_m in (1e39, 1e-50):  # infinite and nothing, in float
+            self.assertIn("computes in float", self.refused(DEFAULT, floor(), body("a", shape={"sphere": {"radius_m": radius_m}})))
 
     def test_hello_has_every_setting_and_a_rule_for_each(self):
         hello = WORKER.hello()

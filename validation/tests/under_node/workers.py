@@ -31,7 +31,7 @@ def scene(*bodies, gravity=(0, 0, 0), forces=(), laws=(law(),), **more):
     materials = sorted({name for each in laws for name in each["between"]})
     return {"problem": "", "gravity_m_per_s2": list(gravity), "bodies": list(bodies), "forces": list(forces),
             "materials": [{"name": name, "restitution": 0, "friction": 0, "rolling_friction_m": 0} for name in materials],
-            "pairs": list(laws), **more}
+            "pairs": [dict(law) for law in laws], **more}
 
 
 def has_node():

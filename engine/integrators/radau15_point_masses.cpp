@@ -1,0 +1,236 @@
+#include "integrators/radau15_point_masses.hpp"
+
+#include <algorithm>
+
+#include "integrators/radau15_kernels.hpp"
+
+namespace atwood {
+namespace {
+
+using radau::Columns;
+using radau::kNodes;
+using P = Pack<double>;
+constexpr int kBodySize = 6;  // p and v
+
+// `known` bodies, 0: as many as there are. In two dimensions z is a constant.
+template <VectorWidth width, int known, int dimensions> class Kernel {
+ public:
+  ATWOOD_INLINE Kernel(const GravitatingBodies& system, GravitatingStep& step)
+      : system_(system), step_(step), bodies_(known > 0 ? known : system.count) {}
+
+  ATWOOD_INLINE void run() {
+    predict();
+    set_base();
+    sweep();
+    if (step_.report.ended == SolveEnd::capped) return;
+    finish();
+    if constexpr (dimensions == 2) keep_plane();
+  }
+
+ private:
+  static constexpr int kRoom = dimensions * (known > 0 ? known : kMostGravitating);
+  using Rows = double[kRoom][kNodes];
+
+  // f(row, the component of the position); its velocity and the rate of that stand three further on.
+  template <class F> ATWOOD_INLINE void for_rows(const F& f) const {
+    for (int b = 0; b < bodies_; ++b)
+      for (int c = 0; c < dimensions; ++c) f(b * dimensions + c, b * kBodySize + c);
+  }
+
+  ATWOOD_INLINE void predict() {
+    if (step_.rate_from == nullptr)
+      return for_rows([&](int r, int) ATWOOD_INLINED { store<double>(P{}, rate_[0][r]); });
+    const P tau = step_.offset + step_.ratio * load(table_.c);
+    alignas(P) double weight[kNodes] = {};
+    if (step_.offset == 1) radau::weigh_last_error(table_, step_.ratio, *step_.reach_from, step_.reach, weight);
+    const Columns<double> powers(table_.power, 1.0);
+    for_rows([&](int r, int i) ATWOOD_INLINED {
+      const std::ptrdiff_t at = (i + 3) * kNodes;
+      store<double>(radau::polynomial(powers, tau, step_.rate_from + at) + load(weight) * load(step_.error_from + at),
+                    rate_[0][r]);
+    });
+    for_rows([&](int r, int) ATWOOD_INLINED { store<double>(load(rate_[0][r]), predicted_[r]); });
+  }
+
+  ATWOOD_INLINE void set_base() {
+    const P elapsed_s = step_.h_s * load(table_.c);
+    for_rows([&](int r, int i) ATWOOD_INLINED { base_[r] = step_.y[i] + step_.y[i + 3] * elapsed_s; });
+    for_rows([&](int r, int i)
+                 ATWOOD_INLINED { field_[r] = P{} + system_.field_m_per_s2[i / kBodySize][i % kBodySize]; });
+    speed_ = 0;
+    for (int b = 0; b < bodies_; ++b)
+      for (int c = 3; c < 6; ++c) speed_ = real::max(speed_, real::abs(step_.y[b * kBodySize + c]));
+  }
+
+  ATWOOD_INLINE double largest_rate(const Rows& rate) const {
+    radau::LargestSize<double> most;
+    for_rows([&](int r, int) ATWOOD_INLINED { most.add(load(rate[r])); });
+    return most.value();
+  }
+
+  // h / (size of the velocities + their change in the step)
+  ATWOOD_INLINE double weight_of(const Rows& rate) {
+    const double h_s = real::abs(step_.h_s);
+    step_.rate_size = largest_rate(rate);
+    const double whole = speed_ + h_s * step_.rate_size + step_.atol_over_rtol;
+    return whole > 0 ? h_s / whole : 0;
+  }
+
+  ATWOOD_INLINE void accelerate(const P* x, P* a) const {
+    const auto strength = [](const P& r2) ATWOOD_INLINED { return r2 * root(WholePack<width>{}, r2); };
+    const auto square = [](const P* r) ATWOOD_INLINED {
+      P r2 = r[0] * r[0] + r[1] * r[1];
+      if constexpr (dimensions == 3) r2 = r2 + r[2] * r[2];
+      return r2;
+    };
+    for_rows([&](int r, int) ATWOOD_INLINED { a[r] = field_[r]; });
+    for (const GravitatingBodies::Centre& centre : system_.centres) {
+      const int at = (known == 1 ? 0 : centre.body) * dimensions;
+      P r[dimensions];
+      for (int c = 0; c < dimensions; ++c) r[c] = x[at + c] - centre.at_m[c];
+      const P factor = centre.mu_m3_per_s2 / strength(square(r) + centre.softening2_m2);
+      for (int c = 0; c < dimensions; ++c) a[at + c] = a[at + c] - factor * r[c];
+    }
+    if constexpr (known == 1) return;
+    for (const GravitatingBodies::Pair& pair : system_.pairs) {
+      const int first = pair.a * dimensions, second = pair.b * dimensions;
+      P r[dimensions];
+      for (int c = 0; c < dimensions; ++c) r[c] = x[second + c] - x[first + c];
+      const P inverse_cube = 1.0 / strength(square(r) + pair.softening2_m2);
+      const P on_a = pair.on_a * inverse_cube, on_b = pair.on_b * inverse_cube;
+      for (int c = 0; c < dimensions; ++c) {
+        a[first + c] = a[first + c] + on_a * r[c];
+        a[second + c] = a[second + c] - on_b * r[c];
+      }
+    }
+  }
+
+  ATWOOD_INLINE void sweep() {
+    const bool predicted = step_.rate_from != nullptr;
+    const Columns<double> twice(table_.a2, step_.h_s * step_.h_s);
+    double weight = weight_of(rate_[0]);
+    radau::SweepEnd<double> end(step_.rtol, false, step_.contraction);
+    for (bool first = true;; first = false) {
+      const Rows& before = rate_[now_];
+      now_ = 1 - now_;
+      P x[kRoom], a[kRoom];
+      radau::LargestSize<double> most;
+      for_rows([&](int r, int) ATWOOD_INLINED { x[r] = base_[r] + twice.combine(before[r]); });
+      accelerate(x, a);
+      for_rows([&](int r, int) ATWOOD_INLINED {
+        most.add(a[r] - load(before[r]));
+        store<double>(a[r], rate_[now_][r]);
+      });
+      const bool blind = first && !predicted;
+      if (end.reached(weight * most.value(), blind)) break;
+      if (blind) weight = weight_of(rate_[now_]);
+    }
+    step_.contraction = end.contraction;
+    step_.report = end.report();
+  }
+
+  ATWOOD_INLINE double add(int i, double y, double increment) const {
+    if (!step_.compensated) return y + increment;
+    const double wanted = increment + step_.compensation[i], sum = y + wanted, part = sum - y;
+    step_.compensation_new[i] = (y - (sum - part)) + (wanted - part);
+    return sum;
+  }
+
+  ATWOOD_INLINE void finish() {
+    const double h_s = step_.h_s;
+    const Columns<double> columns(table_.ends, 1.0);
+    const bool continued = step_.rate_from != nullptr && step_.offset == 1;
+    for_rows([&](int r, int i) ATWOOD_INLINED {
+      const std::ptrdiff_t at = (i + 3) * kNodes;
+      const P rate = load(rate_[now_][r]), ends = columns.combine(rate_[now_][r]);
+      store<double>(ends, step_.ends + at);
+      store<double>(rate, step_.rate + at);
+      store<double>(continued ? rate - load(predicted_[r]) : P{}, step_.prediction_error + at);
+      step_.y_new[i] = add(i, step_.y[i], h_s * (step_.y[i + 3] + h_s * ends[1]));
+      step_.y_new[i + 3] = add(i + 3, step_.y[i + 3], h_s * ends[0]);
+    });
+  }
+
+  ATWOOD_INLINE void keep_plane() {
+    for (int b = 0; b < bodies_; ++b) {
+      const int i = b * kBodySize + 2;
+      for (double* array : {step_.ends, step_.rate, step_.prediction_error})
+        store<double>(P{}, array + (i + 3) * kNodes);
+      for (const int at : {i, i + 3}) {
+        step_.y_new[at] = step_.y[at];
+        if (step_.compensated) step_.compensation_new[at] = 0;
+      }
+    }
+  }
+
+  const GravitatingBodies& system_;
+  GravitatingStep& step_;
+  const int bodies_;
+  const RadauTable<double>& table_ = radau_table<double>();
+  alignas(64) Rows rate_[2], predicted_;  // of the last sweep and the one before
+  int now_ = 0;
+  P base_[kRoom], field_[kRoom];
+  double speed_ = 0;
+};
+
+template <int known, int dimensions>
+void step_at(VectorWidth width, const GravitatingBodies& bodies, GravitatingStep& step) {
+  in_lanes<double>(width,
+                   [&](auto w) ATWOOD_INLINED { Kernel<decltype(w)::value, known, dimensions>(bodies, step).run(); });
+}
+
+}  // namespace
+
+void step_gravitating_bodies(VectorWidth width, const GravitatingBodies& bodies, GravitatingStep& step) {
+  const bool alone = bodies.count == 1;
+  if (step.in_plane) return alone ? step_at<1, 2>(width, bodies, step) : step_at<0, 2>(width, bodies, step);
+  return alone ? step_at<1, 3>(width, bodies, step) : step_at<0, 3>(width, bodies, step);
+}
+
+bool GravitatingBodies::in_plane(const double* y) const {
+  const double z_m = y[2];
+  for (int b = 0; b < count; ++b)
+    if (y[b * kBodySize + 2] != z_m || y[b * kBodySize + 5] != 0 || field_m_per_s2[b][2] != 0) return false;
+  return std::all_of(centres.begin(), centres.end(), [&](const Centre& centre) { return centre.at_m[2] == z_m; });
+}
+
+namespace {
+
+// In the order of the scene, as the general rates add them. A fixed body of a pair is a centre.
+void add_attraction(const SeriesForces<double>::InverseSquare& law, const RigidModel<double>& model,
+                    const std::vector<int>& place, GravitatingBodies& bodies) {
+  const auto centre_at = [&](int body, const Vec3<double>& at_m, double mu) {
+    bodies.centres.push_back({body, {at_m.x, at_m.y, at_m.z}, mu, law.softening2});
+  };
+  const auto fixed_at = [&](int body) {
+    std::vector<double> y(model.state_size());
+    return model.body(body, y.data()).p_WB;
+  };
+  const int a = law.a < 0 ? -1 : place[law.a], b = place[law.b];
+  if (a >= 0 && b >= 0) bodies.pairs.push_back({a, b, law.on_a, -law.on_b, law.softening2});
+  else if (b >= 0) centre_at(b, law.a < 0 ? law.centre : fixed_at(law.a), -law.on_b);
+  else if (a >= 0) centre_at(a, fixed_at(law.b), law.on_a);
+}
+
+}  // namespace
+
+std::unique_ptr<GravitatingBodies> gravitating_bodies(const RigidModel<double>& model) {
+  const SeriesForces<double>& forces = model.series_forces();
+  if (model.bare_problem() || model.tree() != nullptr || !model.switch_times_s().empty()) return nullptr;
+  if (!forces.refusal.empty() || !forces.links.empty() || !forces.oscillating.empty() || !forces.quadratic.empty())
+    return nullptr;
+  auto found = std::make_unique<GravitatingBodies>();
+  std::vector<int> place(model.body_count(), -1);
+  for (int body = 0; body < model.body_count(); ++body) {
+    if (!forces.linear[body].none) return nullptr;
+    if (model.offset(body) < 0) continue;
+    if (model.rotates(body) || found->count == kMostGravitating) return nullptr;
+    store3(forces.linear[body].constant, found->field_m_per_s2[found->count]);
+    place[body] = found->count++;
+  }
+  if (found->count == 0 || static_cast<int>(model.moving().size()) != found->count) return nullptr;
+  for (const auto& law : forces.inverse_square) add_attraction(law, model, place, *found);
+  return found;
+}
+
+}  // namespace atwood

@@ -1,0 +1,60 @@
+# Debian packages, one a component: `cpack --config BUILD_DIR/CPackConfig.cmake`. Libraries are found by dpkg-shlibdeps. The
+# engines that bring many packages (DART alone some hundred) are packages of their own, which `atwood` suggests.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME atwood)
+set(CPACK_PACKAGE_VENDOR "The Atwood maintainers")
+set(CPACK_PACKAGE_CONTACT "The Atwood maintainers <maintainers@users.noreply.github.com>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "verify and benchmark the numerical accuracy of physics engines")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR}/packages)
+set(CPACK_COMPONENTS_ALL ${components})
+set(CPACK_STRIP_FILES ON)
+set(CPACK_THREADS 1)
+
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_COMPRESSION_TYPE zstd)
+
+set(same "atwood (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME atwood)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS
+    "atwood-dev, atwood-dart, atwood-mujoco, atwood-simbody, atwood-node-engines, python3")
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
+    "Runs physics engines, integrators and settings on the same scenes and compares their motion with solutions that share no code with them and state a bound of their own error. Brings the project's own engine, SUNDIALS, Bullet, ODE, odeint, FCL and libccd.")
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME atwood-dev)
+set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "g++ | c++-compiler")
+set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "atwood, cmake")
+set(CPACK_COMPONENT_DEV_DESCRIPTION
+    "Headers, archive and CMake package (target Atwood::worker) to make a worker of Atwood from a C++ engine.")
+foreach(engine dart mujoco simbody)
+  string(TOUPPER ${engine} ENGINE)
+  set(CPACK_DEBIAN_${ENGINE}_PACKAGE_NAME atwood-${engine})
+  set(CPACK_DEBIAN_${ENGINE}_PACKAGE_DEPENDS "${same}")
+  set(CPACK_COMPONENT_${ENGINE}_DESCRIPTION "Brings the worker with which Atwood measures this engine.")
+endforeach()
+set(CPACK_DEBIAN_NODE_PACKAGE_NAME atwood-node-engines)
+set(CPACK_DEBIAN_NODE_PACKAGE_DEPENDS "${same}, nodejs (>= 18.3)")
+set(CPACK_DEBIAN_NODE_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_COMPONENT_NODE_DESCRIPTION "Brings Rapier, Jolt and MuJoCo 3 as WebAssembly, and the workers with which Atwood measures them.")
+
+# Two packages of one build are the same bytes: times are the commit's, modes those of one umask.
+set(CPACK_PROJECT_CONFIG_FILE ${CMAKE_CURRENT_BINARY_DIR}/cpack-time.cmake)
+file(CONFIGURE OUTPUT cpack-time.cmake @ONLY CONTENT [[
+if(NOT DEFINED ENV{SOURCE_DATE_EPOCH})
+  execute_process(COMMAND git -C "@PROJECT_SOURCE_DIR@" log -1 --format=%ct OUTPUT_VARIABLE time
+                  OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+  if(NOT time)
+    set(time 0)
+  endif()
+  set(ENV{SOURCE_DATE_EPOCH} ${time})
+endif()
+execute_process(COMMAND sh -c umask OUTPUT_VARIABLE umask OUTPUT_STRIP_TRAILING_WHITESPACE)
+if(NOT umask MATCHES "^0*22$")
+  message(FATAL_ERROR "packages need the umask 022, found ${umask}: folders would have other modes")
+endif()
+]])
+include(CPack)

@@ -1,0 +1,37 @@
+// Contact queries of Jolt (node/contacts.mjs): the manifolds of a step that is too short to move the bodies. A point's place is
+// half way between those on the two shapes, its gap is their distance along the manifold's normal.
+import { dot, minus, plus, scaled } from "../node/rotation.mjs";
+import { JoltWorld, array } from "./world.mjs";
+
+class StillWorld extends JoltWorld {
+  found = [];
+
+  /** Of the listener: a manifold of bodies a and b, its normal from a to b. */
+  note(a, b, manifold) {
+    const sign = a < b ? 1 : -1,
+      normal = array(manifold.mWorldSpaceNormal),
+      points = manifold.mRelativeContactPointsOn1.size();
+    for (let k = 0; k < points; ++k) {
+      const one = array(manifold.GetWorldSpaceContactPointOn1(k)),
+        other = array(manifold.GetWorldSpaceContactPointOn2(k));
+      this.found.push({
+        body_a: Math.min(a, b),
+        body_b: Math.max(a, b),
+        x_m: scaled(0.5, plus(one, other)),
+        normal: scaled(sign, normal),
+        gap_m: dot(minus(other, one), normal),
+      });
+    }
+  }
+}
+
+/** Where bodies at rest overlap, or nearly. */
+export function overlaps(jolt, scene, settings) {
+  const world = new StillWorld(jolt, scene, settings, true);
+  try {
+    world.step(1e-6, []);
+    return world.found;
+  } finally {
+    world.free();
+  }
+}

@@ -1,0 +1,147 @@
+// Radau 15 for gravitating point masses in one kernel: the bits of the general sweeps, in equal and in chosen steps, at
+// every vector width; and which systems it takes.
+#include <catch2/catch.hpp>
+
+#include "integrators/radau15_point_masses.hpp"
+#include "many_bodies.hpp"
+
+namespace atwood::testing {
+namespace {
+
+// Three bodies that meet closely, in the plane z = `z_m` if they do not move out of it.
+Scene triangle(double z_m, double out_of_plane_m_per_s) {
+  Scene scene = empty_scene();
+  MutualGravity gravity;
+  gravity.constant_m3_per_kg_s2 = 1;
+  const double x[] = {1, -2, 1}, y[] = {3, -1, -1};
+  for (int i = 0; i < 3; ++i) {
+    scene.bodies.push_back(point("mass-" + std::to_string(3 + i), 3 + i, {x[i], y[i], z_m}, {0, 0, 0}));
+    gravity.bodies.push_back(i);
+  }
+  scene.bodies[0].velocity_m_per_s = {0.1, 0, out_of_plane_m_per_s};
+  scene.forces.push_back(gravity);
+  return scene;
+}
+
+Scene softened() {
+  Scene scene = triangle(0, 0.2);
+  std::get<MutualGravity>(scene.forces[0]).softening_m = 0.1;
+  return scene;
+}
+
+// Two planets about a centre, which also attract each other, in a uniform field.
+Scene planets_in_field() {
+  Scene scene = kepler(0.3);
+  scene.gravity_m_per_s2 = {0, 0.01, -0.02};
+  scene.bodies.push_back(point("second", 1e-3, {0, 3, 0.5}, {-0.5, 0, 0}));
+  std::get<Attractor>(scene.forces[0]).bodies.push_back(1);
+  MutualGravity gravity;
+  gravity.constant_m3_per_kg_s2 = 1;
+  gravity.bodies = {0, 1};
+  scene.forces.push_back(gravity);
+  return scene;
+}
+
+struct Path {
+  std::vector<std::vector<double>> states;
+  std::int64_t evaluations = 0;
+  SolveTally sweeps;
+};
+
+// rtol = 0: equal steps. Every fifth step is taken again from its start with 0.7 of its length first, as samples are.
+Path path_of(const Scene& scene, double h_s, double rtol, int steps, const RadauOptions& options,
+             VectorWidth width = widest_vectors()) {
+  RigidModel<double> model(scene);
+  Radau15<double> stepper(model.system(), &model, options);
+  stepper.set_vector_width(width);
+  Path path;
+  std::vector<double> y(model.state_size()), y_new(model.state_size());
+  model.initial_state(y.data());
+  if (rtol > 0) stepper.set_tolerance(rtol, rtol / 100);
+  double t_s = 0;
+  for (int n = 0; n < steps; ++n) {
+    if (n % 5 == 4) {
+      stepper.step(t_s, 0.7 * h_s, y.data(), y_new.data());
+      path.states.push_back(y_new);
+    }
+    stepper.step(t_s, h_s, y.data(), y_new.data());
+    const double taken_s = h_s;
+    if (rtol > 0) {
+      const auto advice = stepper.advise(rtol, rtol / 100);
+      h_s = advice.next_s;
+      if (!advice.accepted) continue;
+    }
+    t_s += taken_s;
+    y.swap(y_new);
+    path.states.push_back(y);
+    if (n % 17 == 16) y[0] += 1e-3;  // as an impact does: the next step has no prediction
+  }
+  path.evaluations = model.system().evaluations;
+  path.sweeps = model.system().solvers.of[static_cast<std::size_t>(IterativeSolver::implicit_stages)];
+  return path;
+}
+
+void compare(const Scene& scene, double h_s, double rtol, bool compensated = true) {
+  const auto path = [&](bool fused, VectorWidth width) {
+    return path_of(scene, h_s, rtol, 120, RadauOptions{false, compensated, fused}, width);
+  };
+  const Path general = path(false, widest_vectors());
+  for (const VectorWidth width : widths_here()) {
+    const Path one_kernel = path(true, width);
+    CHECK(general.states == one_kernel.states);
+    CHECK(general.evaluations == one_kernel.evaluations);
+    CHECK(general.sweeps == one_kernel.sweeps);
+  }
+}
+
+bool taken(const Scene& scene) { return gravitating_bodies(RigidModel<double>(scene)) != nullptr; }
+
+TEST_CASE("one kernel has the bits of the general sweeps") {
+  for (const double rtol : {0.0, 1e-9, 1e-13, 1e-20}) {
+    INFO("tolerance " << rtol);
+    compare(kepler(0.6), 0.05, rtol);
+    compare(triangle(0, 0), 0.02, rtol);
+    compare(triangle(0.5, 0), 0.02, rtol);
+    compare(triangle(0, 0.2), 0.02, rtol);
+    compare(softened(), 0.02, rtol);
+    compare(planets_in_field(), 0.05, rtol);
+  }
+  compare(kepler(0.6), 0.05, 0, false);
+}
+
+TEST_CASE("steps whose sweeps do not converge fail alike") { compare(kepler(0.9), 3, 0); }
+
+TEST_CASE("the kernel takes point masses under gravity alone, and says when they stay in a plane") {
+  CHECK(taken(kepler(0.6)));
+  CHECK(taken(triangle(0, 0)));
+  CHECK(taken(planets_in_field()));
+  for (const Scene& scene :
+       {free_box(), quadratic_drag(), e_cross_b(), driven_oscillator(), thrust_and_drag(), oscillator()})
+    CHECK_FALSE(taken(scene));
+  Scene released = kepler(0.6);
+  released.bodies[0].release_s = 0.5;
+  CHECK_FALSE(taken(released));
+  const auto in_plane = [](const Scene& scene) {
+    RigidModel<double> model(scene);
+    std::vector<double> y(model.state_size());
+    model.initial_state(y.data());
+    return gravitating_bodies(model)->in_plane(y.data());
+  };
+  CHECK(in_plane(triangle(0.5, 0)));
+  CHECK_FALSE(in_plane(triangle(0.5, 0.1)));
+  CHECK_FALSE(in_plane(planets_in_field()));
+}
+
+TEST_CASE("a fixed body of mutual gravity is a centre") {
+  Scene scene = triangle(0, 0.2);
+  scene.bodies[1].fixed = true;
+  REQUIRE(taken(scene));
+  const Path general = path_of(scene, 0.02, 0, 40, RadauOptions{false, true, false}),
+             one_kernel = path_of(scene, 0.02, 0, 40, RadauOptions{});
+  REQUIRE(general.states.size() == one_kernel.states.size());
+  for (std::size_t i = 0; i < general.states.back().size(); ++i)
+    CHECK(general.states.back()[i] == Approx(one_kernel.states.back()[i]).epsilon(1e-12).margin(1e-12));
+}
+
+}  // namespace
+}  // namespace atwood::testing
