@@ -6,19 +6,17 @@ import { JoltWorld, array } from "./world.mjs";
 class StillWorld extends JoltWorld {
   found = [];
 
-  /** Of the listener: a manifold of bodies a and b, its normal from a to b. */
   note(a, b, manifold) {
-    const sign = a < b ? 1 : -1,
-      normal = array(manifold.mWorldSpaceNormal),
+    const normal = array(manifold.mWorldSpaceNormal),
       points = manifold.mRelativeContactPointsOn1.size();
     for (let k = 0; k < points; ++k) {
       const one = array(manifold.GetWorldSpaceContactPointOn1(k)),
         other = array(manifold.GetWorldSpaceContactPointOn2(k));
       this.found.push({
-        body_a: Math.min(a, b),
-        body_b: Math.max(a, b),
+        body_a: a,
+        body_b: b,
         x_m: scaled(0.5, plus(one, other)),
-        normal: scaled(sign, normal),
+        normal,
         gap_m: dot(minus(other, one), normal),
       });
     }

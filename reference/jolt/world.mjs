@@ -6,7 +6,8 @@
 // - AddForce and AddTorque last one step;
 // - Jolt combines friction by the geometric mean and restitution by the larger coefficient: both bodies get the law where
 //   the scene has one, and a contact listener gives each pair its own where it has several;
-// - a manifold's normal points from its first body to its second, its depth is negative for speculative contacts.
+// - of a manifold's bodies the first has the smaller ID, which is the order of creation and of the scene; its normal points
+//   from the first to the second, its depth is negative for speculative contacts.
 import { isNothing } from "../node/forces.mjs";
 import { dot, length, minus, plus, principalAxes, scaled, toBody, toWorld } from "../node/rotation.mjs";
 import { Refusal, hasShape, lawsInPlay, rotates, shapesMatter } from "../node/scene.mjs";
@@ -201,22 +202,16 @@ export class JoltWorld {
     this.system.SetContactListener(listener);
   }
 
-  /** A manifold of the step, as {a, b, x_m, normal (from a to b), gap_m} with a < b; the deepest of a pair's is kept. */
+  /** A manifold of the step between bodies a < b, its normal from a to b; the deepest of a pair's is kept. */
   note(a, b, manifold) {
     const gap_m = -manifold.mPenetrationDepth,
-      key = `${Math.min(a, b)} ${Math.max(a, b)}`,
+      key = `${a} ${b}`,
       known = this.met.get(key);
     if (known && known.gap_m <= gap_m) return;
     const points = manifold.mRelativeContactPointsOn1.size();
     let sum = [0, 0, 0];
     for (let k = 0; k < points; ++k) sum = plus(sum, array(manifold.GetWorldSpaceContactPointOn1(k)));
-    this.met.set(key, {
-      a: Math.min(a, b),
-      b: Math.max(a, b),
-      x_m: scaled(1 / points, sum),
-      gap_m,
-      normal: scaled(a < b ? 1 : -1, array(manifold.mWorldSpaceNormal)),
-    });
+    this.met.set(key, { a, b, x_m: scaled(1 / points, sum), gap_m, normal: array(manifold.mWorldSpaceNormal) });
   }
 
   step(h_s, wrenches) {

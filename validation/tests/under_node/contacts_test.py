@@ -135,4 +135,4 @@ if __name__ == "__main__":
     if not os.path.exists(f"{BIN_DIR}/atwood-{NAME}"):
         print(f"{NAME} is not built")
         sys.exit(77)
-    unittest.main(argv=sys.argv[:1])
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:])

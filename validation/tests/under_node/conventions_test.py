@@ -8,7 +8,7 @@ import subprocess
 import sys
 import unittest
 
-from workers import Run, Worker, across_a_weld, ball, body, floor, law, scene
+from workers import Run, Worker, across_a_weld, ball, body, bounced, exp, floor, law, scene, turned
 
 BIN_DIR, NAME = sys.argv[1], sys.argv[2]
 FLOAT = NAME != "mujoco3"
@@ -67,6 +67,18 @@ class Conventions(unittest.TestCase):
                   "on_s": [[0.25, 0.75]]}
         _, _, v, _ = self.worker.end("default", scene(body(orientation_wxyz=QUARTER), forces=[thrust]), 1, 64)[0]
         self.near(v, [0, 0, 2], 100 * ROUND_OFF)
+
+    @unittest.skipUnless(NAME == "mujoco3", "the others have one integrator")
+    def test_runge_and_kutta_s_method_has_a_force_of_the_adapter_constant_over_a_step(self):
+        """x += h v + h^2 a / 2, v += h a: the energy of an oscillator of 1 rad/s grows by the factor 1 + h^2 / 2 a step."""
+        pull = {"kind": "spring", "bodies": ["body"], "anchor_m": [0, 0, 0], "stiffness_N_per_m": 1, "damping_N_s_per_m": 0,
+                "rest_length_m": 0, "points_body_m": [[0, 0, 0]]}
+        h, steps = 0.125, 160
+        p, _, v, _ = self.worker.end("rk4", scene(body(position_m=[1, 0, 0]), forces=[pull]), h * steps, steps)[0]
+        x, u = 1.0, 0.0
+        for _ in range(steps):
+            x, u = x + h * u - h * h / 2 * x, u - h * x
+        self.near([p[0], v[0]], [x, u], 1e-10)
 
     def test_the_tumbling_box_keeps_its_angular_momentum_in_the_limit_of_small_steps(self):
         moments = [0.2, 0.3, 0.4]
@@ -149,6 +161,37 @@ class Conventions(unittest.TestCase):
                     self.assertAlmostEqual(along, 3 - 10 * mu, delta=0.01)
                     self.assertAlmostEqual(across, 0, delta=0.01)
 
+    @unittest.skipUnless(RESTITUTION, "MuJoCo has none")
+    def test_an_oblique_bounce_on_a_slanted_plane_loses_what_friction_takes(self):
+        n, along = [2 / 7, -3 / 7, 6 / 7], [3 / 7, 6 / 7, 2 / 7]
+        slant = body("slant", fixed=True, shape={"plane": {"normal": n, "offset_m": 0.5}})
+        v = [3 * a - 4 * b for a, b in zip(along, n)]
+        thrown = ball("thrown", 0.2, 3, position_m=[(0.5 + 0.2 + 0.4) * x for x in n], velocity_m_per_s=v, orientation_wxyz=exp([0.4, -0.7, 0.3]))
+        for e, mu in ((0.3, 0), (0.3, 0.1), (0.7, 0.1), (0.7, 0.9)):
+            expected, rate = bounced(0.2, v, n, e, mu)
+            for bodies in ((slant, thrown), (thrown, slant)):
+                _, q, found, w = self.worker.end("default", scene(*bodies, laws=[law(restitution=e, friction=mu)]), 0.2, 240)[bodies.index(thrown)]
+                with self.subTest(restitution=e, friction=mu):
+                    self.near(found, expected, 1e-3)
+                    self.near(turned(q, w), rate, 1e-2)
+
+    def test_forces_of_contacts_are_on_the_second_body_along_the_normal_from_the_first(self):
+        """A slab of 2 kg slides along x at mu = 0.1: 20 N bear it, 2 N slow it, and the floor is its first body or its second."""
+        slab = body("slab", mass_kg=2, inertia_kg_m2=[0.67, 0, 0, 0, 0.67, 0, 0, 0, 1.33], shape={"box": {"half_extents_m": [1, 1, 0.05]}},
+                    position_m=[0, 0, 0.05], velocity_m_per_s=[3, 0, 0])
+        scheme = "stiff" if NAME == "mujoco3" else "default"
+        for bodies, on_slab in (((floor(), slab), 1), ((slab, floor()), -1)):
+            run = Run(self.worker, scheme, scene(*bodies, gravity=(0, 0, -10), laws=[law(friction=0.1)]), 1, 480, 480)
+            late = run.samples[121:]  # of each step: in MuJoCo it hops
+            rows = [row for line in late for row in line["contacts"]]
+            for row in rows:
+                self.assertEqual(row[:2], [0, 1])
+                self.near(row[5:8], [0, 0, on_slab], 1e-5)
+                self.assertGreater(row[9], 0)
+            self.assertAlmostEqual(sum(row[9] for row in rows) / len(late), 20, delta=0.5)
+            self.assertAlmostEqual(sum(row[10] for row in rows) / len(late), -2 * on_slab, delta=0.05)
+            self.assertAlmostEqual(sum(row[11] for row in rows) / len(late), 0, delta=0.02)
+
     def test_impacts_are_told_of_all_steps_or_of_none(self):
         """A second ball strikes one that rests on the floor, and leaves it: where the step of two contacts of one ball is not
         told, the floor's lasting contact is no new impact."""
@@ -226,4 +269,4 @@ if __name__ == "__main__":
     if not os.path.exists(f"{BIN_DIR}/atwood-{NAME}"):
         print(f"{NAME} is not built")
         sys.exit(77)
-    unittest.main(argv=sys.argv[:1])
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:])

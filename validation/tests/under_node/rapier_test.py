@@ -1,11 +1,15 @@
 """Rapier's conventions, by scenes whose answer is known. rapier_test.py BIN_DIR; skipped where the worker is not there."""
+import json
 import math
 import os
+import random
+import shutil
+import subprocess
 import sys
 import unittest
 
 import workers
-from workers import Worker, angle_between, exp, floor, law, scene, times, tumbled, turned
+from workers import Worker, angle_between, bounced, exp, floor, law, scene, times, tumbled, turned
 
 BIN_DIR = sys.argv[1]
 DEFAULT = "default"
@@ -150,6 +154,21 @@ class Contacts(unittest.TestCase):
             self.assertAlmostEqual(math.hypot(*end["p"][:2]), 1.5, delta=0.01)
             self.assertAlmostEqual(math.atan2(end["p"][1], end["p"][0]), angle, delta=1e-3)
 
+    def test_an_oblique_bounce_has_the_friction_of_one_without_restitution(self):
+        """Rapier adds restitution after friction: the friction impulse is mu times the normal one over 1 + e (docs/rapier.md)."""
+        n, along = [2 / 7, -3 / 7, 6 / 7], [3 / 7, 6 / 7, 2 / 7]
+        slant = body("slant", fixed=True, shape={"plane": {"normal": n, "offset_m": 0.5}})
+        v = [3 * a - 4 * b for a, b in zip(along, n)]
+        thrown = body("thrown", mass_kg=3, inertia_kg_m2=[0.048, 0, 0, 0, 0.048, 0, 0, 0, 0.048], shape={"sphere": {"radius_m": 0.2}},
+                      position_m=[(0.5 + 0.2 + 0.4) * x for x in n], velocity_m_per_s=v, orientation_wxyz=TILTED)
+        for e, mu in ((0.3, 0), (0.3, 0.1), (0.7, 0.1), (0.7, 0.9)):
+            expected, rate = bounced(0.2, v, n, e, mu / (1 + e))
+            for bodies in ((slant, thrown), (thrown, slant)):
+                of = scene(*bodies, laws=[law(restitution=e, friction=mu)])
+                end = Run("default{prediction_distance=0}", of, 0.2, 240).body(bodies.index(thrown))  # a gap lengthens the lever
+                self.assertLess(math.dist(end["v"], expected), 2e-3, (e, mu))
+                self.assertLess(math.dist(turned(end["q"], end["w"]), rate), 2e-2, (e, mu))
+
     def test_capsules_and_cylinders_lie_along_z(self):
         inertia = [0.02, 0, 0, 0, 0.02, 0, 0, 0, 0.01]
         for shape, upright in (({"cylinder": {"radius_m": 0.1, "half_length_m": 0.25}}, 0.25), ({"capsule": {"radius_m": 0.1, "half_length_m": 0.25}}, 0.35)):
@@ -192,6 +211,75 @@ class Contacts(unittest.TestCase):
         self.assertAlmostEqual(impact["impulse_n_N_s"], 6, delta=0.01)
         self.assertAlmostEqual(impact["vn_before_m_per_s"], -2, delta=1e-4)
         self.assertAlmostEqual(impact["vn_after_m_per_s"], 1, delta=2e-3)
+
+
+class Sources(unittest.TestCase):
+    """Parts of the adapter asked alone."""
+
+    def answer(self, script, given=None):
+        sources = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../reference/rapier")
+        ended = subprocess.run([shutil.which("node"), "--input-type=module", "-e", script, sources], input=json.dumps(given), text=True,
+                               capture_output=True, timeout=60)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        return json.loads(ended.stdout)
+
+    def test_a_manifold_that_rapier_keeps_the_other_way_round_is_turned(self):
+        """Rapier may keep a pair with the later collider first (`flipped`); no scene is known in which it does."""
+        script = """
+            import { pathToFileURL } from "node:url";
+            const { RapierWorld } = await import(pathToFileURL(`${process.argv[1]}/world.mjs`).href);
+            const colliders = [{ handle: 1 }, { handle: 2 }], up = { x: 0, y: 0, z: 1 };
+            const manifold = { normal: () => up, numContacts: () => 1, numSolverContacts: () => 1, solverContactPoint: () => up,
+                               contactDist: () => -0.5, contactImpulse: () => 3 };
+            const told = (flipped) => RapierWorld.prototype.points.call({
+              colliders, bodyOf: new Map([[1, 0], [2, 1]]), scene: { pairLaw: () => ({ friction: 0 }) },
+              take: RapierWorld.prototype.take,
+              world: { contactPairsWith: (one, use) => colliders.filter((each) => each !== one).forEach(use),
+                       contactPair: (one, other, use) => use(manifold, flipped) } });
+            console.log(JSON.stringify([false, true].map(told)));"""
+        for rows, up in zip(self.answer(script), (1, -1), strict=True):
+            (row,) = rows
+            self.assertEqual((row["body_a"], row["body_b"], row["normal"][2]), (0, 1, up))
+
+    def test_each_pair_meets_in_one_layer_under_its_law_and_no_other_pair_there(self):
+        """Random laws of a few values each, so that layers, rules and shared groups all come up."""
+        script = """
+            import { readFileSync } from "node:fs";
+            import { pathToFileURL } from "node:url";
+            const { layersOf } = await import(pathToFileURL(`${process.argv[1]}/coefficients.mjs`).href);
+            const told = JSON.parse(readFileSync(0, "utf8")).map(([count, pairs]) => layersOf(count, pairs)?.map((layer) =>
+              ({ ...layer, groups: layer.groups && [...layer.groups] })) ?? null);
+            console.log(JSON.stringify(told));"""
+        rng = random.Random(5)
+        cases = []
+        for _ in range(400):
+            count, values = rng.randint(2, 6), rng.choice(([0, 0.5], [0, 0.3, 0.7], [0.1, 0.2, 0.45, 0.8, 1]))
+            every = [(i, j) for i in range(count) for j in range(i, count)]
+            pairs = [[i, j, {"restitution": rng.choice(values), "friction": rng.choice(values)}] for i, j in every if rng.random() < 0.8]
+            cases.append((count, pairs))
+        combine = {"Average": lambda a, b: (a + b) / 2, "Max": max, "Min": min, "Multiply": lambda a, b: a * b}
+        layered = refused = with_itself = 0
+        for (count, pairs), layers in zip(cases, self.answer(script, cases), strict=True):
+            if layers is None:
+                refused += 1
+                continue
+            layered += len(layers) > 1
+            # Colliders (layer, material, member, filter): two of them meet where each is in the other's filter.
+            colliders = [(layer, material, *([0xffff, 0xffff] if each is None else [each["member"], each["filter"]]))
+                         for layer in layers
+                         for material, each in (layer["groups"] or [(m, None) for m in range(count)])]
+            for i, j, law_of in pairs:
+                met = [(one, other) for one in colliders for other in colliders
+                       if one[1] == i and other[1] == j and one[2] & other[3] and other[2] & one[3]]
+                self.assertEqual(len(met), 1, (i, j, pairs, layers))
+                (((layer, *_), (same, *_)),) = met
+                self.assertIs(layer, same)
+                with_itself += i == j and len(layers) > 1
+                for name, wanted in law_of.items():
+                    found = combine[layer[name]["rule"]](*(layer[name]["values"][k] for k in (i, j)))
+                    self.assertAlmostEqual(found, wanted, delta=2e-6)
+        self.assertGreater(min(layered, with_itself), 100)
+        self.assertLess(refused, 200)
 
 
 class Joints(unittest.TestCase):
@@ -340,4 +428,4 @@ if __name__ == "__main__":
         print("rapier is not built")
         sys.exit(77)
     WORKER = Worker(BIN_DIR, "rapier")
-    unittest.main(argv=sys.argv[:1])
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])

@@ -116,6 +116,19 @@ def angle_between(a, b):
     return 2 * math.acos(min(1, abs(sum(x * y for x, y in zip(a, b)))))
 
 
+def bounced(radius_m, v, n, restitution, friction):
+    """Velocity and rate (world axes) over the mass of a solid ball that struck a fixed plane of unit normal n at v, without spin:
+    the friction impulse opposes the slip, and is the least of what stops it, 2/7 of the slip, and friction times the normal one."""
+    normal = sum(a * b for a, b in zip(v, n))
+    slip = [a - normal * b for a, b in zip(v, n)]
+    size = math.hypot(*slip)
+    stopped = min(2 / 7, friction * (1 + restitution) * -normal / size)
+    lost = [stopped * a for a in slip]
+    x, y, z = n
+    turning = [y * lost[2] - z * lost[1], z * lost[0] - x * lost[2], x * lost[1] - y * lost[0]]  # -r n x -lost / (2/5 r^2)
+    return [a - (1 + restitution) * normal * b - c for a, b, c in zip(v, n, lost)], [2.5 / radius_m * a for a in turning]
+
+
 def tumbled(inertia, q, w, t_s, steps=4000):
     """Attitude and body rate of a free body after t_s by RK4 in double; inertia: nine numbers, body axes."""
     def times_inertia(m, v):
