@@ -91,7 +91,8 @@ async function answer(rival, line) {
       return;
     }
     const answers = { run: answerRun, contacts: answerContacts };
-    if (!answers[request.request]) throw new Refusal(`${rival.name} answers hello, run and contacts`);
+    if (!answers[request.request])
+      throw new Refusal(`${rival.name} answers hello, run and contacts; found the request \`${request.request}\``);
     const done = await answers[request.request](rival, request);
     const { events: all, ...rest } = done,
       events = plainEvents(all),

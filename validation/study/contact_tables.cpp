@@ -43,18 +43,6 @@ ContactCase read_case(const toml::table& table, const std::string& path, int num
   return read;
 }
 
-PoseAnswer deepest(const ContactAnswer& found) {
-  PoseAnswer pose;
-  for (const FoundContact& contact : found.contacts) {
-    const double gap = -static_cast<double>(contact.depth_m);
-    if (pose.hit && !(gap < pose.gap_m)) continue;
-    pose.hit = true;
-    pose.gap_m = gap;
-    for (std::size_t i = 0; i < 3; ++i) pose.normal[i] = static_cast<double>(contact.normal[i]);
-  }
-  return pose;
-}
-
 }  // namespace
 
 std::vector<ContactCase> read_contact_cases(const std::string& path) {
@@ -91,7 +79,7 @@ std::vector<Row> table_rows(const Cell& cell, WorkerClient& client, const std::s
       const ContactAnswer found = client.contacts(scene_to_json(each.scene), 2, {}, limit_s, test);
       if (found.outcome.status != Status::ok) failed = found.outcome;
       for (const auto& [solver, tally] : found.outcome.solvers) all.outcome.solvers[solver].add(tally);
-      answers.push_back(deepest(found));
+      answers.push_back(deepest_contact(found));
       truths.push_back(each.answer);
     }
     if (failed.status != Status::ok) {

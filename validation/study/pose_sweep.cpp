@@ -1,8 +1,10 @@
 #include "validation/study/pose_sweep.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 
+#include "scene/files.hpp"
 #include "scene/pair_sweep.hpp"
 #include "validation/metrics/measurements.hpp"
 #include "validation/metrics/pose_metrics.hpp"
@@ -38,6 +40,28 @@ Row failed_row(const std::string& pair, bool swept, const Outcome& outcome) {
   row.body = pair;
   row.status = outcome.status;
   return row;
+}
+
+// The poses of a pair, of a worker that answers questions about contacts but generates no poses: one scene after another.
+std::vector<PoseAnswer> ask_pose_by_pose(WorkerClient& client, const std::string& test, const std::string& pair,
+                                         std::int64_t count, double limit_s, Outcome& outcome) {
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<PoseAnswer> poses;
+  for (std::int64_t k = 0; k < count; ++k) {
+    const std::chrono::duration<double> busy = std::chrono::steady_clock::now() - start;
+    const ContactAnswer found = client.contacts(scene_to_json(sweep_scene(pair, kPoseSeed, k, false)), 2, {},
+                                                std::max(limit_s - busy.count(), 1e-3), test);
+    if (found.outcome.status != Status::ok) {
+      outcome = found.outcome;
+      if (k > 0) outcome.reason += " (pose " + std::to_string(k) + " of seed " + std::to_string(kPoseSeed) + ")";
+      return {};
+    }
+    for (const auto& [solver, tally] : found.outcome.solvers) outcome.solvers[solver].add(tally);
+    poses.push_back(deepest_contact(found));
+  }
+  outcome.status = Status::ok;
+  outcome.reason.clear();
+  return poses;
 }
 
 std::string file_name(std::string method) {
@@ -91,6 +115,18 @@ const std::vector<PoseAnswer>& PoseTruths::of(const std::string& pair, std::int6
   return entry->poses;
 }
 
+PoseAnswer deepest_contact(const ContactAnswer& found) {
+  PoseAnswer pose;
+  for (const FoundContact& contact : found.contacts) {
+    const double gap = -static_cast<double>(contact.depth_m);
+    if (pose.hit && !(gap < pose.gap_m)) continue;
+    pose.hit = true;
+    pose.gap_m = gap;
+    for (std::size_t i = 0; i < 3; ++i) pose.normal[i] = static_cast<double>(contact.normal[i]);
+  }
+  return pose;
+}
+
 std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options,
                             double cell_limit_s, const std::string& scalar, Outcome& outcome) {
   const bool swept = cell.probe == Probe::touch_sweep;
@@ -100,8 +136,9 @@ std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& 
   Recording all;  // of all pairs: how the engine's solvers ended
   for (const std::string& pair : swept ? touch_pairs() : sweep_pairs()) {
     Outcome answered, known;
-    const std::vector<PoseAnswer> poses =
-        client.sweep(test, pair, kPoseSeed, cell.plan.steps, swept, limit_s, answered);
+    std::vector<PoseAnswer> poses = client.sweep(test, pair, kPoseSeed, cell.plan.steps, swept, limit_s, answered);
+    if (answered.status == Status::unsupported && !swept)
+      poses = ask_pose_by_pose(client, test, pair, cell.plan.steps, limit_s, answered);
     if (answered.status != Status::ok) {
       rows.push_back(failed_row(pair, swept, answered));
       if (answered.status != Status::unsupported) outcome = answered;

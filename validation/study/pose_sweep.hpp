@@ -35,9 +35,12 @@ class PoseTruths {
   std::map<std::string, Entry> entries_;
 };
 
+// The deepest of the contacts found, as the answer to a pose; none: apart, at a distance that is not told.
+PoseAnswer deepest_contact(const ContactAnswer& found);
+
 // Rows of every pair (body: the pair); the worst poses go to FOLDER OF THE STORE/poses/PAIR/METHOD-WHAT.toml.
 // `scalar`: the engine's, in which it takes its inputs. `outcome`: of the worker, where it failed otherwise than by not
-// supporting a pair.
+// supporting a pair. A worker that refuses a sweep of poses is asked for the contacts of one pose after another.
 std::vector<Row> sweep_rows(const Cell& cell, WorkerClient& client, PoseTruths& truths, const StudyOptions& options,
                             double cell_limit_s, const std::string& scalar, Outcome& outcome);
 

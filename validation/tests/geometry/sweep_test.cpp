@@ -16,6 +16,8 @@ TEST_CASE("a sweep of seeded poses passes its gates, and its worst poses are kep
   REQUIRE(mkdtemp(folder) != nullptr);
   const auto workers = find_workers({ATWOOD_BIN_DIR "/atwood-engine"});
   Study study = read_study(ATWOOD_SOURCE_DIR "/validation/study/geometry-sweep.toml");
+  std::erase_if(study.cells, [](const StudyCells& cells) { return cells.methods.front() != "atwood/contacts"; });
+  REQUIRE(study.cells.size() == 2);  // overlaps, and sweeps in time
   for (StudyCells& cells : study.cells) cells.methods = {"atwood/contacts"}, cells.steps = {2000};
   const Scenario scenario = read_scenario(ATWOOD_SOURCE_DIR "/validation/scenarios/geometry-sweep.toml");
   StudyOptions options;
@@ -38,6 +40,36 @@ TEST_CASE("a sweep of seeded poses passes its gates, and its worst poses are kep
     ++kept;
   }
   CHECK(kept > 10);
+  fs::remove_all(folder);
+}
+
+TEST_CASE("an engine that generates no poses is asked for the contacts of one after another") {
+  char folder[] = "/tmp/atwood-poses-XXXXXX";
+  REQUIRE(mkdtemp(folder) != nullptr);
+  const auto workers = find_workers({ATWOOD_SOURCE_DIR "/validation/tests/study/workers/spheres.py"});
+  Study study = read_study(ATWOOD_SOURCE_DIR "/validation/study/geometry-sweep.toml");
+  study.cells.resize(1);
+  study.cells.front().methods = {"spheres/contacts"};
+  study.cells.front().steps = {300};
+  const Scenario scenario = read_scenario(ATWOOD_SOURCE_DIR "/validation/scenarios/geometry-sweep.toml");
+  StudyOptions options;
+  options.store_path = std::string(folder) + "/store.db";
+  options.truth_worker = ATWOOD_BIN_DIR "/atwood-truth";
+  const StudyResult result = run_study(plan_cells(study, {scenario}, workers, "cpu"), workers, options);
+  CHECK(result.failed_cells == 0);
+  const auto row_of = [&](const std::string& pair, const std::string& metric) {
+    for (const Row& row : result.rows)
+      if (row.body == pair && row.metric == metric) return row;
+    FAIL(pair << " has no row of " << metric);
+    return Row{};
+  };
+  CHECK(row_of("sphere-sphere", "contact-misses").reason == "of 300 poses");
+  CHECK(row_of("sphere-sphere", "contact-misses").value == 0);
+  CHECK(row_of("sphere-sphere", "contact-false-hits").value == 0);
+  CHECK(row_of("sphere-sphere", "contact-depth-error-max").value < 1e-12);
+  CHECK(row_of("sphere-sphere", "contact-normal-error-max").value < 1e-12);
+  CHECK(row_of("box-box", "contact-misses").status == Status::unsupported);
+  CHECK(row_of("box-box", "contact-misses").reason == "spheres has no other shape");
   fs::remove_all(folder);
 }
 
