@@ -50,9 +50,13 @@ int wrong_scalars(const Scene& scene, int count, std::mt19937& random, VectorWid
   return wrong;
 }
 
+// Above it, two sizes of a batch do: with all six, a thousand bodies that attract one another take software arithmetic a minute.
+constexpr std::size_t kManyBodies = 100;
+
 void check_scene(const std::string& name, const Scene& scene) {
   std::mt19937 random(7);
-  for (const int count : {1, 3, 8, 8, 16, 19}) {
+  const bool many = scene.bodies.size() > kManyBodies;
+  for (const int count : many ? std::vector<int>{3, 8} : std::vector<int>{1, 3, 8, 8, 16, 19}) {
     INFO(name << ", " << count << " states");
     CHECK(wrong_scalars<float>(scene, count, random) == 0);
     CHECK(wrong_scalars<double>(scene, count, random) == 0);
@@ -61,6 +65,7 @@ void check_scene(const std::string& name, const Scene& scene) {
       CHECK(wrong_scalars<float>(scene, count, random, width) == 0);
       CHECK(wrong_scalars<double>(scene, count, random, width) == 0);
     }
+    if (many && count != 3) continue;
     CHECK(wrong_scalars<long double>(scene, count, random) == 0);
     CHECK(wrong_scalars<Quad>(scene, count, random) == 0);
   }
