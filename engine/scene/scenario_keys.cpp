@@ -210,6 +210,15 @@ std::vector<Key<FileDraft>> parts() {
     within(r, "[world]", [&] { read_table(r, v, world_keys(), {}, out.scenario.scene); });
     out.has_world = true;
   };
+  // Not kept: reports read it from the file (named_metric.hpp).
+  Key<FileDraft> metric;
+  metric.name = "metric";
+  metric.doc = "the metric that the scene is about, with which reports open it; they choose one unless it is given";
+  metric.schema = kebab_text().schema;
+  metric.read = [](Reading& r, const Value& v, FileDraft&) {
+    std::string name;
+    kebab_text().read(r, v, name);
+  };
   Key<FileDraft> problem;
   problem.name = "problem";
   problem.doc = "a bare system of equations in place of [world] and bodies";
@@ -225,6 +234,7 @@ std::vector<Key<FileDraft>> parts() {
   return {
       required(later("run", &FileDraft::run, object_schema(run_keys(), Form::file),
                      "a table [run] with t_end_s, steps and samples")),
+      metric,
       problem,
       initial,
       world,

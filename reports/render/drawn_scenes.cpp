@@ -34,6 +34,31 @@ void append_part(JsonText& json, const char* name, const TruthPath& path, const 
   json.end_array();
 }
 
+void append_errors(JsonText& json, const char* name, const MethodPath& path, const std::vector<std::size_t>& kept,
+                   std::size_t body, std::size_t first) {
+  json.key(name).begin_array();
+  for (const std::size_t k : kept)
+    for (std::size_t i = first; i < first + 3 && k < path.samples.size(); ++i)
+      json.number(static_cast<double>(path.samples[k][body][i]), 3);
+  json.end_array();
+}
+
+// Methods beside the truth, as errors of its poses. One that ended early has fewer.
+void append_methods(JsonText& json, const TruthPath& path, const std::vector<std::size_t>& kept) {
+  json.key("methods").begin_array();
+  for (const MethodPath& method : path.methods) {
+    json.begin_object().member("id", method.method).member_integer("steps", method.steps).key("bodies").begin_array();
+    for (std::size_t body = 0; body < method.samples.front().size(); ++body) {
+      json.begin_object();
+      append_errors(json, "p", method, kept, body, 0);
+      append_errors(json, "r", method, kept, body, 3);
+      json.end_object();
+    }
+    json.end_array().end_object();
+  }
+  json.end_array();
+}
+
 }  // namespace
 
 void append_drawn_scenes(JsonText& json, const std::vector<Scenario>& scenarios, const std::vector<TruthPath>& paths) {
@@ -62,7 +87,9 @@ void append_drawn_scenes(JsonText& json, const std::vector<Scenario>& scenarios,
       append_part(json, "q", path, kept, body, 3, 4, 4);
       json.end_object();
     }
-    json.end_array().end_object();
+    json.end_array();
+    if (!path.methods.empty()) append_methods(json, path, kept);
+    json.end_object();
   }
   json.end_array();
 }

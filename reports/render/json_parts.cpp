@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "scene/named_metric.hpp"
 #include "text.hpp"
 
 namespace atwood {
@@ -222,6 +223,7 @@ void append_scenarios(JsonText& json, const std::vector<Scenario>& scenarios) {
         .member("truth", truth_words(scenario.truth))
         .member_number("t_end_s", scenario.t_end_s)
         .member_integer("samples", scenario.samples);
+    if (const std::string metric = named_metric(scenario); !metric.empty()) json.member("metric", metric);
     json.key("steps").begin_array().inline_from_here();
     for (const std::int64_t steps : scenario.steps) json.integer(steps);
     json.end_array().key("tags").begin_array().inline_from_here();

@@ -1,10 +1,14 @@
 #include "validation/study/truth_paths.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
+#include <tuple>
 
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
+#include "validation/study/campaigns.hpp"
 #include "validation/study/content_hash.hpp"
 #include "validation/study/machine.hpp"
 #include "validation/study/store.hpp"
@@ -42,6 +46,82 @@ TruthPath path_of(const Scenario& scenario, const Truth& truth) {
   return path;
 }
 
+// The rotation vector of q q_truth^-1, the shorter of the two.
+PoseError error_of(const BodySample& body, const BodySample& truth) {
+  PoseError error{};
+  for (std::size_t i = 0; i < 3; ++i) error[i] = static_cast<float>(body.p_m[i] - truth.p_m[i]);
+  const auto& [a, b, c, d] = body.q_wxyz;
+  const auto& [w, x, y, z] = truth.q_wxyz;
+  const auto narrow = [](Wide value) { return static_cast<double>(value); };
+  const double cosine = narrow(a * w + b * x + c * y + d * z);
+  const std::array<double, 3> v{narrow(b * w - a * x - c * z + d * y), narrow(c * w - a * y - d * x + b * z),
+                                narrow(d * w - a * z - b * y + c * x)};
+  const double sine = std::hypot(v[0], v[1], v[2]), sign = cosine < 0 ? -1 : 1;
+  const double scale = sine > 0 ? 2 * sign * std::atan2(sine, sign * cosine) / sine : 0;
+  for (std::size_t i = 0; i < 3; ++i) error[3 + i] = static_cast<float>(scale * v[i]);
+  return error;
+}
+
+MethodPath method_path(const Cell& cell, const Truth& truth, const std::vector<Sample>& values) {
+  MethodPath path{cell.method, cell.plan.steps, {}};
+  for (std::size_t k = 0; k < std::min(values.size(), truth.values.size()); ++k) {
+    const auto &bodies = values[k].bodies, &exact = truth.values[k].bodies;
+    std::vector<PoseError> errors;
+    for (std::size_t i = 0; i < std::min(bodies.size(), exact.size()); ++i) {
+      errors.push_back(error_of(bodies[i], exact[i]));
+      for (const float x : errors.back())
+        if (!std::isfinite(x)) return path;
+    }
+    path.samples.push_back(std::move(errors));
+  }
+  return path;
+}
+
+std::string engine_name(const std::string& method) { return method.substr(0, method.find('/')); }
+
+// Of each engine one cell of the scenario, ours first.
+std::vector<const Cell*> played_cells(const std::vector<Cell>& cells, const std::string& scenario) {
+  constexpr double kRate = 240;  // steps a second
+  constexpr std::size_t kMostMethods = 3;
+  const auto away = [](const Cell& cell) {
+    return std::abs(std::log(static_cast<double>(cell.plan.steps) / (kRate * cell.plan.t_end_s)));
+  };
+  const auto standard = [](const Cell& cell) { return cell.method.ends_with("/default"); };
+  std::vector<const Cell*> chosen;
+  for (const Cell& cell : cells) {
+    if (cell.scenario->id != scenario || cell.worker < 0 || cell.probe != Probe::none ||
+        cell.method.find_first_of(":@{") != std::string::npos)
+      continue;
+    const auto same = std::find_if(chosen.begin(), chosen.end(), [&](const Cell* one) {
+      return engine_name(one->method) == engine_name(cell.method);
+    });
+    if (same == chosen.end()) {
+      chosen.push_back(&cell);
+      continue;
+    }
+    const auto rank = [&](const Cell& one) { return std::tuple(!standard(one), -one.claimed_order); };
+    if (rank(cell) < rank(**same) || (cell.method == (*same)->method && away(cell) < away(**same))) *same = &cell;
+  }
+  std::stable_partition(chosen.begin(), chosen.end(),
+                        [](const Cell* cell) { return engine_name(cell->method) == "atwood"; });
+  if (chosen.size() > kMostMethods) chosen.resize(kMostMethods);
+  return chosen;
+}
+
+// The scenarios that most engines ran, of those that have a path.
+std::vector<TruthPath*> played_paths(std::vector<TruthPath>& paths, const std::vector<Cell>& cells, std::size_t most) {
+  std::map<std::string, std::set<std::string>> engines;
+  for (const Cell& cell : cells)
+    if (cell.worker >= 0) engines[cell.scenario->id].insert(engine_name(cell.method));
+  std::vector<TruthPath*> order;
+  for (TruthPath& path : paths) order.push_back(&path);
+  std::stable_sort(order.begin(), order.end(), [&](const TruthPath* a, const TruthPath* b) {
+    return engines[a->scenario].size() > engines[b->scenario].size();
+  });
+  if (order.size() > most) order.resize(most);
+  return order;
+}
+
 }  // namespace
 
 std::string truth_hash(const Scenario& scenario, const std::string& truth_build) {
@@ -53,23 +133,35 @@ std::string truth_hash(const Scenario& scenario, const std::string& truth_build)
 }
 
 std::vector<TruthPath> load_truth_paths(const std::string& store_path, const std::vector<Cell>& cells,
-                                        const std::string& truth_worker, std::size_t most_bodies) {
+                                        const std::string& truth_worker, std::size_t most_bodies,
+                                        std::size_t most_played, const std::string& purpose) {
   std::vector<TruthPath> paths;
   if (!store_exists(store_path)) return paths;
   Store store(store_path, Store::Mode::read);
   if (store.empty()) return paths;
   const std::string build = find_workers({truth_worker}).front().build_id;
-  std::set<std::string> seen;
+  std::map<std::string, Truth> truths;
   for (const Cell& cell : cells) {
     const Scenario& scenario = *cell.scenario;
     if (scenario.truth.kind == TruthKind::none || !scenario.scene.fluids.empty() || !scenario.frame_ends_s.empty() ||
-        scenario.samples <= 0 || scenario.scene.bodies.size() > most_bodies || !seen.insert(scenario.id).second)
+        scenario.samples <= 0 || scenario.scene.bodies.size() > most_bodies || truths.contains(scenario.id))
       continue;
-    const std::optional<Truth> truth = store.truth(truth_hash(scenario, build));
-    if (!truth || truth->values.size() < 2) continue;
-    TruthPath path = path_of(scenario, *truth);
-    if (path.samples.size() > 1) paths.push_back(std::move(path));
+    std::optional<Truth> truth = store.truth(truth_hash(scenario, build));
+    if (truth && truth->values.size() > 1) {
+      TruthPath path = path_of(scenario, *truth);
+      if (path.samples.size() > 1) paths.push_back(std::move(path));
+    }
+    truths[scenario.id] = truth ? std::move(*truth) : Truth{};
   }
+  const Campaigns campaigns = Campaigns::latest(store, cells, purpose);
+  for (TruthPath* path : played_paths(paths, cells, most_played))
+    for (const Cell* cell : played_cells(cells, path->scenario)) {
+      const std::string hash = campaigns.keys(*cell).accuracy;
+      const std::optional<RunRecord> run = store.run(hash);
+      if (!run || run->outcome.status != Status::ok) continue;
+      MethodPath method = method_path(*cell, truths[path->scenario], store.recording(hash, run->outcome).values);
+      if (method.samples.size() > 1) path->methods.push_back(std::move(method));
+    }
   return paths;
 }
 

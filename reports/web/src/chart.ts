@@ -3,50 +3,17 @@
 import uPlot from 'uplot';
 import { h } from './dom';
 import { figure } from './data';
-import { Look, markerPath, onPaper, token } from './style';
+import { ChartSpec, Curve, Drawing, Placed, Range, arrange, decades, powerWord } from './drawing';
+import { markerPath, token } from './style';
 
-export interface Point { x: number; y: number; note: string[] }
-export interface Curve { name: string; look: Look; points: Point[] }
-export interface ChartSpec {
-  id: string; title: string; xLabel: string; yLabel: string; xLog: boolean;
-  curves: Curve[]; floor: number | null; guides: number[];  // slopes on the logs; floor: in units of y
-  empty: string;                                            // the text shown where there is nothing to draw
-}
-
-interface Placed { curve: number; x: number; y: number; zero: boolean; point: Point }
-type Range = [number, number];
 const dpr = () => window.devicePixelRatio || 1;
-
-function padded(min: number, max: number, part: number): Range {
-  const pad = max > min ? (max - min) * part : 0.5;
-  return [min - pad, max + pad];
-}
-
-export function decades(min: number, max: number, room: number): number[] {
-  const span = max - min;
-  if (span < 1.2) return [...Array(60)].flatMap((_, i) => [1, 2, 5].map((m) => Math.floor(min) + i + Math.log10(m)))
-    .filter((v) => v >= min && v <= max);
-  const step = Math.max(1, Math.ceil(span / Math.max(2, room)));
-  const out: number[] = [];
-  for (let v = Math.ceil(min / step) * step; v <= max; v += step) out.push(v);
-  return out;
-}
-const superscripts = '\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079';
-export function powerWord(log: number): string {
-  const value = 10 ** log;
-  if (Math.abs(log - Math.round(log)) > 1e-9) return figure(value, 2);
-  if (log >= -2 && log <= 3) return String(Number(value.toPrecision(3)));
-  const digits = String(Math.abs(Math.round(log))).split('').map((d) => superscripts[Number(d)]).join('');
-  return `10${log < 0 ? '\u207b' : ''}${digits}`;
-}
+const nothing: Drawing = arrange({ id: '', title: '', xLabel: '', yLabel: '', xLog: true, curves: [], floor: null, guides: [], empty: '' }, new Set());
 
 export class Chart {
   readonly element: HTMLElement;
   private plot: uPlot | null = null;
   private spec!: ChartSpec;
-  private placed: Placed[] = [];
-  private full: { x: Range; y: Range } = { x: [0, 1], y: [0, 1] };
-  private zeroLine: number | null = null;
+  private drawing: Drawing = nothing;
   private hidden = new Set<string>();
   private lit: string | null = null;
   private hovered = -1;
@@ -69,7 +36,7 @@ export class Chart {
       if (this.visible) this.drawIfStale();
     }, { rootMargin: '200px' }).observe(this.element);
     new ResizeObserver(() => {
-      if (this.plot && !onPaper() && this.place.clientWidth > 0 && Math.abs(this.plot.width - this.place.clientWidth) > 1) {
+      if (this.plot && this.place.clientWidth > 0 && Math.abs(this.plot.width - this.place.clientWidth) > 1) {
         this.plot.setSize({ width: this.place.clientWidth, height: this.height() });
       }
     }).observe(this.place);
@@ -88,17 +55,15 @@ export class Chart {
   title(): string { return `${this.spec.title} (${this.spec.empty.replace(/\.$/, '').replace(/^./, (c) => c.toLowerCase())})`; }
   highlight(name: string | null): void { this.lit = name; this.plot?.redraw(false); }
   restyle(): void { this.stale = true; if (this.visible) this.drawIfStale(); }
-  drawNow(): void { this.stale = true; this.drawIfStale(); }
-  // On paper half of the width of A4 between its margins; on a screen the width of the column.
-  private width(): number { return onPaper() ? 336 : this.place.clientWidth; }
-  private height(): number { return onPaper() ? 250 : Math.round(Math.min(380, Math.max(270, this.place.clientWidth * 0.62))); }
+  private height(): number { return Math.round(Math.min(380, Math.max(270, this.place.clientWidth * 0.62))); }
 
-  private curves(): Curve[] { return this.spec.curves.filter((curve) => !this.hidden.has(curve.name)); }
+  private get placed(): Placed[] { return this.drawing.placed; }
+  private curves(): Curve[] { return this.drawing.curves; }
 
   private drawIfStale(): void {
     if (!this.stale || !this.spec) return;
     this.stale = false;
-    this.placePoints();
+    this.drawing = arrange(this.spec, this.hidden);
     this.plot?.destroy();
     this.plot = null;
     this.hovered = -1;
@@ -115,32 +80,6 @@ export class Chart {
     if (this.kept) this.setRanges(this.kept.x, this.kept.y, true);
   }
 
-  // Logarithms; zeros are drawn on a separate line below all other values.
-  private placePoints(): void {
-    const curves = this.curves();
-    const xOf = (x: number) => (this.spec.xLog ? Math.log10(x) : x);
-    const logs: number[] = [];
-    for (const curve of curves) for (const p of curve.points) if (p.y > 0) logs.push(Math.log10(p.y));
-    const low = logs.length ? Math.min(...logs) : -16;
-    const hasZero = curves.some((curve) => curve.points.some((p) => p.y === 0));
-    this.zeroLine = hasZero ? Math.floor(low) - 1 : null;
-    this.placed = [];
-    curves.forEach((curve, index) => curve.points.forEach((point) => {
-      const x = xOf(point.x);
-      const zero = point.y === 0;
-      const y = zero ? this.zeroLine! : Math.log10(point.y);
-      if (Number.isFinite(x) && Number.isFinite(y)) this.placed.push({ curve: index, x, y, zero, point });
-    }));
-    if (!this.placed.length) return;
-    const xs = this.placed.map((p) => p.x);
-    const ys = this.placed.map((p) => p.y);
-    if (this.spec.floor && this.spec.floor > 0) {
-      const floor = Math.log10(this.spec.floor);
-      if (floor > Math.min(...ys) - 4) ys.push(floor);
-    }
-    this.full = { x: padded(Math.min(...xs), Math.max(...xs), this.spec.xLog ? 0.05 : 0), y: padded(Math.min(...ys), Math.max(...ys), 0.06) };
-  }
-
   private options(): uPlot.Options {
     const axis = (log: boolean, label: string): uPlot.Axis => ({
       stroke: token('--soft'), font: '12px system-ui, sans-serif', label, labelFont: '12px system-ui, sans-serif', labelSize: 20,
@@ -153,10 +92,10 @@ export class Chart {
     const xAxis = axis(this.spec.xLog, this.spec.xLabel);
     xAxis.size = 34;
     return {
-      mode: 2, width: this.width(), height: this.height(), legend: { show: false }, padding: [10, 12, 0, 0],
+      mode: 2, width: this.place.clientWidth, height: this.height(), legend: { show: false }, padding: [10, 12, 0, 0],
       scales: {
-        x: { time: false, range: () => this.full.x },
-        y: { range: () => this.full.y },
+        x: { time: false, range: () => this.drawing.x },
+        y: { range: () => this.drawing.y },
       },
       axes: [xAxis, axis(true, this.spec.yLabel)],
       series: [{}, { facets: [{ scale: 'x', auto: true }, { scale: 'y', auto: true }], paths: () => null, points: { show: false } }] as unknown as uPlot.Series[],
@@ -195,17 +134,17 @@ export class Chart {
   private resetZoom(): void {
     this.kept = null;
     this.zoomed(null);
-    if (this.plot) this.setRanges(this.full.x, this.full.y, false);
+    if (this.plot) this.setRanges(this.drawing.x, this.drawing.y, false);
   }
   // x from, x to, y from, y to, in the units of the axes (logarithms where they are); null: all.
   setZoom(ranges: number[] | null): void {
     const valid = ranges?.length === 4 && ranges.every(Number.isFinite) && ranges[0] < ranges[1] && ranges[2] < ranges[3];
     this.kept = valid ? { x: [ranges[0], ranges[1]], y: [ranges[2], ranges[3]] } : null;
-    if (this.plot) this.setRanges(this.kept?.x ?? this.full.x, this.kept?.y ?? this.full.y, valid);
+    if (this.plot) this.setRanges(this.kept?.x ?? this.drawing.x, this.kept?.y ?? this.drawing.y, valid);
   }
-  current(): { spec: ChartSpec; curves: Curve[]; x: Range; y: Range; zeroLine: number | null } {
-    if (!this.placed.length) this.placePoints();
-    return { spec: this.spec, curves: this.curves(), x: this.kept?.x ?? this.full.x, y: this.kept?.y ?? this.full.y, zeroLine: this.zeroLine };
+  current(): Drawing {
+    const drawing = arrange(this.spec, this.hidden);
+    return this.kept ? { ...drawing, ...this.kept } : drawing;
   }
 
   // ---- hover ---------------------------------------------------------------------------------------------------
@@ -297,7 +236,7 @@ export class Chart {
       ctx.fillText(words, left + width * 0.42, y + 3 * dpr());
     };
     if (this.spec.floor && this.spec.floor > 0) line(Math.log10(this.spec.floor), `truth's bar ${figure(this.spec.floor, 2)}`, true);
-    if (this.zeroLine !== null) line(this.zeroLine, 'exactly 0', false);
+    if (this.drawing.zeroLine !== null) line(this.drawing.zeroLine, 'exactly 0', false);
   }
 
   // Lines of order 1, 2, 4, 5 through the corner where the steps are largest; with labels where they leave the plot.

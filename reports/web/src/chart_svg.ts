@@ -1,13 +1,12 @@
 // A plot as an SVG document of its own: to save, and for paper.
-import { Chart, decades, powerWord } from './chart';
 import { figure } from './data';
 import { svg } from './dom';
+import { Drawing, decades, powerWord } from './drawing';
 import { markerPath, token } from './style';
 
 const [left, right, top, bottom] = [64, 14, 34, 46];
 
-export function chartSvg(chart: Chart, width = 760, height = 460): SVGElement {
-  const { spec, curves, x, y, zeroLine } = chart.current();
+export function chartSvg({ spec, curves, x, y, zeroLine }: Drawing, width = 760, height = 460): SVGElement {
   const ink = token('--ink'), soft = token('--soft'), line = token('--line');
   const lines = Math.ceil(curves.length / 2), full = height + lines * 18;
   const inner = [width - left - right, height - top - bottom];
@@ -26,12 +25,15 @@ export function chartSvg(chart: Chart, width = 760, height = 460): SVGElement {
   root.append(text(left + inner[0] / 2, height - 10, spec.xLabel, 'middle'));
   const label = text(0, 0, spec.yLabel, 'middle');
   label.setAttribute('transform', `translate(14 ${top + inner[1] / 2}) rotate(-90)`);
-  root.append(label, svg('clipPath', { id: `clip-${spec.id}` }, svg('rect', { x: left, y: top, width: inner[0], height: inner[1] })));
-  const area = svg('g', { 'clip-path': `url(#clip-${spec.id})` });
-  if (spec.floor && spec.floor > 0) {
-    const at = py(Math.log10(spec.floor));
-    area.append(svg('path', { d: `M${left} ${at}H${width - right}`, stroke: soft, 'stroke-dasharray': '4 3' }), text(left + inner[0] * 0.42, at + 14, `truth's bar ${figure(spec.floor, 2)}`, 'middle', 11));
-  }
+  root.append(label);
+  // An inner document cuts off what leaves the axes, and needs no id.
+  const area = svg('svg', { x: left, y: top, width: inner[0], height: inner[1], viewBox: `${left} ${top} ${inner[0]} ${inner[1]}` });
+  const level = (log: number, words: string) => {
+    const at = py(log).toFixed(1);
+    area.append(svg('path', { d: `M${left} ${at}H${width - right}`, stroke: soft, 'stroke-dasharray': '4 3' }), text(left + inner[0] * 0.42, Number(at) + 14, words, 'middle', 11));
+  };
+  if (spec.floor && spec.floor > 0) level(Math.log10(spec.floor), `truth's bar ${figure(spec.floor, 2)}`);
+  if (zeroLine !== null) level(zeroLine, 'exactly 0');
   curves.forEach((curve, i) => {
     const points = curve.points.map((p) => [px(spec.xLog ? Math.log10(p.x) : p.x), py(p.y === 0 ? zeroLine ?? y[0] : Math.log10(p.y))]).filter((p) => p.every(Number.isFinite));
     const colour = curve.look.colour(), every = points.length > 24 ? Math.ceil(points.length / 7) : 1;

@@ -14,7 +14,7 @@ export interface Law {
 }
 export interface Scenario {
   id: string; title: string; claim: string; source: string; truth: string; t_end_s: Loose; samples: number;
-  steps: number[]; tags: string[]; invariants: string[];
+  steps: number[]; tags: string[]; invariants: string[]; metric?: string;  // that the scene is about, where its file names it
 }
 export interface Method {
   id: string; doc: string; source: string; claimed_order: Record<string, number>; adaptive: boolean;

@@ -34,7 +34,7 @@ export function labelledSelect(label: string, id: string, changed: (value: strin
 }
 
 export function copyButton(command: string): HTMLElement {
-  const button = h('button', { type: 'button', class: 'copy', title: `Copy: ${command}` }, 'copy');
+  const button = h('button', { type: 'button', class: 'copy', title: `Copy: ${command}`, 'aria-label': `Copy: ${command}` }, 'copy');
   button.addEventListener('click', async (event) => {
     event.stopPropagation();
     const done = await copyText(command);

@@ -1,6 +1,7 @@
 // The cheapest method for an error, the most accurate one within a budget, and the step from which a method is stable.
 import { Contest, Dominance, Reached, Report, engineOf, figure, placeWords, real, rungWords, seconds } from './data';
 import { Child, h, labelledSelect, option, section } from './dom';
+import { choose, linkSelects } from './state';
 import { brokenId } from './table';
 
 const isOurs = (reached: Reached) => engineOf(reached.family) === 'atwood';
@@ -107,7 +108,7 @@ export function dominance(report: Report): HTMLElement | null {
   const fill = () => {
     const tables = of(), before = scenario.select.value;
     scenario.select.replaceChildren(...tables.map((t) => option(t.scenario, t.scenario, t.scenario === before)));
-    table.replaceChildren(...(tables.length > 1 ? [overview(tables, (t) => { scenario.select.value = t.scenario; draw(); place.scrollIntoView({ block: 'nearest' }); })] : []));
+    table.replaceChildren(...(tables.length > 1 ? [overview(tables, (t) => { choose(scenario.select, t.scenario); place.scrollIntoView({ block: 'nearest' }); })] : []));
     scenario.box.hidden = tables.length < 2;
     draw();
   };
@@ -115,6 +116,7 @@ export function dominance(report: Report): HTMLElement | null {
   cost.select.append(...kinds.map((kind) => option(kind, kind === 'seconds' ? 'time of the run' : 'evaluations of the equations')));
   const scenario = labelledSelect('scenario', 'dominance-scenario', draw);
   fill();
+  linkSelects(cost.select, scenario.select);
   return section('dominance', 'Cheapest method for an error',
     h('p', { class: 'hint' }, 'For each error the cheapest method that reaches it, and for each budget the most accurate one. \u00d7: cost of the best other engine divided by that of the cheapest method; alone: no other engine reaches that error. Solid: a method of Atwood is cheapest; outlined: one of another engine. All figures are of measured rungs. <: no cheaper rung was measured. *: the error is below three bars of the truth. Times come from the timed pass of this report.'),
     report.notes.length ? h('details', {}, h('summary', {}, 'How these methods were run'), ...report.notes.map((note) => h('p', { class: 'hint' }, note))) : null,

@@ -5,23 +5,23 @@ import { RowIndex } from './rows';
 
 // Cividis (Nunez, Anderton, Renslow 2018): brightness rises evenly, the same to colour-blind readers and in grey.
 const palette = [[0, 34, 78], [18, 53, 112], [59, 73, 108], [87, 93, 109], [112, 113, 115], [138, 134, 120], [165, 156, 116], [195, 179, 105], [225, 204, 85], [254, 232, 56]];
-function colour(share: number): string {
+export function colour(share: number): string {
   const at = Math.min(Math.max(share, 0), 1) * (palette.length - 1), i = Math.min(Math.floor(at), palette.length - 2);
   return `rgb(${palette[i].map((low, k) => Math.round(low + (at - i) * (palette[i + 1][k] - low))).join(',')})`;
 }
 const gradient = `linear-gradient(90deg, ${palette.map((_, i) => colour(i / (palette.length - 1))).join(', ')})`;
 
-type Name = 'speed' | 'pressure' | 'temperature' | 'error';
-const words: Record<Name, string> = { speed: 'speed [m/s]', pressure: 'pressure [Pa]', temperature: 'temperature [K]', error: 'error' };
+export type FieldName = 'speed' | 'pressure' | 'temperature' | 'error';
+export const fieldWords: Record<FieldName, string> = { speed: 'speed [m/s]', pressure: 'pressure [Pa]', temperature: 'temperature [K]', error: 'error' };
 
 interface Range { low: number; high: number }
 // One range of a quantity for all methods of a scenario, so that equal colours are equal values.
-function common(pictures: Picture[], name: Name): Range | null {
+function common(pictures: Picture[], name: FieldName): Range | null {
   const found = pictures.map((p) => p[name]).filter((field) => field).map((field) => ({ low: real(field!.low), high: real(field!.high) }));
   return found.length ? { low: Math.min(...found.map((r) => r.low)), high: Math.max(...found.map((r) => r.high)) } : null;
 }
 
-function draw(canvas: HTMLCanvasElement, picture: Picture, name: Name, range: Range): void {
+function draw(canvas: HTMLCanvasElement, picture: Picture, name: FieldName, range: Range): void {
   const wide = real(picture.x.high) - real(picture.x.low), high = real(picture.y.high) - real(picture.y.low);
   const scale = 640 / Math.max(wide, high, 1e-300);
   canvas.width = Math.max(8, Math.round(wide * scale));
@@ -37,7 +37,7 @@ function draw(canvas: HTMLCanvasElement, picture: Picture, name: Name, range: Ra
   }
 }
 
-function scaleBar(name: Name, range: Range): HTMLElement {
+function scaleBar(name: FieldName, range: Range): HTMLElement {
   const word = (value: number) => figure(name === 'error' ? 10 ** value : value, 3);
   return h('div', { class: 'scale' }, h('span', {}, word(range.low)), h('i', { style: `background: ${gradient}` }), h('span', {}, word(range.high)));
 }
@@ -61,18 +61,18 @@ export class Fields {
 
   private scenario(report: Report, index: RowIndex, s: number, open: boolean): HTMLElement {
     const pictures = report.pictures!.filter((p) => p.s === s);
-    const names = (['speed', 'pressure', 'temperature', 'error'] as Name[]).filter((name) => pictures.some((p) => p[name]));
+    const names = (['speed', 'pressure', 'temperature', 'error'] as FieldName[]).filter((name) => pictures.some((p) => p[name]));
     const ranges = new Map(names.map((name) => [name, common(pictures, name)!]));
-    const still = (name: Name) => { const r = ranges.get(name)!; return name !== 'error' && !(r.high - r.low > 1e-12 * Math.max(Math.abs(r.high), Math.abs(r.low))); };
+    const still = (name: FieldName) => { const r = ranges.get(name)!; return name !== 'error' && !(r.high - r.low > 1e-12 * Math.max(Math.abs(r.high), Math.abs(r.low))); };
     const shown = names.filter((name) => !still(name));
-    const canvases: [HTMLCanvasElement, Picture, Name][] = [];
+    const canvases: [HTMLCanvasElement, Picture, FieldName][] = [];
     const rows = pictures.map((picture) => {
       const method = index.text(picture.m);
       const facts = `${picture.particles} particles, dx = ${figure(real(picture.dx), 3)} m, c = ${figure(real(picture.c), 3)} m/s, ${picture.n} steps, t = ${figure(real(picture.t), 3)} s`;
-      return h('div', { class: 'method' }, h('h4', {}, method, h('span', { class: 'soft' }, ` ${facts}`)),
+      return h('div', { class: 'method' }, h('h3', {}, method, h('span', { class: 'soft' }, ` ${facts}`)),
         h('div', { class: 'fields' }, ...shown.map((name) => {
           const field = picture[name];
-          const title = name === 'error' ? `error of the ${picture.error_of}` : words[name];
+          const title = name === 'error' ? `error of the ${picture.error_of}` : fieldWords[name];
           if (!field) return h('figure', {}, h('figcaption', {}, name === 'error' ? 'error: no exact field is known' : `no ${name}`));
           const canvas = h('canvas', { role: 'img', 'aria-label': `${method}: ${title}` }) as HTMLCanvasElement;
           canvases.push([canvas, picture, name]);
@@ -80,7 +80,7 @@ export class Fields {
           return h('figure', {}, h('figcaption', {}, `${title}${most}`), canvas, scaleBar(name, ranges.get(name)!));
         })));
     });
-    const box = h('details', { open: open || undefined }, h('summary', {}, `${index.text(s)}: ${pictures.length} method${pictures.length > 1 ? 's' : ''}`), h('h3', { class: 'paper-only' }, index.text(s)), ...rows) as HTMLDetailsElement;
+    const box = h('details', { open: open || undefined }, h('summary', {}, `${index.text(s)}: ${pictures.length} method${pictures.length > 1 ? 's' : ''}`), h('p', { class: 'paper-only' }, h('b', {}, index.text(s))), ...rows) as HTMLDetailsElement;
     const paint = () => { for (const [canvas, picture, name] of canvases) draw(canvas, picture, name, ranges.get(name)!); };
     if (open) paint();
     else {

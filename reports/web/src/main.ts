@@ -1,4 +1,4 @@
-import { readReport } from './data';
+import { Report, readReport } from './data';
 import { h, section } from './dom';
 import { dominance } from './dominance';
 import { audit } from './audit';
@@ -11,14 +11,15 @@ import { Plots, plottable } from './plots';
 import { RowIndex } from './rows';
 import { gallery } from './scenes';
 import * as sections from './sections';
+import { sheets } from './sheets';
 import { sideBySide } from './side_by_side';
 import { statistics } from './statistics';
 import { sweep } from './sweep';
 import { isDark, setPaper } from './style';
 import { citeButton, equipTables } from './save';
 import { story } from './story';
-import { following, show, watch } from './state';
-import { RowTable } from './table';
+import { applyFolds, applySelects, following, show, watch } from './state';
+import { RowTable, applySorts } from './table';
 
 function themeSwitch(changed: () => void): HTMLElement {
   const root = document.documentElement;
@@ -47,18 +48,21 @@ function navigation(parts: HTMLElement[]): HTMLElement {
   return h('nav', { 'aria-label': 'Sections' }, ...parts.map((part) => h('a', { href: `#${part.id}` }, shortNames[part.id] ?? part.id)));
 }
 
-function preparePrinting(plots: Plots | null, fields: Fields | null): void {
+// On paper the scenes stand one to a page in place of the gallery and of the plots of the scene that is open.
+function preparePrinting(report: Report, index: RowIndex, ids: string[], fields: Fields | null): void {
   const opened: HTMLDetailsElement[] = [];
+  let paper: HTMLElement | null = null;
   addEventListener('beforeprint', () => {
     setPaper(true);
-    for (const details of document.querySelectorAll('details')) if (!details.open && !details.closest('#gates, #laws, #bench, #statistics')) { details.open = true; opened.push(details); }
-    plots?.drawNow();
+    for (const details of document.querySelectorAll('details')) if (!details.open && !details.closest('#gates, #laws, #bench, #statistics, #scenes, #plots, #scenarios')) { details.open = true; opened.push(details); }
+    paper?.remove();
+    if (ids.length) (document.getElementById('plots') ?? document.getElementById('app')!.lastElementChild!).after(paper = sheets(report, index, ids));
     fields?.drawAll();
   });
   addEventListener('afterprint', () => {
     setPaper(false);
+    paper?.remove();
     opened.splice(0).forEach((details) => { details.open = false; });
-    plots?.restyle();
   });
 }
 
@@ -74,18 +78,28 @@ async function start(): Promise<void> {
     table!.filter({ scenario, method, metric: '', status: '' });
     show(drawn ? plots!.element : table!.element);
   };
-  const first = [index.count ? story(report, index) : null, sections.failing(report), history(report), audit(report), goals(report), tables(report)];
   const narrow = matchMedia('(max-width: 700px)').matches, pictures = gallery(report, plottable(index));
-  const scenes = [...(narrow ? [plots?.element, pictures] : [pictures, plots?.element]), fields?.element, index.count ? matrix(report, index, open) : null, dominance(report), sections.laws(report), sections.troubles(report, index)];
+  // On a narrow screen the plot follows the first sentence.
+  const first = [index.count ? story(report, index) : null, narrow ? plots?.element : null, sections.failing(report), history(report), audit(report), goals(report), tables(report)];
+  const scenes = [pictures, narrow ? null : plots?.element, fields?.element, index.count ? matrix(report, index, open) : null, dominance(report), sections.laws(report), sections.troubles(report, index)];
   const figures = [index.count ? sweep(index) : null, index.count ? sideBySide(report, index) : null, index.count ? statistics(report, index) : null, rows, sections.gates(report), sections.bench(report)];
   const parts = [...first, ...scenes, ...figures, sections.engines(report), sections.scenarios(report), sections.definitions(report, index), sections.provenance(report)].filter((part) => part) as HTMLElement[];
   document.getElementById('app')!.replaceChildren(...parts);
+  document.body.prepend(h('a', { class: 'skip', href: '#app' }, 'Skip to the report'));
   document.getElementById('top')!.after(navigation(parts));
   document.getElementById('tools')!.append(themeSwitch(() => plots?.restyle()), citeButton(report), h('button', { type: 'button', onclick: () => print() }, 'print'));
   equipTables(document.getElementById('app')!);
-  preparePrinting(plots, fields);
+  preparePrinting(report, index, plottable(index), fields);
+  let opening = true;
   watch((state) => following(() => {
-    if (state.toString()) { plots?.apply(state); table?.apply(state); }
+    const opens = opening;
+    opening = false;
+    if (opens && !state.toString()) return;
+    plots?.apply(state);
+    table?.apply(state);
+    applySelects(state);
+    applySorts(state);
+    applyFolds(state);
     show(document.getElementById(state.get('at') ?? '') ?? (state.has('scene') ? plots?.element ?? null : null));
   }));
   document.documentElement.dataset.drawn = performance.now().toFixed(1);

@@ -3,6 +3,7 @@ import { Report, figure, fitted, isFit, noOrder, withBar } from './data';
 import { h, labelledSelect, option, section } from './dom';
 import { Cell, RowIndex } from './rows';
 import { moves } from './scene_metric';
+import { linkSelects } from './state';
 import { brokenId } from './table';
 
 const short: Record<string, string> = { unsupported: 'n/s', diverged: 'div', 'not finite': 'n/f', timeout: 'time', crashed: 'crash', 'not built': 'n/b' };
@@ -16,8 +17,33 @@ function rankIn(row: (Cell | null)[], moving: boolean): (cell: Cell) => number |
   return (cell) => (Number.isFinite(cell.value) ? sizes.filter((other) => other < size(cell) * (1 - 1e-9)).length / (sizes.length - 1) : null);
 }
 
+// One figure of the table can be reached with Tab, the others from there with the arrow keys: thousands of stops would
+// keep a keyboard from what follows.
+function moveByArrows(table: HTMLElement): void {
+  const to = (next: HTMLElement | null | undefined) => {
+    if (!next) return;
+    table.querySelectorAll('button[tabindex="0"]').forEach((one) => one.setAttribute('tabindex', '-1'));
+    next.tabIndex = 0;
+    next.focus();
+  };
+  table.addEventListener('keydown', (event) => {
+    const cell = (event.target as Element).closest('td'), row = cell?.parentElement;
+    if (!cell || !row) return;
+    const [down, right] = { ArrowDown: [1, 0], ArrowUp: [-1, 0], ArrowRight: [0, 1], ArrowLeft: [0, -1] }[event.key] ?? [0, 0];
+    if (!down && !right) return;
+    event.preventDefault();
+    let line: Element | null = row, at = [...row.children].indexOf(cell);
+    do {  // over cells without a figure
+      line = down ? (down > 0 ? line.nextElementSibling : line.previousElementSibling) : line;
+      at += right;
+    } while (line?.children[at] && !line.children[at].querySelector('button'));
+    to(line?.children[at]?.querySelector('button'));
+  });
+}
+
 export function matrix(report: Report, index: RowIndex, chosen: (scenario: string, method: string) => void): HTMLElement {
   const table = h('table', { class: 'matrix' });
+  moveByArrows(table);
   const allScenarios = index.names('scenario');
   const tagsOf = new Map(report.scenarios.map((s) => [s.id, s.tags]));
   let scenarios = allScenarios, methods = index.names('method');
@@ -68,11 +94,12 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
       const size = ranks[s](cell);
       const words = isLadder ? (noOrder(metric, cell.value, cell.bar) ? '?' : cell.value.toFixed(2)) : cell.value === 0 ? '0' : figure(cell.value, 2);
       const reason = index.text(index.rows.reason[cell.row]);
-      const td = h('td', { class: gates?.bad ? 'figure refused' : 'figure', style: isLadder || size === null || gates?.bad ? undefined : `--part:${(size * 100).toFixed(0)}%`, title: `${scenario}, ${method}${cell.steps ? `, ${cell.steps} steps` : ''}: ${isLadder ? fitted(metric, cell.value, cell.bar) : withBar(cell.value, cell.bar)}${isLadder || Number.isNaN(cell.value) ? `. ${reason}` : ''}` },
-        h('button', { type: 'button', onclick: () => chosen(scenario, method) }, words), sign);
-      return td;
+      const told = `${scenario}, ${method}${cell.steps ? `, ${cell.steps} steps` : ''}: ${isLadder ? fitted(metric, cell.value, cell.bar) : withBar(cell.value, cell.bar)}`;
+      return h('td', { class: gates?.bad ? 'figure refused' : 'figure', style: isLadder || size === null || gates?.bad ? undefined : `--part:${(size * 100).toFixed(0)}%`, title: `${told}${isLadder || Number.isNaN(cell.value) ? `. ${reason}` : ''}` },
+        h('button', { type: 'button', tabindex: -1, 'aria-label': told, onclick: () => chosen(scenario, method) }, words), sign);
     }))));
     table.replaceChildren(head, body);
+    table.querySelector('button')?.setAttribute('tabindex', '0');
   };
   const metricSelect = labelledSelect('figure', 'matrix-metric', draw);
   metricSelect.select.append(...wanted.map((name) => option(name, name, name === preferred)));
@@ -81,7 +108,8 @@ export function matrix(report: Report, index: RowIndex, chosen: (scenario: strin
   const rungSelect = labelledSelect('rung of the ladder', 'matrix-rung', draw);
   rungSelect.select.append(option('middle', 'middle, the same steps for all'), option('finest', 'finest of each method'), option('coarsest', 'coarsest'));
   draw();
-  const legend = h('p', { class: 'hint' }, 'Colours rank the methods of a row, from the smallest error (blue) to the largest (orange); figures within three bars of the truth share the first rank. No colour: nothing moves, or all are equal. Struck out: a gate, which is the claim, did not pass. \u2713 all gates of the cell pass, \u2717 one does not. n/s unsupported, div diverged, n/f a state that is not finite, n/b not built, \u2013 no figure, ? inconclusive order: the reason is in the tooltip and in the rows. A click opens plots and rows.');
+  linkSelects(tagSelect.select), linkSelects(metricSelect.select), linkSelects(rungSelect.select);
+  const legend = h('p', { class: 'hint' }, 'Colours rank the methods of a row, from the smallest error (blue) to the largest (orange); figures within three bars of the truth share the first rank. No colour: nothing moves, or all are equal. Struck out: a gate, which is the claim, did not pass. \u2713 all gates of the cell pass, \u2717 one does not. n/s unsupported, div diverged, n/f a state that is not finite, n/b not built, \u2013 no figure, ? inconclusive order: the reason is in the tooltip and in the rows. A click opens plots and rows; the arrow keys lead from figure to figure.');
   return section('matrix', 'Scenario by method', h('div', { class: 'bar' }, tagSelect.box, metricSelect.box, rungSelect.box), legend,
     h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Scenario by method' }, table));
 }

@@ -1,14 +1,15 @@
 // The plots of one scenario and one metric, their shared legend, and the orders that the rows hold.
-import { Chart, ChartSpec, Curve, Point } from './chart';
-import { Loose, Report, Run, engineOf, family, figure, isAdaptive, noOrder, real, unitWord, withBar } from './data';
+import { Chart } from './chart';
+import { ChartSpec, Curve, Point } from './drawing';
+import { Loose, Report, Run, engineOf, family, figure, noOrder, real } from './data';
 import { h, labelledSelect, option, section } from './dom';
 import { Cell, RowIndex, richest } from './rows';
 import { chartSvg } from './chart_svg';
 import { savePng, saveSvg } from './save';
-import { chosenMethods } from './chosen';
+import { ladderPlots, openingMethods } from './ladder_plots';
 import { sceneMetric } from './scene_metric';
 import { aboutScene } from './scenes';
-import { put } from './state';
+import { folds, put } from './state';
 import { Look, look, swatch } from './style';
 import { isSweep } from './sweep';
 
@@ -59,7 +60,7 @@ export class Plots {
     } }, name);
     const few = h('button', { type: 'button', onclick: () => { this.choose(); this.draw(); put({ shown: null }); } }, 'chosen');
     for (const chart of Object.values(this.charts)) chart.save = (kind) => {
-      const name = `${this.scenario.select.value} ${this.metric.select.value} ${chart.current().spec.id}`, drawn = chartSvg(chart);
+      const name = `${this.scenario.select.value} ${this.metric.select.value} ${chart.current().spec.id}`, drawn = chartSvg(chart.current());
       if (kind === 'SVG') saveSvg(name, drawn);
       else void savePng(name, drawn);
     };
@@ -85,7 +86,7 @@ export class Plots {
   }
   private leave(): void {
     this.showScenario();
-    put({ scene: this.scenario.select.value, metric: null, body: null, steps: null, shown: null, zoom: null, t: null });
+    put({ scene: this.scenario.select.value, metric: null, body: null, steps: null, shown: null, zoom: null, t: null, without: null, magnify: null, fold: folds() });
   }
   // What a link says; anything else stays as the scene opens.
   apply(state: URLSearchParams): void {
@@ -118,10 +119,7 @@ export class Plots {
   // The chosen few of this scene and metric.
   private choose(): void {
     const id = this.scenario.select.value;
-    const timed = this.index.ladders(id, 'step-time', '').size > 0;
-    const ladders = this.index.ladders(id, this.metric.select.value, '');
-    const few = chosenMethods(ladders, (method) => timed || !isAdaptive(method));
-    const list = few.length ? few : chosenMethods(ladders, () => true);
+    const list = openingMethods(this.index, id, this.metric.select.value);
     this.methods.forEach((m) => (list.includes(m) ? this.hidden.delete(m) : this.hidden.add(m)));
     this.whole = false;
     // A family of tolerances has one colour and marker; those of the chosen ones differ most.
@@ -130,7 +128,6 @@ export class Plots {
     this.fillLegend();
   }
   restyle(): void { this.fillLegend(); Object.values(this.charts).forEach((chart) => chart.restyle()); }
-  drawNow(): void { this.fillLegend(); Object.values(this.charts).forEach((chart) => chart.drawNow()); }
 
   private showScenario(): void {
     const id = this.scenario.select.value;
@@ -158,7 +155,7 @@ export class Plots {
     this.about.replaceChildren(...(scenario ? [h('b', {}, scenario.title), ` ${scenario.claim} `, h('span', { class: 'soft' }, `Truth: ${scenario.truth}. t_end ${figure(real(scenario.t_end_s))} s, ${scenario.samples} samples. Source: ${scenario.source}`)] : []));
     this.choose();
     this.draw();
-    const { head, extra } = aboutScene(this.report, this.index, id);
+    const { head, extra } = aboutScene(this.report, this.index, id, (method) => this.looks.get(family(method))?.colour() ?? look(0).colour());
     this.head.replaceChildren(...head.filter((part) => part) as Node[]);
     this.extra.replaceChildren(...extra.filter((part) => part) as Node[]);
   }
@@ -195,27 +192,10 @@ export class Plots {
   private draw(): void {
     const id = this.scenario.select.value, metric = this.metric.select.value;
     if (!metric) return;
-    const ladders = this.index.ladders(id, metric, this.body.select.value);
-    const times = this.index.ladders(id, 'step-time', '');
-    const evaluations = this.index.ladders(id, 'rate-evaluations', '');
-    const all = [...ladders.values()].flat();
-    const unit = all.length ? unitWord(this.index.text(this.index.rows.unit[all[0].row])) : '';
-    const timeCell = [...times.values()].flat()[0];
-    const toSeconds = timeCell ? secondsPer(this.index.text(this.index.rows.unit[timeCell.row])) : 1e-9;
-    const floor = Math.max(0, ...all.map((cell) => cell.bar).filter(Number.isFinite));
-    const yLabel = `|${metric}|${unit ? ` [${unit}]` : ''}`;
-    const shared = { yLabel, floor: floor || null, xLog: true, empty: 'No figures of this metric.' };
-    this.charts.step.show({ ...shared, id: 'step', title: 'Error against step', xLabel: 'step h [s]', guides: [1, 2, 4, 5],
-      curves: this.curves(ladders, unit, (method, cell) => (isAdaptive(method) ? null : cell.h), (x) => `h = ${figure(x, 4)} s`) }, this.hidden);
-    const cost = (from: Map<string, Cell[]>) => (method: string, cell: Cell) => from.get(method)?.find((other) => other.steps === cell.steps)?.value ?? null;
-    const seconds = (method: string, cell: Cell) => {
-      const nanoseconds = cost(times)(method, cell);
-      return nanoseconds === null ? null : nanoseconds * toSeconds * cell.steps;
-    };
-    this.charts.time.show({ ...shared, id: 'cpu', title: 'Work against precision: CPU time', xLabel: 'CPU time [s] = time of a step \u00d7 steps', guides: [-1, -2, -4, -5],
-      curves: this.curves(ladders, unit, seconds, (x) => `${figure(x, 3)} s`), empty: 'No timings of this scenario.' }, this.hidden);
-    this.charts.evaluations.show({ ...shared, id: 'evaluations', title: 'Work against precision: evaluations', xLabel: 'rate evaluations', guides: [-1, -2, -4, -5],
-      curves: this.curves(ladders, unit, cost(evaluations), (x) => `${figure(x, 6)} evaluations`), empty: 'No evaluation counts of this scenario (rivals do not report theirs).' }, this.hidden);
+    const specs = ladderPlots(this.index, id, metric, this.body.select.value, this.looks);
+    this.charts.step.show(specs.step, this.hidden);
+    this.charts.time.show(specs.time, this.hidden);
+    this.charts.evaluations.show(specs.evaluations, this.hidden);
     const kind = seriesKinds.find((name) => metric.includes(name)) ?? 'position';
     const steps = Number(this.steps.select.value);
     this.charts.error.show(this.overTime('error', `Error over time: ${kind}${steps ? `, ${steps} steps` : ''}`, `|${kind} error| [${seriesUnits[kind]}]`, kind, steps), this.hidden);
@@ -245,23 +225,6 @@ export class Plots {
     } }, words[name])));
     for (const [name, chart] of Object.entries(this.charts)) chart.element.hidden = chart.isEmpty() || (open !== 'all' && name !== open);
     this.element.dataset.plot = open;
-  }
-
-  private curves(ladders: Map<string, Cell[]>, unit: string, xOf: (method: string, cell: Cell) => number | null, xWords: (x: number) => string): Curve[] {
-    const groups = new Map<string, { point: Point; tolerance: boolean; order: number }[]>();
-    for (const [method, cells] of ladders) {
-      for (const cell of cells) {
-        const x = xOf(method, cell);
-        if (x === null || !(x > 0) || !Number.isFinite(cell.value)) continue;
-        const y = Math.abs(cell.value);
-        const name = family(method);
-        const note = [isAdaptive(method) ? `${method}, ${cell.steps} steps` : `${cell.steps} steps`, xWords(x), `${withBar(cell.value, cell.bar)} ${unit}`];
-        if (!groups.has(name)) groups.set(name, []);
-        groups.get(name)!.push({ point: { x, y, note }, tolerance: isAdaptive(method), order: isAdaptive(method) ? -y : cell.steps });
-      }
-    }
-    return [...groups].map(([name, entries]) => ({ name, look: this.looks.get(name)!,
-      points: entries.sort((a, b) => a.order - b.order).map((entry) => entry.point) }));
   }
 
   private overTime(id: string, title: string, yLabel: string, kind: keyof Run, steps: number): ChartSpec {
@@ -297,7 +260,3 @@ export class Plots {
 }
 
 function fitTitle(cell: Cell, reason: string): string { return Number.isNaN(cell.value) ? reason : `${figure(cell.value, 4)}: ${reason}`; }
-
-function secondsPer(unit: string): number {
-  return unit.startsWith('us') || unit.startsWith('\u00b5s') ? 1e-6 : unit.startsWith('ms') ? 1e-3 : unit === 's' || unit.startsWith('s/') ? 1 : 1e-9;
-}

@@ -29,6 +29,7 @@ export const ownLines = new WeakMap<Element, () => string[][]>();
 function equip(region: HTMLElement): void {
   region.dataset.saves = 'true';
   const label = region.getAttribute('aria-label') ?? 'table';
+  region.querySelector('table')?.setAttribute('aria-label', label);
   region.before(h('div', { class: 'save' }, h('button', { type: 'button', 'aria-label': `Save as CSV: ${label}`, onclick: () => {
     const lines = ownLines.get(region)?.() ?? [...region.querySelectorAll('tr')].map((row) => [...row.children].map(cellText));
     download(`${fileName(label)}.csv`, csv(lines));

@@ -2,9 +2,11 @@
 import { Report, engineOf, isAdaptive, real } from './data';
 import { Cell, RowIndex } from './rows';
 
-// Impacts where most methods report them; else that of the ranking, in which methods differ most; else the first error.
+// What the scene's file names, where it was measured. Else impacts where most methods report them; else the metric of the
+// ranking, in which methods differ most; else the first error.
 export function sceneMetric(report: Report, index: RowIndex, id: string): string {
-  const names = index.names('metric', index.of(id));
+  const names = index.names('metric', index.of(id)), named = report.scenarios.find((s) => s.id === id)?.metric;
+  if (named && names.includes(named) && index.ladders(id, named, '').size) return named;
   const count = (name: string) => [...index.ladders(id, name, '').values()].filter((cells) => cells.some((c) => Number.isFinite(c.value))).length;
   const ranked = report.dominance.find((t) => t.scenario === id)?.metric;
   const basic = ranked ?? ['error-attitude-max', 'error-position-max', 'error-position-end'].find((name) => names.includes(name)) ?? names.find((name) => /^error-/.test(name)) ?? names.find((name) => /error/.test(name)) ?? names.find((name) => name !== 'status') ?? '';

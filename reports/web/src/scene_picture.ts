@@ -13,7 +13,10 @@ export interface DrawnScene {
     forces: { kind: string; a: number; b?: number; pa: Loose[]; pb?: Loose[] }[];
   };
   poses: ({ p: Loose[]; q: Loose[] } | null)[];
+  methods?: DrawnMethod[];
 }
+// A method beside the truth: for each body the errors of its position [m] and of its attitude (a rotation vector [rad]).
+export interface DrawnMethod { id: string; steps: number; bodies: { p: Loose[]; r: Loose[] }[] }
 interface Pose { p: Vector; q: number[] }
 type Flat = [number, number];
 
@@ -97,7 +100,37 @@ export function fromCentre(drawn: DrawnScene): DrawnScene {
   return { ...drawn, poses: drawn.poses.map((one) => one && { q: one.q, p: one.p.map((_, i) => one.p[i % 3]) }) };
 }
 
-export interface Picture { element: SVGElement; show: (t: number) => void }
+// The motion of a method, with its errors `k` times as large.
+export function magnified(drawn: DrawnScene, method: DrawnMethod, k: number): DrawnScene {
+  const poses = drawn.poses.map((path, i) => {
+    const error = method.bodies[i], start = drawn.scene.bodies[i];
+    if (!error || !(path || [...error.p, ...error.r].some((x) => real(x) !== 0))) return path;
+    const p: Loose[] = [], q: Loose[] = [];
+    for (let s = 0; s < error.p.length / 3; s += 1) {
+      const base = path ? [0, 1, 2, 3].map((j) => real(path.q[4 * s + j])) : start.q.map(real), turn = vector(error.r, 3 * s).map((a) => a * k) as Vector;
+      const angle = Math.hypot(...turn), share = angle > 0 ? Math.sin(angle / 2) / angle : 0.5, w = Math.cos(angle / 2);
+      const [x, y, z] = turn.map((a) => a * share), [a, b, c, d] = base;
+      q.push(w * a - x * b - y * c - z * d, w * b + x * a + y * d - z * c, w * c + y * a + z * b - x * d, w * d + z * a + x * c - y * b);
+      for (let j = 0; j < 3; j += 1) p.push(real(path ? path.p[3 * s + j] : start.p[j]) + k * real(error.p[3 * s + j]));
+    }
+    return { p, q };
+  });
+  return { ...drawn, poses };
+}
+
+// The largest power of ten by which errors can be drawn inside the picture: a quarter of the motion's size, or a radian.
+export function fittingMagnification(drawn: DrawnScene, methods: DrawnMethod[]): number {
+  const size = Math.max(...[0, 1, 2].map((axis) => {
+    const places = drawn.poses.flatMap((path, i) => (path ? path.p.filter((_, j) => j % 3 === axis).map(real) : [real(drawn.scene.bodies[i].p[axis])]));
+    return Math.max(...places) - Math.min(...places);
+  }), 2 * Math.max(...drawn.scene.bodies.map((body) => (body.shape.kind === 'plane' ? 0 : reach(body.shape)))));
+  const most = (part: 'p' | 'r') => Math.max(0, ...methods.flatMap((m) => m.bodies.flatMap((body) => body[part].map((x) => Math.abs(real(x))).filter(Number.isFinite))));
+  const room = Math.min(most('p') > 0 ? (0.25 * size) / most('p') : Infinity, most('r') > 0 ? 1 / most('r') : Infinity);
+  return Number.isFinite(room) && room > 1 ? 10 ** Math.floor(Math.log10(room)) : 1;
+}
+
+export interface Ghost { drawn: DrawnScene; colour: string }
+export interface Picture { element: SVGElement; show: (t: number) => void; beside: (ghosts: Ghost[]) => void }
 
 export function picture(whole: DrawnScene, label: string, width = 320, height = 220): Picture {
   const drawn = fromCentre(whole);
@@ -134,6 +167,20 @@ export function picture(whole: DrawnScene, label: string, width = 320, height = 
     ground.append(svg('polygon', { points: words([[1, 1], [1, -1], [-1, -1], [-1, 1]].map(([a, b]) => at(sum(on, [0, 1, 2].map((k) => a * long * along[k] + b * wide * cross[k]) as Vector)))) }));
   }
   for (const points of trails) if (points.length > 1) lines.append(svg('polyline', { points: words(points.map(at)) }));
+  const ghostTrails = svg('g', { class: 'ghosts' }), ghostBodies = svg('g', { class: 'ghosts' });
+  let ghosts: Ghost[] = [], now = 0;
+  const showGhosts = (t: number) => ghostBodies.replaceChildren(...ghosts.flatMap(({ drawn: ghost, colour }) => bodies.flatMap((body, i): SVGElement[] => {
+    if (!solid[i] || !ghost.poses[i]) return [];
+    const pose = poseAt(ghost, i, t), [cx, cy] = at(pose.p);
+    if (body.shape.kind === 'sphere' || body.shape.kind === 'point') return [svg('circle', { stroke: colour, cx: cx.toFixed(1), cy: cy.toFixed(1), r: Math.max(3, (real(body.shape.r) || 0) * scale).toFixed(1) }),
+      ...(spins[i] ? ([[1, 0, 0], [0, 1, 0], [0, 0, 1]] as Vector[]).map((axis) => svg('polyline', { stroke: colour, points: words([pose.p, placed(pose, axis)].map(at)) })) : [])];
+    return corners(body.shape).map((cloud) => svg('polygon', { stroke: colour, points: words(hull(cloud.map((c) => at(placed(pose, c))))) }));
+  })));
+  const beside = (list: Ghost[]) => {
+    ghosts = list;
+    ghostTrails.replaceChildren(...ghosts.flatMap(({ drawn: ghost, colour }) => bodies.flatMap((_, i) => { const points = trail(ghost, i); return points.length > 1 ? [svg('polyline', { stroke: colour, points: words(points.map(at)) })] : []; })));
+    showGhosts(now);
+  };
 
   const show = (t: number) => {
     const poses = bodies.map((_, body) => poseAt(drawn, body, t));
@@ -159,8 +206,10 @@ export function picture(whole: DrawnScene, label: string, width = 320, height = 
       }
     }
     moving.replaceChildren(...parts);
+    now = t;
+    showGhosts(t);
   };
   show(0);
-  const element = svg('svg', { class: 'picture', viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': label }, ground, lines, moving);
-  return { element, show };
+  const element = svg('svg', { class: 'picture', viewBox: `0 0 ${width} ${height}`, ...(label ? { role: 'img', 'aria-label': label } : { 'aria-hidden': 'true' }) }, ground, lines, ghostTrails, moving, ghostBodies);
+  return { element, show, beside };
 }

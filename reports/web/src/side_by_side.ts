@@ -2,6 +2,7 @@
 import { Report, absence, figure, real, unitWord, withBar } from './data';
 import { Child, h, labelledSelect, option, section } from './dom';
 import { Cell, RowIndex, richest } from './rows';
+import { linkSelects } from './state';
 import { Column, brokenId, redrawOnPaper, wideTable } from './table';
 
 const ends = ['error-position-end', 'error-velocity-end', 'error-attitude-end', 'error-body-rate-end', 'energy-max', 'angular-momentum-error', 'landing-range-error'];
@@ -69,6 +70,7 @@ export function sideBySide(report: Report, index: RowIndex): HTMLElement | null 
   const steps = labelledSelect('steps', 'compare-steps', () => draw(false));
   scenario.select.append(...ids.map((id) => option(id, id, id === first)));
   choose();
+  linkSelects(scenario.select, steps.select);
   redrawOnPaper(draw);
   return section('compare', 'Side by side', h('p', { class: 'hint' }, 'All methods on one scenario at the same steps; click a heading to sort. Adaptive methods (a tolerance after the colon) choose their steps: the count only sets their first step. For scenes with contacts the finest steps that most methods have are shown first. \u2013 no figure; where the engine reported too little for one, what is missing.'),
     h('div', { class: 'bar' }, scenario.box, steps.box), place);

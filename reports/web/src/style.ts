@@ -12,7 +12,6 @@ export interface Look { colour: () => string; marker: Marker; dash: number[] }
 
 let paper = false;  // printing: always light
 export function setPaper(on: boolean): void { paper = on; }
-export function onPaper(): boolean { return paper; }
 export function isDark(): boolean {
   if (paper) return false;
   const chosen = document.documentElement.dataset.theme;

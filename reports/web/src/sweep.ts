@@ -2,6 +2,7 @@
 import { figure, real, unitWord } from './data';
 import { Child, h, labelledSelect, option, section } from './dom';
 import { RowIndex } from './rows';
+import { linkSelects } from './state';
 import { Column, redrawOnPaper, wideTable } from './table';
 
 const counts = /-(misses|false-hits)$/;
@@ -58,6 +59,7 @@ export function sweep(index: RowIndex): HTMLElement | null {
   scenario.select.append(...ids.map((id) => option(id, id)));
   scenario.box.hidden = ids.length < 2;
   choose();
+  linkSelects(scenario.select, chosen.select, poses.select);
   redrawOnPaper(draw);
   const seeded = ids.some((id) => index.of(id).some((i) => rows.steps[i] > 1));
   return section('sweep', 'Contacts against exact geometry', h('p', { class: 'hint' },

@@ -2,8 +2,8 @@
 import { Child, copyButton, h, labelledSelect, option } from './dom';
 import { figure, fitted, isFit, real, rerunCommand, withBar } from './data';
 import { RowIndex } from './rows';
-import { ownLines } from './save';
-import { put } from './state';
+import { fileName, ownLines } from './save';
+import { current, put } from './state';
 
 export interface Column<T> { name: string; number?: boolean; value: (row: T) => string | number; cell?: (row: T) => Child; wide?: boolean }
 
@@ -18,33 +18,63 @@ function compare(a: string | number, b: string | number): number {
   return a - b;
 }
 
+function markSorted(heads: Element, column: number, up: boolean): void {
+  heads.querySelectorAll('th[aria-sort]').forEach((head, i) => head.setAttribute('aria-sort', i === column ? (up ? 'ascending' : 'descending') : 'none'));
+}
+
 function sortHeads(names: { name: string; number?: boolean }[], changed: (column: number, up: boolean) => void): HTMLTableRowElement {
   const heads = names.map(({ name, number }, i) => {
     const head = h('th', { scope: 'col', 'aria-sort': 'none', class: number ? 'number' : undefined },
       h('button', { type: 'button', onclick: () => {
         const up = head.getAttribute('aria-sort') !== 'ascending';
-        heads.forEach((other) => other.setAttribute('aria-sort', 'none'));
-        head.setAttribute('aria-sort', up ? 'ascending' : 'descending');
+        markSorted(line, i, up);
         changed(i, up);
       } }, ...brokenId(name)));
     return head;
   });
-  return h('tr', {}, ...heads);
+  const line = h('tr', {}, ...heads);
+  return line;
+}
+
+// Tables that can be sorted follow the address: `by.NAME` is the heading and the way.
+const followers = new WeakMap<Element, (state: URLSearchParams) => void>();
+export function applySorts(state: URLSearchParams): void {
+  document.querySelectorAll('#app .scroll').forEach((region) => followers.get(region)?.(state));
 }
 
 export function smallTable<T>(columns: Column<T>[], rows: T[], label: string): HTMLElement {
-  const body = h('tbody');
+  const body = h('tbody'), key = `by.${fileName(label)}`;
   const fill = (sorted: T[]) => body.replaceChildren(...sorted.map((row) => h('tr', {}, ...columns.map((column) =>
     h('td', { class: [column.number ? 'number' : '', column.wide ? 'wide' : ''].join(' ').trim() || undefined },
       ...(column.cell ? [column.cell(row)] : brokenId(String(column.value(row)))))))));
-  const heads = sortHeads(columns, (i, up) => fill([...rows].sort((a, b) => {
+  const sort = (i: number, up: boolean) => fill([...rows].sort((a, b) => {
     const x = columns[i].value(a), y = columns[i].value(b);
     const last = compare(x, y);
     return typeof x === 'number' && (Number.isNaN(x) || Number.isNaN(y)) ? last : up ? last : -last;
-  })));
+  }));
+  let shown = '';
+  const heads = sortHeads(columns, (i, up) => {
+    sort(i, up);
+    shown = `${columns[i].name},${up ? 'up' : 'down'}`;
+    put({ [key]: shown });
+  });
+  const follow = (state: URLSearchParams) => {
+    const told = state.get(key) ?? '', comma = told.lastIndexOf(',');
+    const at = columns.findIndex((column) => column.name === told.slice(0, Math.max(comma, 0)));
+    const marked = at < 0 ? '' : told;
+    if (marked === shown) return;
+    shown = marked;
+    const up = !told.endsWith(',down');
+    markSorted(heads, at, up);
+    if (at < 0) fill(rows);
+    else sort(at, up);
+  };
   fill(rows);
-  return h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label },
+  const region = h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label },
     h('table', {}, h('thead', {}, heads), body));
+  followers.set(region, follow);
+  follow(current());
+  return region;
 }
 
 // A wide table: on a screen its first column stays in view; on paper it is split into blocks of columns, each with the
@@ -146,7 +176,7 @@ export class RowTable {
     const [column, way] = (state.get('sort') ?? '').split(',');
     const at = this.columns.findIndex((c) => c.name === column);
     this.sort = at < 0 ? null : { column: at, up: way !== 'down' };
-    this.table.querySelectorAll('thead th[aria-sort]').forEach((head, i) => head.setAttribute('aria-sort', i === at ? (this.sort!.up ? 'ascending' : 'descending') : 'none'));
+    markSorted(this.table, at, this.sort?.up ?? true);
     this.search.value = state.get('q') ?? '';
     const known = (key: 'scenario' | 'method' | 'metric' | 'status') => { const value = state.get(`row-${key}`) ?? ''; return this.report().strings.includes(value) ? value : ''; };
     this.filter({ text: this.search.value, scenario: known('scenario'), method: known('method'), metric: known('metric'), status: known('status') });

@@ -1,4 +1,5 @@
 """Chromium as the tests of the pages drive it: WebDriver (JSON over HTTP) to chromedriver; standard library only."""
+import base64
 import json
 import pathlib
 import shutil
@@ -64,6 +65,10 @@ class Browser:
 
     def devtools(self, command, **parameters):
         return self.post("/goog/cdp/execute", {"cmd": command, "params": parameters})
+
+    def paper(self):
+        """The page as PDF, on A4. WebDriver's own command gives up after 10 s, which a loaded machine needs."""
+        return base64.b64decode(self.devtools("Page.printToPDF", printBackground=True, preferCSSPageSize=True)["data"])
 
     def mouse(self, *actions):
         self.post("/actions", {"actions": [{"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": list(actions)}]})

@@ -1,0 +1,345 @@
+#!/usr/bin/env python3
+"""What the report says of figures made by hand, in headless Chromium: the ranks of the matrix, the curves a plot opens with,
+the figures in the sentences, the metric of a scene, pictures of fluids, methods beside the truth, pages on paper.
+figures_test.py REPORTS/WEB; answers 77 (skipped) with a word where Chromium or chromedriver is missing."""
+import os
+import pathlib
+import re
+import sys
+import tempfile
+import time
+
+from chromium import HOSTILE, SKIPPED, Browser, check, programs, silence, until
+from crafted_page import Report
+
+NAN = "nan"
+
+
+def ladder(report, scene, method, metric, values, unit="m", bar=0.0, seconds=0.0, steps=(120, 240, 480)):
+    for n, value in zip(steps, values):
+        report.row(scene, method, n, metric, value, bar, unit)
+        if seconds:
+            report.row(scene, method, n, "step-time", seconds / n, 0.0, "s")
+
+
+def tumbling():
+    """A box that five engines turn, and a ball whose impacts they time."""
+    report = Report()
+    report.scene("tumble", "A tumbling box", metric="error-attitude-max", tags=("smooth",))
+    turns = {"atwood/rk4": (4e-6, 5e-7, 3e-8), "atwood/euler": (4e-2, 2e-2, 1e-2), "atwood/rk4@long-double": (1e-6, 1e-8, 1e-9), "atwood/rk4@float": (5e-5, 4e-5, 3e-5), "atwood/euler@float": (4.1e-2, 2.1e-2, 1.1e-2),
+             "bullet64/default": (8e-2, 4e-2, 2e-2), "bullet64/tuned": (8e-3, 4e-3, 2e-3), "bullet32/default": (8.1e-2, 4.1e-2, 2.1e-2), "ode/default": (6e-2, 3e-2, 1.5e-2),
+             "mujoco/default": (3e-5, 9e-7, 1e-7), "cvode/adams:1e-10": (2e-9,)}
+    for method, values in turns.items():
+        ladder(report, "tumble", method, "error-attitude-max", values, "rad", seconds=2e-3, steps=(314,) if ":" in method else (120, 240, 480))
+        ladder(report, "tumble", method, "error-position-max", [v * 7 for v in values], "m", steps=(314,) if ":" in method else (120, 240, 480))
+    place = lambda family, method, steps, error, cost: {"family": family, "method": method, "steps": steps, "error": error, "cost": cost}
+    best, next_one = place("atwood/rk4", "atwood/rk4", 240, 5e-7, 1.5e-3), place("mujoco/default", "mujoco/default", 240, 9e-7, 4.5e-3)
+    report.data["dominance"] = [{"scenario": "tumble", "metric": "error-attitude-max", "unit": "rad", "cost": "seconds", "by_budget": [], "stable": [],
+                                 "by_error": [{"asked": 1e-3, "contenders": 2, "ranked": [next_one, best]}, {"asked": 1e-6, "contenders": 2, "ranked": [best, next_one]}]}]
+    report.scene("bounce", "A ball that bounces")
+    for method, values in {"atwood/rk4": (1e-9, 1e-9, 1e-9), "bullet64/default": (3e-2, 2e-2, 1e-2), "ode/default": (1e-2, 5e-3, 2e-3)}.items():
+        ladder(report, "bounce", method, "error-position-max", [v * 3 for v in values])
+        ladder(report, "bounce", method, "impact-time-error", values, "s")
+    report.row("bounce", "mujoco/default", 240, "status", 0, unit="", status="unsupported", reason=f"MuJoCo has no restitution {HOSTILE}")
+    return report
+
+
+def ranks():
+    """One scene for each way to rank: with figures inside the bar, ties, all equal, one without a figure, a failed gate."""
+    report = Report()
+    cases = {"bars": [(1e-9, 1e-9), (2.9e-9, 1e-9), (1e-3, 1e-9), (1e-1, 1e-9)], "ties": [(1, 0), (1, 0), (2, 0), (5, 0)], "equal": [(3, 0)] * 4,
+             "missing": [(1, 0), (NAN, 0), (0, 0), (4, 0)], "infinite": [(1, 0), ("inf", 0), (2, 0), (-8, 0)], "refused": [(1, 0), (2, 0), (3, 0), (4, 0)]}
+    for id, values in cases.items():
+        report.scene(id, id, tags=("left",) if id in ("bars", "ties") else ("right",))
+        for k, (value, bar) in enumerate(values):
+            for n in (120, 240, 480):
+                report.row(id, f"m{k}/a", n, "error-position-max", value if n == 240 else 5 + k, bar)
+                report.row(id, f"m{k}/a", n, "error-velocity-end", 9 - k)
+    report.data["verdicts"] = [{"judgement": "fail", "scenario": "refused", "method": "m2/a", "steps": 240, "metric": "error-position-max", "unit": "m", "value": 3, "bar": 0, "kind": "at most",
+                                "allowed": "<= 2", "margin": -1, "text": "", "reason": "", "origin": "", "rerun": ""}]
+    return report, {"bars": [0, 0, 67, 100], "ties": [0, 0, 67, 100], "equal": [None] * 4, "missing": [50, None, 0, 100], "infinite": [0, None, 50, 100], "refused": [0, 33, None, 100]}
+
+
+def opens(browser, folder, name, report, web, fragment=""):
+    path = os.path.join(folder, name + ".html")
+    pathlib.Path(path).write_text(report.page(web))
+    browser.post("/url", {"url": "about:blank"})
+    browser.post("/url", {"url": pathlib.Path(path).as_uri() + fragment})
+    until("the report is drawn", lambda: browser.run("return document.documentElement.dataset.ready === 'true'"), 40)
+    return path
+
+
+def text(browser, selector):
+    return browser.run("return document.querySelector(arguments[0]).innerText", selector)
+
+
+def sentences(browser):
+    told = text(browser, "#story")
+    for words in ("use atwood/rk4 (240 steps, 1.5 ms). The best of another engine is mujoco/default (240 steps), at 3 times the cost.",
+                  "to 1e-6 rad (error of the attitude, largest over the run)", "Not reached at any step of the ladder by bullet64 (0.002 at best), bullet32 (0.021 at best) and ode (0.015 at best).",
+                  "It is also reached by cvode/adams:1e-10 at tol 1e-10", "1 cell unsupported", "mujoco, 1 unsupported: MuJoCo has no restitution"):
+        check(words in told, f"the first screen does not say {words!r}: {told}")
+    check("atwood/rk4@float has 4e-5 on tumble at 240 steps, where double has 5e-7 (80 times)" in told, f"what float costs: {told}")
+    check("In 1 of its 2 runs with a twin in double the errors differ by less than a tenth" in told, f"runs that float costs nothing: {told}")
+    check("bullet32 has the same error in float within a tenth" in told, f"float of bullet32: {told}")
+    lines = browser.run("return [...document.querySelectorAll('.losses tbody tr')].map(r => [...r.children].map(c => c.innerText.replace(/\\s+/g, ' ').trim()))")
+    expected = {"atwood": ["5e-7 rk4", "1e-9 rk4"], "bullet64": ["0.04 default 0.004 tuned", "0.02 default"], "bullet32": ["0.041 default", "no figure"], "ode": ["0.03 default", "0.005 default"],
+                "mujoco": ["9e-7 default", "no figure"], "cvode": ["2e-9 adams:1e-10", "no figure"]}
+    check({line[0]: line[1:] for line in lines} == expected, f"what each engine loses at 240 Hz: {lines}")
+    bold = browser.run("return [...document.querySelectorAll('.losses td b')].map(b => b.innerText)")
+    check(bold == ["1e-9", "2e-9"], f"the smallest errors of the columns: {bold}")
+
+
+def curves(browser):
+    browser.run("location.hash = '#scene=tumble'")
+    until("the scene is open", lambda: browser.run("return document.querySelector('#plot-scenario').value") == "tumble")
+    check(browser.run("return document.querySelector('#plot-metric').value") == "error-attitude-max", "the scene does not open with the metric that it names")
+    shown = browser.run("return [...document.querySelectorAll('#plots .legend button[aria-pressed=true]')].map(b => b.dataset.method)")
+    wanted = {"atwood/rk4", "cvode/adams:tol", "mujoco/default", "bullet64/tuned", "ode/default", "bullet64/default"}
+    check(set(shown) == wanted and len(shown) == 6, f"the curves that the plot opens with: {shown}")
+    browser.run("location.hash = '#scene=bounce'")
+    until("the metric of impacts by the rule", lambda: browser.run("return document.querySelector('#plot-metric').value") == "impact-time-error")
+
+
+def unmeasured_metric(browser, folder, web):
+    report = tumbling()
+    report.data["scenarios"][0]["metric"] = "penetration-max"  # named, and nothing measured it
+    path = opens(browser, folder, "unmeasured", report, web, "#scene=tumble")
+    check(browser.run("return document.querySelector('#plot-metric').value") == "error-attitude-max", "a metric without figures is opened")
+    silence(browser, path)
+
+
+def parts(browser):
+    lines = browser.run("""return [...document.querySelectorAll('#matrix tbody tr')].map(r => [r.children[0].textContent, [...r.querySelectorAll('td')].map(t => {
+        const part = t.style.getPropertyValue('--part'); return part === '' ? null : parseFloat(part); })])""")
+    return {name: found for name, found in lines}
+
+
+def matrix(browser, expected):
+    check(parts(browser) == expected, f"ranks: {parts(browser)}, expected {expected}")
+    check(browser.run("return document.querySelectorAll('#matrix .refused').length") == 1, "a failed gate is not struck out")
+    names = browser.run("return [...document.querySelectorAll('#matrix td button')].filter(b => !/^[a-z]+, m\\d\\/a, \\d+ steps: /.test(b.ariaLabel)).map(b => b.ariaLabel)")
+    check(not names, f"figures of the matrix whose names say too little: {names}")
+    browser.run("const b = document.querySelector('#matrix td button'); b.focus();")
+    where = lambda: browser.run("return document.activeElement.ariaLabel")
+    press = lambda key: browser.post("/actions", {"actions": [{"type": "key", "id": "keys", "actions": [{"type": "keyDown", "value": key}, {"type": "keyUp", "value": key}]}]})
+    press("\ue014"), press("\ue015")
+    check(where().startswith("ties, m1/a, 240"), f"right and down lead to {where()}")
+    check(browser.run("return document.querySelectorAll('#matrix td [tabindex=\"0\"]').length") == 1, "the matrix has more than one stop for Tab")
+    press("\ue013"), press("\ue013")
+    check(where().startswith("bars, m1/a"), f"up twice leads to {where()}")
+
+
+def change(browser, selector, value):
+    browser.run("const s = document.querySelector(arguments[0]); s.value = arguments[1]; s.dispatchEvent(new Event('change'));", selector, value)
+
+
+def matrix_links(browser, folder, report, web):
+    """Every select, sorting and fold of the page is in its address."""
+    opening = parts(browser)
+    change(browser, "#matrix-tag", "right")
+    change(browser, "#matrix-metric", "error-velocity-end")
+    change(browser, "#matrix-rung", "finest")
+    change(browser, "#compare-scenario", "ties")
+    change(browser, "#compare-steps", "480")
+    browser.run("document.querySelector('#gates summary').click(); document.querySelector('#gates th:nth-child(3) button').click(); document.querySelector('#gates th:nth-child(3) button').click();")
+    state = """return [...document.querySelectorAll('#matrix select, #compare select')].map(s => s.value).concat(document.querySelector('#gates details').open,
+        [...document.querySelectorAll('#gates th')].map(t => t.ariaSort).join(' '), document.querySelector('#compare tbody').textContent)"""
+    before, after, fragment = browser.run(state), parts(browser), browser.run("return location.hash")
+    check(set(after) == {"equal", "missing", "infinite", "refused"}, f"scenes with a tag: {list(after)}")
+    opens(browser, folder, "ranks", report, web, fragment)
+    check(browser.run(state) == before and parts(browser) == after, f"the link {fragment} restores {browser.run(state)}, not {before}")
+    browser.run("location.hash = '#matrix-metric=none&matrix-tag=%3Cimg%3E&fold=gates.99&by.all-gates=x,up&compare-steps=-1'")
+    until("a link that names nothing shows what the page opens with", lambda: parts(browser) == opening)
+    check(not browser.run("return document.querySelector('#gates details').open"), "what the link does not unfold stays unfolded")
+
+
+def fluid(browser, folder, web):
+    report = Report("A fluid")
+    report.scene("vortex", "A vortex")
+    report.scene("other", "Another")
+    ladder(report, "vortex", "atwood/sph", "error-velocity-end", (1e-2, 5e-3, 2e-3), "m/s")
+    ladder(report, "other", "atwood/sph", "error-velocity-end", (1e-2, 5e-3, 2e-3), "m/s")
+    side = 30
+    levels = lambda at, low, high: {"low": low, "high": high, "at": at}
+    grid = [(i, j) for i in range(side) for j in range(side)]
+    report.data["pictures"] = [{"s": report.word("vortex"), "m": report.word("atwood/sph"), "n": 480, "dx": 0.03, "c": 10, "t": 1, "particles": side * side, "side": 1 / side, "error_of": "velocity",
+                                "x": levels([round(4096 * i / (side - 1)) for i, _ in grid], 0, 1), "y": levels([round(4096 * j / (side - 1)) for _, j in grid], 0, 1),
+                                "speed": levels([round(250 * i / (side - 1)) for i, _ in grid], 0.5, 2)}]
+    path = opens(browser, folder, "fluid", report, web, "#scene=vortex")
+    squares = browser.run("return [...document.querySelectorAll('.scene-picture .picture path')].map(p => [(p.getAttribute('d').match(/M/g) || []).length, p.getAttribute('fill')])")
+    check(sum(n for n, _ in squares) == side * side and len({fill for _, fill in squares}) == 24, f"squares by colour: {squares}")
+    widths = browser.run("return [...document.querySelectorAll('.scene-picture .picture path')].map(p => Math.min(...[...p.getAttribute('d').matchAll(/M([\\d.]+)/g)].map(m => Number(m[1]))))")
+    check(widths == sorted(widths), "slow particles do not stand on the left")
+    label = browser.run("return document.querySelector('.scene-picture .picture').getAttribute('aria-label')")
+    check("speed: 0.5 (dark) to 2 m/s (bright)" in label and "atwood/sph" in label, f"the picture is named {label!r}")
+    check(browser.run("return document.querySelectorAll('.gallery .thumbnail svg').length") == 1, "the gallery has no picture of the fluid")
+    silence(browser, path)
+
+
+def beside_truth(browser, folder, web):
+    """A point on a line from 0 to 1 m; one method is behind it by up to 1 mm, another by 2 mm and turned by 0.1 mrad."""
+    report = tumbling()
+    times = [0, 0.5, 1]
+    report.data["scenes"] = [{"id": "tumble", "t_end": 1, "times": times, "poses": [{"p": [0, 0, 0, 0.5, 0, 0, 1, 0, 0], "q": [1, 0, 0, 0] * 3}],
+                              "scene": {"bodies": [{"name": "box", "fixed": False, "p": [0, 0, 0], "q": [1, 0, 0, 0], "shape": {"kind": "box", "half": [0.05, 0.05, 0.05]}}], "joints": [], "ropes": [], "forces": []},
+                              "methods": [{"id": "atwood/rk4", "steps": 240, "bodies": [{"p": [0, 0, 0, -5e-4, 0, 0, -1e-3, 0, 0], "r": [0] * 9}]},
+                                          {"id": "ode/default", "steps": 240, "bodies": [{"p": [0, 0, 0, -1e-3, 0, 0, -2e-3, 0, 0], "r": [0, 0, 0, 0, 0, 5e-5, 0, 0, 1e-4]}]}]}]
+    path = opens(browser, folder, "beside", report, web, "#scene=tumble&t=1")
+    # The centres of the drawn shapes, of the truth and of the methods, in units of the picture.
+    script = """const middle = e => { const b = e.getBBox(); return b.x + b.width / 2; };
+        return [middle(document.querySelector('.scene-picture .bodies .body')), ...[...document.querySelectorAll('.scene-picture .ghosts')][1].querySelectorAll('polygon')].map(e => typeof e === 'number' ? e : middle(e))"""
+    caption = lambda: text(browser, ".scene-picture figcaption")
+    truth, near, far = browser.run(script)
+    check("100 times as far from the truth" in caption(), f"the magnification is not said: {caption()}")
+    check(abs((truth - far) / (truth - near) - 2) < 0.05 and truth - near > 10, f"100 times 1 and 2 mm of 1 m are drawn as {truth - near} and {truth - far}")
+    change(browser, "#scene-magnify", "1")
+    check(abs(browser.run(script)[1] - truth) < 1 and "as they are" in caption(), "errors as they are")
+    browser.click(".of-method:last-of-type")
+    check(len(browser.run(script)) == 2, "a method is not switched off")
+    fragment = browser.run("return location.hash")
+    opens(browser, folder, "beside", report, web, fragment)
+    check(len(browser.run(script)) == 2 and browser.run("return document.querySelector('#scene-magnify').value") == "1", f"the link {fragment} does not restore the methods")
+    silence(browser, path)
+
+
+def accessible(browser):
+    """Chromium's own tree: landmarks, the order of headings, a name for everything that can be used, reached by Tab."""
+    browser.devtools("Accessibility.enable")
+    nodes = [n for n in browser.devtools("Accessibility.getFullAXTree")["nodes"] if not n.get("ignored")]
+    role = lambda n: n.get("role", {}).get("value", "")
+    name = lambda n: str(n.get("name", {}).get("value", "")).strip()
+    roles = [role(n) for n in nodes]
+    for landmark in ("banner", "navigation", "main"):
+        check(roles.count(landmark) == 1, f"{roles.count(landmark)} landmarks of the kind {landmark}")
+    levels = [(next(p["value"]["value"] for p in n["properties"] if p["name"] == "level"), name(n)) for n in nodes if role(n) == "heading"]
+    check(levels[0][0] == 1 and sum(level == 1 for level, _ in levels) == 1, f"the first heading: {levels[0]}")
+    jumps = [(a, b) for a, b in zip(levels, levels[1:]) if b[0] > a[0] + 1]
+    check(not jumps, f"headings that skip a level: {jumps}")
+    nameless = [role(n) for n in nodes if role(n) in ("button", "combobox", "link", "slider", "searchbox", "textbox", "image", "img", "table", "region", "dialog", "DisclosureTriangle") and not name(n)]
+    check(not nameless, f"without a name: {nameless}")
+    unreached = browser.run("return [...document.querySelectorAll('#app [onclick], #app a, #app button, #app select, #app input, #app summary, #app .plot')].filter(e => e.tabIndex < 0 && !e.closest('.matrix') && !e.closest('[hidden]')).map(e => e.outerHTML.slice(0, 80))")
+    check(not unreached, f"not reached by Tab: {unreached}")
+
+
+def luminance(parts):
+    return sum(w * (p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4) for w, p in zip((0.2126, 0.7152, 0.0722), (p / 255 for p in parts)))
+
+
+def contrast(browser):
+    """Of every text with what stands behind it, mixed colours among them, in both themes."""
+    script = """const ink = document.createElement('canvas').getContext('2d', {willReadFrequently: true}), known = new Map();
+        const rgb = colour => { if (!known.has(colour)) { ink.clearRect(0, 0, 1, 1); ink.fillStyle = colour; ink.fillRect(0, 0, 1, 1); known.set(colour, [...ink.getImageData(0, 0, 1, 1).data]); } return known.get(colour); };
+        const seen = new Map(), walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+        for (let node = walk.nextNode(); node; node = walk.nextNode()) {
+          const e = node.parentElement; if (!node.data.trim() || !e.checkVisibility() || e.closest('script, style, svg, :disabled')) continue;
+          let b = e, back; do { back = rgb(getComputedStyle(b).backgroundColor); b = b.parentElement; } while (b && back[3] === 0);
+          const pair = [rgb(getComputedStyle(e).color), back]; seen.set(pair.join(' '), [...pair, node.data.trim().slice(0, 30), e.className]); }
+        return [...seen.values()];"""
+    themes = 0
+    for _ in range(2):
+        found = browser.run(script)
+        check(len(found) > 8, f"only {len(found)} colours of text were found")
+        themes += browser.run("return getComputedStyle(document.body).backgroundColor") == "rgb(18, 21, 24)"
+        for ink, back, words, kind in found:
+            light, dark = sorted((luminance(ink[:3]), luminance(back[:3])), reverse=True)
+            check((light + 0.05) / (dark + 0.05) >= 4.5, f"contrast {(light + 0.05) / (dark + 0.05):.2f} of {words!r} ({kind}): {ink} on {back}")
+        browser.click("#theme")
+    check(themes == 1, "the two themes are not one light and one dark")
+
+
+def stillness(browser):
+    """Who asked for less motion: a link leads to its section at once, and nothing plays by itself."""
+    browser.devtools("Emulation.setEmulatedMedia", features=[{"name": "prefers-reduced-motion", "value": "reduce"}])
+    browser.run("window.scrolls = []; Element.prototype.scrollIntoView = function (how) { scrolls.push(how.behavior); }")
+    browser.click("nav a[href='#matrix']")
+    check(browser.run("return scrolls") [-1] == "auto", f"scrolled: {browser.run('return scrolls')}")
+    moving = browser.run("return document.getAnimations().length + [...document.querySelectorAll('*')].filter(e => parseFloat(getComputedStyle(e).transitionDuration) > 0).length")
+    check(moving == 0, f"{moving} elements move")
+    browser.devtools("Emulation.setEmulatedMedia", features=[])
+
+
+def narrow(browser, folder, web):
+    """At 390 px the first plot stands on the first screen and a half."""
+    browser.devtools("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=2, mobile=True)
+    opens(browser, folder, "narrow", tumbling(), web)
+    time.sleep(0.3)
+    top, bottom, wide = browser.run("const r = document.querySelector('#plots .chart:not([hidden]) .plot').getBoundingClientRect(); return [r.top + scrollY, r.bottom + scrollY, document.documentElement.scrollWidth]")
+    check(wide <= 390, f"the page is {wide} px wide")
+    check(bottom <= 1.5 * 844, f"the first plot reaches from {top:.0f} to {bottom:.0f} px, the first screen and a half ends at {1.5 * 844:.0f}")
+    browser.devtools("Emulation.clearDeviceMetricsOverride")
+
+
+def many(browser, folder, web, scenes):
+    report = Report("Many")
+    for k in range(scenes):
+        report.scene(f"scene-{k}", f"Scene {k}")
+        if k % 2:  # little to say: less than half a page
+            ladder(report, f"scene-{k}", "engine0/default", "error-position-max", (1, 0.5, 0.25))
+            continue
+        for m in range(12):
+            ladder(report, f"scene-{k}", f"engine{m}/default", "error-position-max", [10.0 ** -m / n for n in (1, 2, 4)], seconds=1e-3)
+        report.data["verdicts"] += [{"judgement": "fail", "scenario": f"scene-{k}", "method": f"engine{m % 12}/default", "steps": 240, "metric": "error-position-max", "unit": "m", "value": 3, "bar": 0,
+                                     "kind": "at most", "allowed": "<= 2", "margin": -1, "text": "", "reason": "A reason of several words. " * 6, "origin": "", "rerun": ""} for m in range(30)]
+    opens(browser, folder, f"paper-{scenes}", report, web)
+
+
+def page_count(browser):
+    begun = time.time()
+    paper = browser.paper()
+    print(f"on paper: {len(paper)} bytes, {time.time() - begun:.1f} s")
+    return len(re.findall(rb"/Type\s*/Page\b", paper))
+
+
+def prints(browser, folder, web):
+    """Every scene has one page: ten scenes fewer are ten pages fewer, and no scene is cut off."""
+    many(browser, folder, web, 11)
+    all_pages = page_count(browser)
+    check(browser.run("return document.querySelector('#sheets')") is None, "the pages of the scenes stay after printing")
+    browser.run("const s = document.createElement('style'); s.textContent = '.sheet:not(:first-of-type) { display: none; }'; document.head.append(s)")
+    one_sheet = page_count(browser)
+    check(all_pages - one_sheet == 10, f"10 more scenes take {all_pages - one_sheet} more pages")
+    browser.run("document.querySelector('head > style:last-of-type').remove(); dispatchEvent(new Event('beforeprint'))")
+    browser.devtools("Emulation.setEmulatedMedia", media="print")
+    browser.devtools("Emulation.setDeviceMetricsOverride", width=703, height=1017, deviceScaleFactor=1, mobile=False)
+    heights = browser.run("return [...document.querySelectorAll('.sheet')].map(s => [s.scrollHeight, s.clientHeight, s.querySelectorAll('svg').length])")
+    browser.devtools("Emulation.clearDeviceMetricsOverride")
+    browser.devtools("Emulation.setEmulatedMedia", media="")
+    browser.run("dispatchEvent(new Event('afterprint'))")
+    check(len(heights) == 11 and all(inner <= outer <= 1017 and plots >= 1 for inner, outer, plots in heights), f"heights of the pages of the scenes: {heights}")
+
+
+def main():
+    found = programs()
+    if not found:
+        return SKIPPED
+    web = sys.argv[1]
+    browser = Browser(*found)
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            path = opens(browser, folder, "tumbling", tumbling(), web)
+            for test in (sentences, curves, accessible, contrast, stillness):
+                test(browser)
+                print("ok:", test.__name__)
+            silence(browser, path)
+            unmeasured_metric(browser, folder, web)
+            report, expected = ranks()
+            path = opens(browser, folder, "ranks", report, web)
+            matrix(browser, expected)
+            print("ok: matrix")
+            matrix_links(browser, folder, report, web)
+            print("ok: matrix_links")
+            silence(browser, path)
+            for test in (fluid, beside_truth, narrow, prints):
+                test(browser, folder, web)
+                print("ok:", test.__name__)
+    except AssertionError as error:
+        print("FAILED:", error)
+        return 1
+    finally:
+        browser.close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
