@@ -1,5 +1,7 @@
-"""The methods that a report draws beside the truth: which they are, and that their poses are as far from it as the rows say."""
+"""What a report takes from a scene besides rows: the methods drawn beside the truth, whose poses are as far from it as the
+rows say, and the metric that the scene's file names."""
 import base64
+import glob
 import json
 import os
 import re
@@ -7,9 +9,24 @@ import sys
 import unittest
 import zlib
 
-from case import Case
+from case import ROOT, Case
 
 METHODS = ("atwood/explicit-euler", "atwood/rk4", "atwood/rk4@float", "bullet64/default", "bullet64/tuned", "ode/default", "mujoco/default")
+
+
+BALL = """id = "ball"
+metric = %s
+[run]
+t_end_s = 1.0
+steps = [64]
+samples = 8
+[[body]]
+name = "metric"
+mass_kg = 1
+velocity_m_per_s = [1, 0, 0]
+[truth]
+kind = "extended"
+"""
 
 
 class Motion(Case):
@@ -42,6 +59,31 @@ class Motion(Case):
                 exact = figures[method["id"], nearest, metric]
                 self.assertAlmostEqual(max(sizes) / exact if exact else max(sizes), 1 if exact else 0, delta=0.01, msg=f"{method['id']} {metric}: {max(sizes)}, not {exact}")
                 self.assertEqual(sizes[0], 0)
+
+    def test_named_metric(self):
+        self.path("ball.toml", BALL % '"error-velocity-max"')
+        self.ask("run", "--scenario", "ball.toml", "--method", "atwood/rk4", code=(0, 1))
+        scenario, = self.embedded()["scenarios"]
+        self.assertEqual(scenario["metric"], "error-velocity-max")
+        self.path("ball.toml", (BALL % '""').replace('metric = ""\n', ""))
+        self.ask("report", "--scenario", "ball.toml", "--method", "atwood/rk4", code=(0, 1))
+        scenario, = self.embedded()["scenarios"]
+        self.assertNotIn("metric", scenario)
+        for wrong in ('"Two words"', "7", '["error-velocity-max"]', '""'):
+            self.path("ball.toml", BALL % wrong)
+            self.ask("run", "--scenario", "ball.toml", code=2, told=["ball.toml:2:10", "metric"])
+
+    def test_catalogue(self):
+        """Each metric that a scene of the catalogue names is one that is defined."""
+        named = {}
+        for path in glob.glob(os.path.join(ROOT, "validation", "scenarios", "**", "*.toml"), recursive=True):
+            with open(path) as file:
+                found = re.search(r'^metric += "([^"]*)"$', file.read(), re.MULTILINE)
+            if found:
+                named.setdefault(found[1], []).append(os.path.basename(path))
+        self.assertGreater(len(named), 3)
+        for metric, scenes in named.items():
+            self.ask("describe", metric, told=[metric])
 
 
 if __name__ == "__main__":
