@@ -44,7 +44,7 @@ export function collidersOf(rapier, body, settings) {
       const description = ColliderDesc.convexHull(new Float32Array(shape.points_m.flat())),
         hull = description.shape.intoRaw(); // the world makes another; undefined where Rapier finds none
       if (!hull)
-        throw new Refusal(`rapier finds no hull of the points of \`${body.name}\`: expected three that are not in a line`);
+        throw new Refusal(`rapier finds no hull of the points of \`${body.name}\`: they are in a line, or nearly, or too close together`);
       hull.free();
       return [{ ...at, description }];
     }
