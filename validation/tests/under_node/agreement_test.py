@@ -91,6 +91,25 @@ class Agreement(unittest.TestCase):
         self.assertLess(old[0][0][0], 0.71)  # from 1 m/s it rolls at 5/7, and slows
 
     @unittest.skipUnless(built("mujoco", "mujoco3"), "one of the two is not built")
+    def test_spinning_balls_thrown_at_a_slanted_plane_in_both_mujocos(self):
+        """Three masses, three directions of the slip, the plane as first body or as second, its own pose without effect."""
+        both = [self.worker(name) for name in ("mujoco", "mujoco3")]
+        n = [2 / 7, -3 / 7, 6 / 7]
+        slant = body("slant", fixed=True, mass_kg=0, shape={"plane": {"normal": n, "offset_m": 0.3}}, position_m=[3, 1, 2],
+                     orientation_wxyz=exp([0.3, 0.2, -1]))
+        slips = [3 / 7, 6 / 7, 2 / 7], [-6 / 7, 2 / 7, 3 / 7], [-3 / 7, -6 / 7, -2 / 7]
+        for mass_kg, slip, friction in zip((0.1, 3, 40), slips, (0.1, 0.4, 0.2)):
+            thrown = ball("thrown", 0.2, mass_kg, position_m=[0.8 * x for x in n], velocity_m_per_s=[3 * a - 2 * b for a, b in zip(slip, n)],
+                          angular_velocity_body_rad_per_s=[5, -3, 4], orientation_wxyz=exp([0.4, -0.7, 0.3]))
+            for bodies in ((slant, thrown), (thrown, slant)):
+                of = scene(*bodies, gravity=[-9 * x for x in n], laws=[law(friction=friction)])
+                for schemes, bound in ((("default", "default"), 1e-11), (("tuned", "stiff"), 1e-6)):
+                    rows = [worker.end(scheme, of, 1, 480)[bodies.index(thrown)] for worker, scheme in zip(both, schemes)]
+                    with self.subTest(mass_kg=mass_kg, schemes=schemes):
+                        self.assertGreater(sum(a * b for a, b in zip(rows[0][0], n)), 0.45)  # it lies on the plane, or hops
+                        self.assertLess(max(abs(a - b) for r, s in zip(*rows) for a, b in zip(r, s)), bound)
+
+    @unittest.skipUnless(built("mujoco", "mujoco3"), "one of the two is not built")
     def test_a_ball_at_rest_sinks_in_both_mujocos_as_their_manual_says(self):
         """Frictionless, one contact: (1 - d) g = d^2 k |r|, k = 1 / (d_most^2 tau^2), with the impedance d of the overlap r."""
         g, tau, least, most, width = 10, 0.02, 0.9, 0.95, 0.001
@@ -145,4 +164,4 @@ if __name__ == "__main__":
     if not built("mujoco3"):
         print("mujoco3 is not built")
         sys.exit(77)
-    unittest.main(argv=sys.argv[:1])
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])
