@@ -5,6 +5,7 @@ import math
 import os
 import subprocess
 import sys
+import tempfile
 import unittest
 
 from workers import Run, Worker, across_a_weld, ball, body, exp, floor, law, scene, turned
@@ -136,6 +137,14 @@ class Agreement(unittest.TestCase):
             self.assertEqual(run.done["status"], "ok", run.done)
             # how far a deep overlap throws them depends on the collision's algorithm
             self.assertLess(run.samples[-1]["joints"][0][0], -0.02, name)
+
+    @unittest.skipUnless(built("mujoco3", "truth") and os.path.exists(f"{BIN_DIR}/atwood"), "one of them is not built")
+    def test_the_default_study_allows_the_step_at_which_mujoco_s_euler_is_unstable(self):
+        with tempfile.TemporaryDirectory() as out:
+            ended = subprocess.run([f"{BIN_DIR}/atwood", "run", "default", "--scenario", "free-box-*", "--method", "mujoco3/default", "--steps", "120",
+                                    "--no-timing", "--limit", "120", "--out", out], text=True, capture_output=True)
+        self.assertIn("2 not finite", ended.stdout)
+        self.assertEqual(ended.returncode, 0, ended.stdout)
 
     @unittest.skipUnless(built("mujoco", "mujoco3") and os.path.exists(f"{BIN_DIR}/atwood"), "one of them is not built")
     def test_loops_of_both_mujocos_ahead_of_the_singular_position(self):
