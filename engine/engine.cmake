@@ -103,6 +103,7 @@ add_library(atwood_engine STATIC
   integrators/partitioned_methods.cpp
   integrators/radau15.cpp
   integrators/radau15_point_masses.cpp
+  integrators/radau15_table.cpp
   integrators/responses.cpp
   integrators/rotation_lie.cpp
   integrators/rotation_methods.cpp

@@ -27,7 +27,9 @@ std::vector<MethodInfo> high_precision_methods() {
       of_tolerance(
           "radau15", claims_in_any_coordinates(15),
           "Collocation at the eight Radau nodes that include the start of the step, order 15, solved by sweeps that "
-          "evaluate all nodes as one batch of eight states." +
+          "evaluate all nodes as one batch of eight states. Of ten or fewer point masses under gravity alone each sweep is "
+          "corrected with the gradient of gravity, by two terms of the Neumann series of Newton's method; these products "
+          "are not counted as evaluations." +
               sweeps + embedded_attitude,
           "Everhart, in: Dynamics of Comets (1985) 185; Hairer, Norsett, Wanner, Solving ODEs I, theorem II.7.7"),
       of_tolerance(

@@ -4,59 +4,14 @@
 #include <cmath>
 #include <limits>
 
-#include "integrators/collocation_nodes.hpp"
 #include "integrators/radau15_kernels.hpp"
 #include "integrators/radau15_point_masses.hpp"
+#include "integrators/radau15_timescale.hpp"
 
 namespace atwood {
 namespace {
 
 constexpr int kNodes = kRadauNodes;
-
-struct WideTable {
-  std::vector<Quad> c, b, a;
-  Quad power[kNodes][kNodes];  // of the Lagrange polynomial of node j
-
-  WideTable() {
-    const CollocationTableau tableau = radau_left_collocation(kNodes);
-    c = tableau.c;
-    b = tableau.b;
-    a = tableau.a;
-    for (int j = 0; j < kNodes; ++j) {  // prod over m != j of (tau - c_m) / (c_j - c_m)
-      std::vector<Quad> product{Quad(1)};
-      for (int m = 0; m < kNodes; ++m) {
-        if (m == j) continue;
-        product.push_back(Quad(0));
-        for (int k = static_cast<int>(product.size()) - 1; k >= 0; --k)
-          product[k] = ((k > 0 ? product[k - 1] : Quad(0)) - c[m] * product[k]) / (c[j] - c[m]);
-      }
-      for (int k = 0; k < kNodes; ++k) power[j][k] = product[k];
-    }
-  }
-};
-
-template <class S> RadauTable<S> narrow_table() {
-  static const WideTable wide;
-  RadauTable<S> table{};
-  for (int i = 0; i < kNodes; ++i) {
-    table.c[i] = S(wide.c[i]);
-    Quad b2 = Quad(0);
-    for (int j = 0; j < kNodes; ++j) {
-      Quad a2 = Quad(0), newton = j < i ? Quad(0) : Quad(1);
-      for (int m = 0; m < kNodes; ++m) a2 += wide.a[i * kNodes + m] * wide.a[m * kNodes + j];
-      for (int m = 0; m < i; ++m) newton *= (wide.c[j] - wide.c[m]) / (wide.c[i] - wide.c[m]);
-      table.a[j][i] = table.row[i][j] = S(wide.a[i * kNodes + j]);
-      table.a2[j][i] = table.row2[i][j] = S(a2);
-      table.power[j][i] = S(wide.power[j][i]);
-      table.newton[i][j] = S(newton);
-      b2 += wide.b[j] * wide.a[j * kNodes + i];
-    }
-    table.ends[i][0] = S(wide.b[i]);
-    table.ends[i][1] = S(b2);
-    table.ends[i][2] = S(wide.power[i][kNodes - 1]);
-  }
-  return table;
-}
 
 template <class S> S dot(const S* f, const S* w) {
   return ((f[0] * w[0] + f[1] * w[1]) + (f[2] * w[2] + f[3] * w[3])) +
@@ -64,11 +19,6 @@ template <class S> S dot(const S* f, const S* w) {
 }
 
 }  // namespace
-
-template <class S> const RadauTable<S>& radau_table() {
-  static const RadauTable<S> table = narrow_table<S>();
-  return table;
-}
 
 template <class S>
 Radau15<S>::Radau15(System<S>& system, const RigidModel<S>* model, const RadauOptions& options)
@@ -408,36 +358,20 @@ template <class S> S Radau15<S>::roughness() const {
   return most;
 }
 
-// Pham, Rein, Spiegel (2024), in units of the step, with the acceleration, jerk and snap of its end:
-//   tau^2 = 2 |a|^2 / (|j|^2 + |a| |s|), the least over the bodies (over each kind of the other unknowns as a whole)
+// The least timescale (radau15_timescale.hpp) of any body, and of each kind of the other unknowns as a whole; 0: nothing
+// changes.
 template <class S> S Radau15<S>::least_timescale() const {
   S least{};
-  bool found = false;
   for (std::size_t n = 0; n < kinds_.size(); ++n) {
+    const auto [first, last] = kinds_[n];
     const bool by_body = n == 0 && !twice_[0].components.empty();
-    const int last = kinds_[n].last, size = by_body ? 3 : last - kinds_[n].first;
-    for (int first = kinds_[n].first; first < last; first += size) {
-      S squares[3] = {};  // of the acceleration, the jerk and the snap
-      for (int r = first; r < first + size; ++r) {
-        const S* rate = record_[last_].rate[rates_[r]].lane;
-        S sum[3] = {};
-        for (int k = 0; k < kNodes; ++k) {
-          S coefficient = S(0);
-          for (int j = 0; j < kNodes; ++j) coefficient += rate[j] * table_.power[j][k];
-          sum[0] += coefficient;
-          sum[1] += S(k) * coefficient;
-          sum[2] += S(k * (k - 1)) * coefficient;
-        }
-        for (int d = 0; d < 3; ++d) squares[d] += sum[d] * sum[d];
-      }
-      const S change = squares[1] + real::sqrt(squares[0] * squares[2]);
-      if (!(squares[0] > S(0) && change > S(0))) continue;
-      const S timescale = real::sqrt(S(2) * squares[0] / change);
-      if (!found || timescale < least) least = timescale;
-      found = true;
+    for (int from = first; from < last; from += by_body ? 3 : last - first) {
+      const int count = by_body ? 3 : last - first;
+      const S timescale = radau_timescale(table_, &rates_[from], count, record_[last_].rate);
+      if (timescale > S(0) && (least == S(0) || timescale < least)) least = timescale;
     }
   }
-  return least;  // 0: nothing changes
+  return least;
 }
 
 // The next step over this one: (epsilon / b6)^(1/7) with b6 the last coefficient over the rates (Rein, Spiegel 2015,

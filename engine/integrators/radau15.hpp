@@ -38,7 +38,7 @@ enum class StepCriterion { tolerance, rein_spiegel, prs23 };
 struct RadauOptions {
   bool sequential = false;  // true: node by node, each with the newest rates; false: all nodes in one batch
   bool compensated = true;
-  bool fused = true;  // a few gravitating point masses in one kernel (radau15_point_masses.hpp): the same bits
+  bool fused = true;  // a few gravitating point masses in one kernel (radau15_point_masses.hpp)
   StepCriterion criterion = StepCriterion::tolerance;
   double epsilon = 1e-9;  // of the published criteria
 };

@@ -1,6 +1,7 @@
 // Radau 15 for a few point masses under central and mutual gravity, in double: a whole step (prediction, sweeps, end)
-// in one kernel, with the numbers of bodies and dimensions known to the compiler. radau15.cpp says what a step is; this
-// file computes the same sums in the same order.
+// in one kernel, with the numbers of bodies and dimensions known to the compiler. radau15.cpp says what a step is; here the
+// same stages are solved with fewer sweeps, since the gradient of gravity is known: equal to those of the general sweeps to
+// round-off, or to the part of a tolerance that these leave.
 #pragma once
 
 #include <memory>
@@ -16,7 +17,7 @@ inline constexpr int kMostGravitating = 10;
 struct GravitatingBodies {
   struct Centre {
     int body;
-    double at_m[3], mu_m3_per_s2, softening2_m2;
+    double at_m[3], mu_m3_per_s2, softening2_m2, three_by_mu;  // 0: mu is 0
   };
   struct Pair {
     int a, b;
