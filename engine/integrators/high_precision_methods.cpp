@@ -52,15 +52,22 @@ std::vector<MethodInfo> high_precision_methods() {
        {"epsilon", 1e-9, {strictly_between(0, 1), "Accuracy parameter of `rein-spiegel` and `prs23`."}}});
   MethodInfo gbs =
       with_tolerance("gbs", claims_in_any_coordinates(12),
-                     "Extrapolation of Gragg's midpoint rule with 2, 4, 6, ... substeps, a fixed number of columns: "
-                     "order twice that, the order-12 default with 37 evaluations per step. Without a tolerance: equal "
-                     "steps. With one: PI step control by the difference of the last two columns; samples by a "
-                     "shorter step." +
+                     "Extrapolation of Gragg's midpoint rule with 2, 4, 6, ... substeps. Without a tolerance: equal "
+                     "steps with a fixed number of columns, order twice that, the order-12 default with 37 "
+                     "evaluations per step. With one: each step takes as many columns as cost the fewest evaluations "
+                     "for its length, by the differences of successive columns (`order=fixed`: the fixed number, and "
+                     "PI step control by the last difference); samples by a shorter step." +
                          embedded_attitude,
                      "Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; "
                      "Hairer, Norsett, Wanner, Solving ODEs I, section II.9");
-  declare_settings(
-      gbs, {{"columns", std::int64_t(6), {between(2, kMostColumns), "Columns of the extrapolation: half its order."}}});
+  declare_settings(gbs, {{"columns",
+                          std::int64_t(6),
+                          {between(2, kMostColumns),
+                           "Columns of the extrapolation, half its order, in equal steps and where `order=fixed`."}},
+                         {"order",
+                          std::string("chosen"),
+                          {one_of({"chosen", "fixed"}),
+                           "With a tolerance: the order of each step is chosen, or half of it is `columns`."}}});
   methods.push_back(gbs);
   methods.push_back(taylor_method());
   return methods;
@@ -80,8 +87,11 @@ template <class S> StepperResult<S> make_high_precision(const StepperRequest<S>&
     return StepperPointer<S>(std::make_unique<Radau15<S>>(request.system, request.model, options));
   }
   if (request.scheme == "gbs") {
-    return StepperPointer<S>(std::make_unique<Extrapolation<S>>(
-        request.system, static_cast<int>(request.count("columns")), request.flag("compensated")));
+    ExtrapolationOptions options{static_cast<int>(request.count("columns")), request.flag("compensated")};
+    options.choose_order = std::get<std::string>(request.settings.at("order")) == "chosen";
+    options.limits = {request.number("safety"), request.number("beta"), request.number("least_factor"),
+                      request.number("most_factor")};
+    return StepperPointer<S>(std::make_unique<Extrapolation<S>>(request.system, options));
   }
   if (request.scheme == "taylor") return make_taylor<S>(request);
   return StepperPointer<S>{};

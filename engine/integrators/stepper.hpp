@@ -47,6 +47,8 @@ template <class S> class Stepper {
     S next_s;
   };
   virtual bool chooses_steps() const { return false; }
+  // Whether a tolerance below the scalar's round-off has a meaning: the error estimate does not stop at round-off.
+  virtual bool takes_any_tolerance() const { return chooses_steps(); }
   virtual Advice advise(S rtol, S atol);
   // Called once before the first step of an adaptive run; the caller proposes the first step.
   virtual void set_tolerance(S rtol, S atol);

@@ -274,7 +274,7 @@ std::string plan_fault(const MethodId& id, const Plan& plan) {
 template <class S> std::string tolerance_fault(const MethodId& id, const Stepper<S>& stepper) {
   const double rtol = id.rtol.value_or(0), atol = id.atol.value_or(rtol / 100);
   const double round_off = static_cast<double>(real::epsilon<S>());
-  if (stepper.chooses_steps() || rtol + atol >= round_off / 4) return "";
+  if (stepper.takes_any_tolerance() || rtol + atol >= round_off / 4) return "";
   return "the tolerance " + format_double(rtol) + " is below the round-off of the state's scalar, " +
          format_double(round_off) + ": no error estimate can meet it";
 }

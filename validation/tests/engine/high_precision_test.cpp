@@ -77,6 +77,35 @@ TEST_CASE("the sweeps of gravitating masses leave no error of their own") {
   CHECK(end_error(run("radau15", kepler(0.6), plan, "", 1e-8), truth) < 3e-10);
 }
 
+Recorded ten_orbits(double rtol, const std::string& order, std::int64_t samples = 1) {
+  MethodId id = method_id("gbs", "", rtol);
+  id.overrides["order"] = order;
+  return try_run(id, kepler(0.6), {62.83185307179586, 480, samples});
+}
+
+TEST_CASE("extrapolation with the order that it chooses reaches an error with fewer evaluations") {
+  const Recorded truth = run("radau15", kepler(0.6), {62.83185307179586, 480, 1}, "quad", 1e-24);
+  const Recorded chosen = ten_orbits(1e-11, "chosen"), fixed = ten_orbits(1e-12, "fixed");
+  CHECK(end_error(chosen, truth) < end_error(fixed, truth));
+  CHECK(static_cast<double>(chosen.outcome.rate_evaluations) <
+        0.7 * static_cast<double>(fixed.outcome.rate_evaluations));
+  const auto evaluations_a_step = [&](double rtol) {
+    const Outcome outcome = ten_orbits(rtol, "chosen").outcome;
+    return static_cast<double>(outcome.rate_evaluations) / static_cast<double>(outcome.steps_taken);
+  };
+  CHECK(evaluations_a_step(1e-13) > 2 * evaluations_a_step(1e-4));
+}
+
+TEST_CASE("samples change nothing of steps whose order is chosen") {
+  const Recorded one = ten_orbits(1e-9, "chosen"), many = ten_orbits(1e-9, "chosen", 48);
+  CHECK(one.samples.back().bodies[0].p_m == many.samples.back().bodies[0].p_m);
+  CHECK(one.outcome.steps_taken == many.outcome.steps_taken);
+}
+
+TEST_CASE("extrapolation refuses a tolerance below round-off") {
+  CHECK(ten_orbits(1e-18, "chosen").outcome.status == Status::unsupported);
+}
+
 TEST_CASE("energy stays at round-off over a hundred periods") {
   for (const std::string scheme : {"radau15", "ias15"}) {
     const Recorded planet = run(scheme, kepler(0.6), {628.3185307179587, 100, 1}, "", 1e-15);
