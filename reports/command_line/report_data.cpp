@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kMostDrawnBodies = 60;   // of a scene's picture
-constexpr std::size_t kMostPlayedScenes = 16;  // with methods beside the truth
+constexpr std::size_t kMostPlayedScenes = 48;  // with methods beside the truth
 
 // Titled by what it is: a narrowed run by its scene, or by how many there are.
 std::string title_of(const Options& options, const Selection& selection) {

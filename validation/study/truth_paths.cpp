@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <tuple>
+#include <utility>
 
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
@@ -77,7 +77,18 @@ MethodPath method_path(const Cell& cell, const Truth& truth, const std::vector<S
   return path;
 }
 
-std::string engine_name(const std::string& method) { return method.substr(0, method.find('/')); }
+// Of an engine in two precisions, bullet32 and bullet64, one name.
+std::string engine_name(const std::string& method) {
+  const std::string name = method.substr(0, method.find('/'));
+  return name.ends_with("32") || name.ends_with("64") ? name.substr(0, name.size() - 2) : name;
+}
+
+// Which method stands for its engine: in double, the default settings, or else classical Runge-Kutta.
+std::pair<bool, int> rank_of(const Cell& cell) {
+  const std::string name = cell.method.substr(cell.method.find('/') + 1);
+  const int usual = name == "default" ? 0 : name == "rk4" || name.starts_with("rk4+") ? 1 : 2;
+  return {cell.method.substr(0, cell.method.find('/')).ends_with("32"), usual};
+}
 
 // Of each engine one cell of the scenario, ours first.
 std::vector<const Cell*> played_cells(const std::vector<Cell>& cells, const std::string& scenario) {
@@ -86,7 +97,6 @@ std::vector<const Cell*> played_cells(const std::vector<Cell>& cells, const std:
   const auto away = [](const Cell& cell) {
     return std::abs(std::log(static_cast<double>(cell.plan.steps) / (kRate * cell.plan.t_end_s)));
   };
-  const auto standard = [](const Cell& cell) { return cell.method.ends_with("/default"); };
   std::vector<const Cell*> chosen;
   for (const Cell& cell : cells) {
     if (cell.scenario->id != scenario || cell.worker < 0 || cell.probe != Probe::none ||
@@ -99,8 +109,7 @@ std::vector<const Cell*> played_cells(const std::vector<Cell>& cells, const std:
       chosen.push_back(&cell);
       continue;
     }
-    const auto rank = [&](const Cell& one) { return std::tuple(!standard(one), -one.claimed_order); };
-    if (rank(cell) < rank(**same) || (cell.method == (*same)->method && away(cell) < away(**same))) *same = &cell;
+    if (rank_of(cell) < rank_of(**same) || (cell.method == (*same)->method && away(cell) < away(**same))) *same = &cell;
   }
   std::stable_partition(chosen.begin(), chosen.end(),
                         [](const Cell* cell) { return engine_name(cell->method) == "atwood"; });

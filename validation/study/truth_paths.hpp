@@ -30,8 +30,8 @@ struct TruthPath {
   std::vector<MethodPath> methods = {};  // that are drawn beside the truth
 };
 // One for each scenario of these cells whose truth is in the store; none of scenes with more than `most_bodies`. The
-// scenes that most engines ran, `most_played` of them, have up to three methods: of each engine its default settings, or
-// else the method of the highest claimed order, with fixed steps at the rung nearest to 240 steps a second.
+// scenes that most engines ran, `most_played` of them, have up to three methods, each of another engine and ours first:
+// its default settings, or else rk4, with fixed steps at the rung nearest to 240 steps a second.
 std::vector<TruthPath> load_truth_paths(const std::string& store_path, const std::vector<Cell>& cells,
                                         const std::string& truth_worker, std::size_t most_bodies,
                                         std::size_t most_played, const std::string& purpose = "run");

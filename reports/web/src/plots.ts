@@ -69,11 +69,12 @@ export class Plots {
       h('div', { class: 'bar choice' }, this.scenario.box,
         h('span', { class: 'pair' }, h('button', { type: 'button', 'aria-label': 'Previous scenario', onclick: step(-1) }, '\u2039'),
           h('button', { type: 'button', 'aria-label': 'Next scenario', onclick: step(1) }, '\u203a'))),
-      this.about, this.head, h('div', { class: 'bar' }, this.metric.box, this.body.box, this.steps.box), this.tabs,
-      h('div', { class: 'grid' }, this.charts.step.element, this.charts.time.element, this.charts.evaluations.element, this.charts.error.element, this.charts.energy.element),
-      h('div', { class: 'legend-row' }, h('span', { class: 'pair' }, few, quick('all', () => true), quick('none', () => false),
-        quick('ours', (m) => engineOf(m) === 'atwood'), quick('others', (m) => engineOf(m) !== 'atwood')), this.legend),
-      h('p', { class: 'hint' }, 'Drag to zoom, double-click to reset; hover or use the arrow keys to read a point. Click a method to hide it, double-click to show only it. Adaptive methods (:tol, one point per tolerance) have no constant step and appear only in the plots of work.'),
+      this.about, h('div', { class: 'scene-twin' }, this.head, h('div', { class: 'work' },
+        h('div', { class: 'bar' }, this.metric.box, this.body.box, this.steps.box), this.tabs,
+        h('div', { class: 'grid' }, this.charts.step.element, this.charts.time.element, this.charts.evaluations.element, this.charts.error.element, this.charts.energy.element),
+        h('div', { class: 'legend-row' }, h('span', { class: 'pair' }, few, quick('all', () => true), quick('none', () => false),
+          quick('ours', (m) => engineOf(m) === 'atwood'), quick('others', (m) => engineOf(m) !== 'atwood')), this.legend),
+        h('p', { class: 'hint' }, 'Drag to zoom, double-click to reset; hover or use the arrow keys to read a point. Click a method to hide it, double-click to show only it. Adaptive methods (:tol, one point per tolerance) have no constant step and appear only in the plots of work.'))),
       this.absent, this.orders, this.extra);
     if (ids.length) this.showScenario();
   }
@@ -127,7 +128,7 @@ export class Plots {
     [...list, ...this.methods.filter((m) => !list.includes(m))].forEach((name, i) => this.looks.set(name, look(i)));
     this.fillLegend();
   }
-  restyle(): void { this.fillLegend(); Object.values(this.charts).forEach((chart) => chart.restyle()); }
+  restyle(): void { this.fillLegend(); this.showAbout(); Object.values(this.charts).forEach((chart) => chart.restyle()); }
 
   private showScenario(): void {
     const id = this.scenario.select.value;
@@ -155,9 +156,22 @@ export class Plots {
     this.about.replaceChildren(...(scenario ? [h('b', {}, scenario.title), ` ${scenario.claim} `, h('span', { class: 'soft' }, `Truth: ${scenario.truth}. t_end ${figure(real(scenario.t_end_s))} s, ${scenario.samples} samples. Source: ${scenario.source}`)] : []));
     this.choose();
     this.draw();
-    const { head, extra } = aboutScene(this.report, this.index, id, (method) => this.looks.get(family(method))?.colour() ?? look(0).colour());
+    this.showAbout();
+  }
+  private showAbout(): void {
+    const { head, extra } = aboutScene(this.report, this.index, this.scenario.select.value, (methods) => this.colours(methods));
     this.head.replaceChildren(...head.filter((part) => part) as Node[]);
     this.extra.replaceChildren(...extra.filter((part) => part) as Node[]);
+  }
+  // Those of the plot, where no two of them are the same.
+  private colours(methods: string[]): string[] {
+    const used = new Set<string>();
+    return methods.map((method) => {
+      const all = [this.looks.get(family(method)) ?? look(0), ...Array.from({ length: 8 }, (_, i) => look(i))].map((one) => one.colour());
+      const colour = all.find((one) => !used.has(one)) ?? all[0];
+      used.add(colour);
+      return colour;
+    });
   }
 
   private runs(scenario: string): Run[] { return this.report.series.runs.filter((run) => this.report.strings[run.s] === scenario); }

@@ -4,8 +4,8 @@ import { copyButton, h, labelledSelect, option } from './dom';
 import { DrawnScene, fittingMagnification, fromCentre, magnified, picture } from './scene_picture';
 import { current, put } from './state';
 
-export function scenePlayer(whole: DrawnScene, title: string, colours: (method: string) => string): HTMLElement {
-  const drawn = fromCentre(whole), methods = drawn.methods ?? [];
+export function scenePlayer(whole: DrawnScene, title: string, coloursOf: (methods: string[]) => string[]): HTMLElement {
+  const drawn = fromCentre(whole), methods = drawn.methods ?? [], colours = coloursOf(methods.map((m) => m.id));
   const { element, show, beside } = picture(drawn, `${title}: shapes and the path of the truth`, 480, 300);
   const asked = current().get('scene') === drawn.id ? current() : new URLSearchParams();
   const end = real(drawn.t_end);
@@ -42,15 +42,15 @@ export function scenePlayer(whole: DrawnScene, title: string, colours: (method: 
   const draw = () => {
     const shown = methods.filter((m) => !without.has(m.id)), fitting = fittingMagnification(drawn, shown);
     const chosen = magnify.select.value, k = chosen === 'fit' ? fitting : Number(chosen);
-    beside(shown.map((m) => ({ drawn: magnified(drawn, m, k), colour: colours(m.id) })));
+    beside(shown.map((m) => ({ drawn: magnified(drawn, m, k), colour: colours[methods.indexOf(m)] })));
     told.textContent = !shown.length ? '' : k === 1 ? ' Outlines: the methods as they are.' : ` Outlines: the methods, drawn ${figure(k, 2)} times as far from the truth as they are.`;
   };
   const magnify = labelledSelect('errors', 'scene-magnify', (value) => { draw(); put({ magnify: value === 'fit' ? null : value }); });
   magnify.select.append(option('fit', 'magnified to be seen', true), option('1', 'as they are'), ...[10, 1e2, 1e3, 1e4, 1e6, 1e8, 1e10].map((k) => option(String(k), `${figure(k, 2)} times`)));
   const wanted = asked.get('magnify');
   if (wanted && [...magnify.select.options].some((one) => one.value === wanted)) magnify.select.value = wanted;
-  const legend = methods.map((m) => {
-    const one = h('button', { type: 'button', class: 'of-method', 'aria-pressed': String(!without.has(m.id)), style: `--colour: ${colours(m.id)}`, onclick: () => {
+  const legend = methods.map((m, i) => {
+    const one = h('button', { type: 'button', class: 'of-method', 'aria-pressed': String(!without.has(m.id)), style: `--colour: ${colours[i]}`, onclick: () => {
       if (without.has(m.id)) without.delete(m.id);
       else without.add(m.id);
       one.setAttribute('aria-pressed', String(!without.has(m.id)));

@@ -66,7 +66,7 @@ function aboutWords(report: Report, index: RowIndex, id: string): string {
   return `This scene is about the ${inSentence(metricWords(metric))}.${missing}`;
 }
 
-export function aboutScene(report: Report, index: RowIndex, id: string, colours: (method: string) => string): { head: Child[]; extra: Child[] } {
+export function aboutScene(report: Report, index: RowIndex, id: string, colours: (methods: string[]) => string[]): { head: Child[]; extra: Child[] } {
   const drawn = drawnScene(report, id), verdicts = report.verdicts.filter((v) => v.scenario === id);
   const passed = verdicts.filter((v) => v.judgement === 'pass').length, rows = index.of(id).length;
   const link = h('a', { href: `#row-scenario=${encodeURIComponent(id)}&at=rows&scene=${encodeURIComponent(id)}` }, `${rows} rows`);

@@ -152,8 +152,11 @@ export function story(report: Report, index: RowIndex): HTMLElement | null {
   const ids = index.names('scenario').filter((id) => !isSweep(index, id));
   if (!ids.length) return null;
   const telling = tellingScenes(report, index, ids);
-  const told = cheapest(report, index, telling);
-  const best = told.length ? told : cheapest(report, index, [...new Set(report.dominance.map((t) => t.scenario))].slice(0, 2));
+  const sentences = () => {
+    const told = cheapest(report, index, telling);
+    return told.length ? told : cheapest(report, index, [...new Set(report.dominance.map((t) => t.scenario))].slice(0, 2));
+  };
+  const best = sentences();
   const engines = [...new Set(index.names('method').map(engineOf))];
   const bad = report.verdicts.filter((v) => v.judgement !== 'pass');
   const judged = bad.length ? h('p', {}, h('b', {}, 'Not passed'), ': ', ...[...new Set(bad.map((v) => v.scenario))].slice(0, 4).flatMap((id, i): Child[] => [i ? ', ' : '', toScene(id, id)]), '. ', h('a', { href: '#failing' }, 'Each with its bound and command'), '.') : null;
@@ -163,10 +166,11 @@ export function story(report: Report, index: RowIndex): HTMLElement | null {
   const one = ids.length === 1 ? ` on ${inSentence(titleOf(report, ids[0]))}` : ` on ${ids.length} scenes`;
   const table = losses(report, index, telling);
   const counts = h('p', { class: 'soft' }, `${index.names('method').length} methods of ${engines.length === 1 ? '1 engine' : `${engines.length} engines`}${one}.`);
-  // On a narrow screen the first sentence is enough to begin with: the plot stands below it.
+  // On a narrow screen the first sentence, without what other engines reach, is enough to begin with: the plot stands
+  // below it, and all is unfolded.
   const wide = matchMedia('(min-width: 701px)').matches;
-  const rest = [best.length > 1 && !wide ? h('ul', { class: 'sentences' }, ...best.slice(1)) : null, wide ? null : tally(report), wide ? null : table, float(report, index, ids), missing(index)].filter((part) => part);
-  const lead = best.length ? h('div', {}, h('h3', {}, 'Which to use'), h('ul', { class: 'sentences' }, ...(wide ? best : best.slice(0, 1))), wide ? tally(report) : null) : null;
+  const rest = [best.length && !wide ? h('ul', { class: 'sentences' }, ...best) : null, wide ? null : tally(report), wide ? null : table, float(report, index, ids), missing(index)].filter((part) => part);
+  const lead = best.length ? h('div', {}, h('h3', {}, 'Which to use'), h('ul', { class: wide ? 'sentences' : 'sentences short-form' }, ...(wide ? best : sentences().slice(0, 1))), wide ? tally(report) : null) : null;
   return section('story', 'What the figures say', judged, changed, counts, h('div', { class: lead && table ? 'twin' : undefined }, lead, wide ? table : null),
-    ...(wide || !rest.length ? rest : [h('details', {}, h('summary', {}, 'More: what each engine loses, what float costs, what is missing'), ...rest)]));
+    ...(wide || !rest.length ? rest : [h('details', {}, h('summary', {}, 'More scenes, what each engine loses, what float costs, what is missing'), ...rest)]));
 }

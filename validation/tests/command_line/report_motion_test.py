@@ -11,7 +11,7 @@ import zlib
 
 from case import ROOT, Case
 
-METHODS = ("atwood/explicit-euler", "atwood/rk4", "atwood/rk4@float", "bullet64/default", "bullet64/tuned", "ode/default", "mujoco/default")
+METHODS = ("atwood/explicit-euler", "atwood/rk4", "atwood/midpoint", "bullet32/default", "atwood/rk4@float", "bullet64/default", "bullet64/tuned", "ode/default", "mujoco/default")
 
 
 BALL = """id = "ball"
@@ -42,12 +42,10 @@ class Motion(Case):
         with open(self.path("rows.json")) as file:
             report = json.load(file)
         scenario, = report["scenarios"]
-        self.assertEqual([method["id"].split("/")[0] for method in scene["methods"]][0], "atwood")
         chosen = [method["id"] for method in scene["methods"]]
-        self.assertLessEqual(len(chosen), 3)
-        self.assertEqual(len({method.split("/")[0] for method in chosen}), len(chosen), chosen)  # of each engine one
-        self.assertNotIn("bullet64/tuned", chosen)  # of a rival its default settings
-        self.assertNotIn("atwood/rk4@float", chosen)
+        self.assertEqual(chosen[:2], ["atwood/rk4", "bullet64/default"])
+        self.assertIn(chosen[2], ("ode/default", "mujoco/default"))
+        self.assertEqual(len(chosen), 3)
         nearest = min(scenario["steps"], key=lambda steps: abs(steps / (240 * scenario["t_end_s"]) - 1))
         figures = {(row["method"], row["steps"], row["metric"]): row["value"] for row in report["rows"] if row["body"] == "" and row.get("t_s") is None}
         for method in scene["methods"]:

@@ -13,6 +13,7 @@ import tempfile
 import time
 import xml.etree.ElementTree
 
+from accessibility import accessible, contrast, luminance
 from chromium import DOWN, HOSTILE, SKIPPED, UP, Browser, check, move, programs, silence, until
 
 LIMIT = 3_000_000
@@ -250,30 +251,14 @@ def motion(browser):
     browser.click(".scene-picture .play")
 
 
-def luminance(colour):
-    parts = [int(p) / 255 for p in colour[colour.index("(") + 1:-1].split(",")[:3]]
-    return sum(w * (p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4) for w, p in zip((0.2126, 0.7152, 0.0722), parts))
-
-
-def contrast(browser):
-    script = """return [...document.querySelectorAll('h1, h2, h3, p, td, th, a, dt, dd, button:not(:disabled), .soft, .badge, .word, .tile span')]
-        .filter(e => e.offsetParent && e.closest('.legend') === null && e.closest('.figure') === null).map(e => { let b = e; let back;
-        do { back = getComputedStyle(b).backgroundColor; b = b.parentElement; } while (b && back === 'rgba(0, 0, 0, 0)');
-        return [getComputedStyle(e).color, back, e.textContent.slice(0, 30)]; })"""
-    for ink, back, text in {tuple(entry) for entry in browser.run(script)}:
-        if not back.startswith("rgb(") or not ink.startswith("rgb("):
-            continue
-        light, dark = sorted((luminance(ink), luminance(back)), reverse=True)
-        check((light + 0.05) / (dark + 0.05) >= 4.5, f"contrast {(light + 0.05) / (dark + 0.05):.2f} of {text!r}: {ink} on {back}")
-
-
 def dark(browser):
     page = "return getComputedStyle(document.body).backgroundColor"
     contrast(browser)
     light = browser.run(page)
     browser.click("#theme")
     until("dark", lambda: browser.run(page) != light)
-    check(luminance(browser.run(page)) < 0.02 < 0.8 < luminance(light), "the switch does not lead from light to dark")
+    rgb = lambda colour: [int(part) for part in re.findall(r"\d+", colour)]
+    check(luminance(rgb(browser.run(page))) < 0.02 < 0.8 < luminance(rgb(light)), "the switch does not lead from light to dark")
     contrast(browser)
     browser.click("#theme")
     check(browser.run(page) == light, "the switch does not lead back")
@@ -316,7 +301,7 @@ def main():
                 use(browser)
                 print("ok:", use.__name__)
             opens(browser, path)
-            for use in (sorts, filters, side_by_side, contacts, bounces, settings, plots, dark, narrow, prints):
+            for use in (accessible, sorts, filters, side_by_side, contacts, bounces, settings, plots, dark, narrow, prints):
                 use(browser)
                 print("ok:", use.__name__)
             silence(browser, path)

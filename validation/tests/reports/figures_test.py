@@ -9,6 +9,7 @@ import sys
 import tempfile
 import time
 
+from accessibility import accessible, contrast
 from chromium import HOSTILE, SKIPPED, Browser, check, programs, silence, until
 from crafted_page import Report
 
@@ -22,9 +23,9 @@ def ladder(report, scene, method, metric, values, unit="m", bar=0.0, seconds=0.0
             report.row(scene, method, n, "step-time", seconds / n, 0.0, "s")
 
 
-def tumbling():
+def tumbling(title="By hand"):
     """A box that five engines turn, and a ball whose impacts they time."""
-    report = Report()
+    report = Report(title)
     report.scene("tumble", "A tumbling box", metric="error-attitude-max", tags=("smooth",))
     turns = {"atwood/rk4": (4e-6, 5e-7, 3e-8), "atwood/euler": (4e-2, 2e-2, 1e-2), "atwood/rk4@long-double": (1e-6, 1e-8, 1e-9), "atwood/rk4@float": (5e-5, 4e-5, 3e-5), "atwood/euler@float": (4.1e-2, 2.1e-2, 1.1e-2),
              "bullet64/default": (8e-2, 4e-2, 2e-2), "bullet64/tuned": (8e-3, 4e-3, 2e-3), "bullet32/default": (8.1e-2, 4.1e-2, 2.1e-2), "ode/default": (6e-2, 3e-2, 1.5e-2),
@@ -203,49 +204,26 @@ def beside_truth(browser, folder, web):
     silence(browser, path)
 
 
-def accessible(browser):
-    """Chromium's own tree: landmarks, the order of headings, a name for everything that can be used, reached by Tab."""
-    browser.devtools("Accessibility.enable")
-    nodes = [n for n in browser.devtools("Accessibility.getFullAXTree")["nodes"] if not n.get("ignored")]
-    role = lambda n: n.get("role", {}).get("value", "")
-    name = lambda n: str(n.get("name", {}).get("value", "")).strip()
-    roles = [role(n) for n in nodes]
-    for landmark in ("banner", "navigation", "main"):
-        check(roles.count(landmark) == 1, f"{roles.count(landmark)} landmarks of the kind {landmark}")
-    levels = [(next(p["value"]["value"] for p in n["properties"] if p["name"] == "level"), name(n)) for n in nodes if role(n) == "heading"]
-    check(levels[0][0] == 1 and sum(level == 1 for level, _ in levels) == 1, f"the first heading: {levels[0]}")
-    jumps = [(a, b) for a, b in zip(levels, levels[1:]) if b[0] > a[0] + 1]
-    check(not jumps, f"headings that skip a level: {jumps}")
-    nameless = [role(n) for n in nodes if role(n) in ("button", "combobox", "link", "slider", "searchbox", "textbox", "image", "img", "table", "region", "dialog", "DisclosureTriangle") and not name(n)]
-    check(not nameless, f"without a name: {nameless}")
-    unreached = browser.run("return [...document.querySelectorAll('#app [onclick], #app a, #app button, #app select, #app input, #app summary, #app .plot')].filter(e => e.tabIndex < 0 && !e.closest('.matrix') && !e.closest('[hidden]')).map(e => e.outerHTML.slice(0, 80))")
-    check(not unreached, f"not reached by Tab: {unreached}")
-
-
-def luminance(parts):
-    return sum(w * (p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4) for w, p in zip((0.2126, 0.7152, 0.0722), (p / 255 for p in parts)))
-
-
-def contrast(browser):
-    """Of every text with what stands behind it, mixed colours among them, in both themes."""
-    script = """const ink = document.createElement('canvas').getContext('2d', {willReadFrequently: true}), known = new Map();
-        const rgb = colour => { if (!known.has(colour)) { ink.clearRect(0, 0, 1, 1); ink.fillStyle = colour; ink.fillRect(0, 0, 1, 1); known.set(colour, [...ink.getImageData(0, 0, 1, 1).data]); } return known.get(colour); };
-        const seen = new Map(), walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-        for (let node = walk.nextNode(); node; node = walk.nextNode()) {
-          const e = node.parentElement; if (!node.data.trim() || !e.checkVisibility() || e.closest('script, style, svg, :disabled')) continue;
-          let b = e, back; do { back = rgb(getComputedStyle(b).backgroundColor); b = b.parentElement; } while (b && back[3] === 0);
-          const pair = [rgb(getComputedStyle(e).color), back]; seen.set(pair.join(' '), [...pair, node.data.trim().slice(0, 30), e.className]); }
-        return [...seen.values()];"""
-    themes = 0
+def themes(browser):
+    dark = 0
     for _ in range(2):
-        found = browser.run(script)
-        check(len(found) > 8, f"only {len(found)} colours of text were found")
-        themes += browser.run("return getComputedStyle(document.body).backgroundColor") == "rgb(18, 21, 24)"
-        for ink, back, words, kind in found:
-            light, dark = sorted((luminance(ink[:3]), luminance(back[:3])), reverse=True)
-            check((light + 0.05) / (dark + 0.05) >= 4.5, f"contrast {(light + 0.05) / (dark + 0.05):.2f} of {words!r} ({kind}): {ink} on {back}")
+        contrast(browser)
+        dark += browser.run("return getComputedStyle(document.body).backgroundColor") == "rgb(18, 21, 24)"
         browser.click("#theme")
-    check(themes == 1, "the two themes are not one light and one dark")
+    check(dark == 1, "the two themes are not one light and one dark")
+
+
+def bibtex(browser, folder, web):
+    """An entry whose braces match, with one field of each name, where TeX's own signs are written out."""
+    opens(browser, folder, "cite", tumbling(r"50 % of {a box} & $x_1^2$ \ #~ " + HOSTILE), web)
+    browser.click("#cite-button")
+    entry = browser.run("return document.querySelector('#cite pre').textContent")
+    fields = dict(re.findall(r"^  (\w+) += \{(.*)\},?$", entry, re.MULTILINE))
+    check(re.fullmatch(r"@misc\{[\w-]+,\n(  \w+ += \{.*\},\n)*  \w+ += \{.*\}\n\}", entry) and {"title", "howpublished", "year", "note"} == set(fields), f"the entry: {entry}")
+    check(fields["year"] == "2026" and "commit 0123abc" in fields["note"], f"year and note: {fields}")
+    bare = re.sub(r"\\textbackslash\{\}|\\[\^~]\{\}|\\[{}$&#_%]", "", fields["title"])
+    check(bare.startswith("{") and bare.endswith("}") and not re.search(r"[\\{}$&#^_%~]", bare[1:-1]), f"signs of TeX in the title: {fields['title']}")
+    browser.run("document.querySelector('#cite').close()")
 
 
 def stillness(browser):
@@ -318,7 +296,7 @@ def main():
     try:
         with tempfile.TemporaryDirectory() as folder:
             path = opens(browser, folder, "tumbling", tumbling(), web)
-            for test in (sentences, curves, accessible, contrast, stillness):
+            for test in (sentences, curves, accessible, themes, stillness):
                 test(browser)
                 print("ok:", test.__name__)
             silence(browser, path)
@@ -330,7 +308,7 @@ def main():
             matrix_links(browser, folder, report, web)
             print("ok: matrix_links")
             silence(browser, path)
-            for test in (fluid, beside_truth, narrow, prints):
+            for test in (fluid, beside_truth, bibtex, narrow, prints):
                 test(browser, folder, web)
                 print("ok:", test.__name__)
     except AssertionError as error:
