@@ -33,6 +33,13 @@ function refuseSurfaces(engine, bodies) {
     );
 }
 
+const noSweep = ({ name }) => new Refusal(`${name}'s adapter asks for contacts of bodies at rest: no sweeps in time`);
+
+/** Sweeps of poses are refused: those of bodies at rest are asked for one pose after another. */
+export function refuseSweep(rival, request) {
+  throw request.swept ? noSweep(rival) : new Refusal(`${rival.name}'s adapter generates no poses of a sweep`);
+}
+
 /**
  * {contacts: [[a, b, x, y, z, nx, ny, nz, depth_m], ...]} of a request. `rival.overlaps(scene, settings)` gives contact points
  * {body_a, body_b, x_m, normal, gap_m} of all pairs near each other, as touches() of a world has them.
@@ -41,7 +48,7 @@ export async function askContacts(rival, request) {
   if (!rival.overlaps) throw new Refusal(`${rival.name} answers no questions about contacts`);
   if (request.test && request.test !== "contacts")
     throw new Refusal(`${rival.name} has no test \`${request.test}\` of contacts`);
-  if (request.swept) throw new Refusal(`${rival.name}'s adapter asks for contacts of bodies at rest: no sweeps in time`);
+  if (request.swept) throw noSweep(rival);
   const { bodies } = request.scene,
     scene = still(request.scene),
     settings = mergedSettings(`${rival.name}/contacts`, rival.settings);

@@ -4,7 +4,7 @@ import { readFileSync, readdirSync, writeSync } from "node:fs";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
 import { fileURLToPath } from "node:url";
-import { askContacts } from "./contacts.mjs";
+import { askContacts, refuseSweep } from "./contacts.mjs";
 import { describeRival, runRival } from "./rival.mjs";
 import { Refusal, readScene } from "./scene.mjs";
 import { jsonText } from "./settings.mjs";
@@ -90,7 +90,7 @@ async function answer(rival, line) {
       writeLine(jsonText({ protocol: 1, ...describeRival(rival), fingerprint: fingerprint(rival) }));
       return;
     }
-    const answers = { run: answerRun, contacts: answerContacts };
+    const answers = { run: answerRun, contacts: answerContacts, "contacts-sweep": refuseSweep };
     if (!answers[request.request])
       throw new Refusal(`${rival.name} answers hello, run and contacts; found the request \`${request.request}\``);
     const done = await answers[request.request](rival, request);

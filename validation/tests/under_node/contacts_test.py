@@ -123,6 +123,10 @@ class Contacts(unittest.TestCase):
     def test_refusals_name_what_is_missing(self):
         box, ball, mesh = body("box", shape=BOX), sphere(position_m=[0, 0, 0.5]), body("mesh", shape=TRIANGLE)
         self.assertIn("no sweeps in time", self.ask(box, ball, swept=True))
+        for swept, reason in ((True, "no sweeps in time"), (False, "no poses")):
+            (line,) = self.worker.answer(request="contacts-sweep", cell=1, swept=swept, pair="sphere-sphere", seed=1, **{"from": 0, "count": 1})
+            self.assertEqual(line["done"]["status"], "unsupported")
+            self.assertIn(reason, line["done"]["reason"])
         self.assertIn("no test `unit-size`", self.ask(box, ball, test="unit-size"))
         self.assertIn("two surfaces: `mesh`", self.ask(mesh, floor()))
         line = {"convex": {"points_m": [[0, 0, 0.1 * k] for k in range(5)]}}
