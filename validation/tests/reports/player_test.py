@@ -141,6 +141,25 @@ def scrubs(browser):
     check(browser.run("return [...document.querySelectorAll('.run .value')].map(v => v.textContent)")[2] == "ended", "a run that ended is not said to have ended")
 
 
+def saves(browser):
+    """The saved PNG shows what the stage shows, above its captions."""
+    scrub(browser, 2, 4)
+    browser.run("""window.saved = null; URL.createObjectURL = blob => { window.saved = blob; return 'blob:null/0'; };
+        HTMLAnchorElement.prototype.click = function () { window.savedName = this.download; };""")
+    browser.click("#save")
+    until("a picture is saved", lambda: browser.run("return window.saved !== null && window.savedName !== undefined"))
+    check(browser.run("return saved.type + ' ' + savedName").startswith("image/png "), "the picture is no PNG")
+    wide, high, stage_high, far, inked = browser.run("""const image = await createImageBitmap(saved), layers = [...document.querySelectorAll('.stage canvas')], [w, h] = [layers[0].width, layers[0].height];
+        const read = draw => { const c = document.createElement('canvas'); c.width = image.width; c.height = image.height; const ink = c.getContext('2d'); draw(ink); return ink.getImageData(0, 0, image.width, image.height).data; };
+        const found = read(ink => ink.drawImage(image, 0, 0)), back = getComputedStyle(document.querySelector('.stage')).backgroundColor;
+        const shown = read(ink => { ink.fillStyle = back; ink.fillRect(0, 0, w, h); layers.forEach(l => ink.drawImage(l, 0, 0, w, h)); });
+        let far = 0, inked = 0; for (let i = 0; i < 4 * w * h; i += 1) far += Math.abs(found[i] - shown[i]) > 3;
+        for (let i = 4 * w * h; i < found.length; i += 4) inked += Math.abs(found[i] - found[found.length - 4]) > 60;
+        return [image.width - w, image.height, h, far, inked];""")
+    check(wide == 0 and high > stage_high and far == 0, f"the picture differs from the stage in {far} values")
+    check(inked > 200, f"the captions have {inked} dark pixels")
+
+
 def moves_camera(browser):
     browser.run("document.querySelector('.stage').scrollIntoView({block: 'center'})")
     left, top, width, height = browser.run("const r = document.querySelector('.stage').getBoundingClientRect(); return [r.left, r.top, r.width, r.height]")
@@ -228,7 +247,7 @@ def use(found, folder, flags, kind):
         path = os.path.join(folder, "smooth.html")
         opens(browser, path)
         check(browser.run("return document.querySelector('.stage').dataset.kind") == kind, f"the scene is not drawn by {kind}")
-        for test in (is_text, poses, plays, magnifies, scrubs, moves_camera, narrow):
+        for test in (is_text, poses, plays, magnifies, scrubs, saves, moves_camera, narrow):
             test(browser)
             print(f"ok: {test.__name__} ({kind})")
         links(browser, path)

@@ -1,6 +1,7 @@
 // The playback page: the clock, the controls, the list of runs. The address after # keeps time, magnification, hidden runs
 // and camera, so that a link shows what its sender saw.
 import { copyButton, h, labelledSelect, option } from '../dom';
+import { download, fileName } from '../save';
 import { isDark, look, token } from '../style';
 import { Curve, number } from './curves';
 import { readPage } from './data';
@@ -278,7 +279,16 @@ class Player {
     });
     const again = check('loop', 'loop', true, (on) => { this.loop = on; });
     return h('div', { class: 'choices' }, h('div', { class: 'row' }, speed.box, motion.runs.length > 1 ? magnify.box : null, motion.page.motion.moving.length ? follow.box : null, ...this.fluid(),
-      h('button', { type: 'button', id: 'fit', onclick: () => this.stage.fit() }, 'fit')), h('div', { class: 'row boxes' }, again, wait, ...toggles));
+      h('button', { type: 'button', id: 'fit', onclick: () => this.stage.fit() }, 'fit'),
+      h('button', { type: 'button', id: 'save', title: 'Save the view as PNG', onclick: () => this.save() }, 'PNG')), h('div', { class: 'row boxes' }, again, wait, ...toggles));
+  }
+
+  private save(): void {
+    const { page } = this.motion, text = (part: HTMLElement) => part.textContent!.trim();
+    const drawn = this.motion.runs.map((run) => run.name).filter((_, i) => this.visible[i]).join(', ');
+    this.stage.picture([`${page.title || page.id}: ${drawn}`, [text(this.parts.clock), text(this.parts.note)].filter(Boolean).join('. ')]).toBlob((blob) => {
+      if (blob) download(`${fileName(`${page.id} ${this.t.toPrecision(4)} s`)}.png`, blob);
+    }, 'image/png');
   }
 
   private fluid(): HTMLElement[] {

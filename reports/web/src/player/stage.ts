@@ -89,6 +89,18 @@ export class Stage {
     this.camera.fit([{ p: this.motion.pose(0, body, t).p, r: 2 * thing.mesh.radius }]);
     this.followBody(body);
   }
+  // The view as it stands, with lines of text below it.
+  picture(lines: string[]): HTMLCanvasElement {
+    const { width, height } = this.solids.canvas, size = Math.round(width / 70) + 6, foot = lines.length * size * 1.5 + size;
+    const canvas = h('canvas', { width, height: Math.round(height + foot) }), ink = canvas.getContext('2d')!;
+    ink.fillStyle = token('--panel');
+    ink.fillRect(0, 0, canvas.width, canvas.height);
+    for (const layer of [this.solids.canvas, this.overlay.canvas]) ink.drawImage(layer, 0, 0, width, height);
+    ink.fillStyle = token('--ink');
+    ink.font = `${size}px system-ui, sans-serif`;
+    lines.forEach((line, i) => ink.fillText(line, size, height + (i + 1) * size * 1.5, width - 2 * size));
+    return canvas;
+  }
   fit(): void {
     const balls = this.balls();
     this.size = balls.reduce((most, { p, r }) => Math.max(most, length(sub(p, balls[0].p)) + r), 0) || 1;
