@@ -19,10 +19,11 @@ ROOT = HERE.parent.parent
 
 
 def assemble(program, output, pictures=True):
-    """Writes output/docs, what mkdocs reads; answers the faults of its links."""
+    """Writes output/docs, what mkdocs reads; answers the faults of its links. `pictures`: of all scenes, of none (False),
+    or of those in this set of ids."""
     docs = output / "docs"
     shutil.rmtree(docs, ignore_errors=True)
-    shutil.copytree(ROOT / "docs", docs)
+    shutil.copytree(ROOT / "docs", docs, ignore=shutil.ignore_patterns("README.md"))
     reference_pages.write(program, docs, pictures)
     faults = pages.bring_in(ROOT, docs)
     shutil.copy(HERE / "manual.css", docs / "manual.css")

@@ -9,6 +9,8 @@ import unicodedata
 # Files outside docs/ that are pages of the site; others that a page links to are copied into files/.
 OUTSIDE = {"reference/your_engine/README.md": "protocol.md", "CONTRIBUTING.md": "contributing.md",
            "CHANGELOG.md": "changelog.md"}
+# Stands for the pages that the program writes: its heading `name` is reference/name.md of the site.
+MADE_PAGES = "docs/reference/README.md"
 LINK = re.compile(r"(!?\[(?:[^\[\]]|\[[^\]]*\])*\]\()([^()\s]+)(\))")
 FENCE = re.compile(r"^( {0,3})(`{3,}|~{3,})")
 
@@ -106,7 +108,9 @@ def bring_in(root, docs):
                 continue
             wanted = pathlib.Path(os.path.normpath(origin.parent / path))
             inside = os.path.relpath(wanted, root)
-            if inside.startswith("docs" + os.sep):
+            if inside == MADE_PAGES:
+                home, hash_, anchor = docs / "reference" / f"{anchor}.md", "", ""
+            elif inside.startswith("docs" + os.sep):
                 home = docs / os.path.relpath(wanted, root / "docs")
             elif inside in OUTSIDE and wanted.is_file():
                 home = docs / OUTSIDE[inside]

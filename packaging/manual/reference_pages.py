@@ -159,7 +159,8 @@ def true_paths(program, scenario):
 def scene_entry(program, docs, scene, pictures):
     scenario = json.loads(ask(program, "describe", scene["id"], "--json"))
     drawn = None
-    if pictures and "geometry" not in scene["tags"]:
+    wanted = pictures is True or (pictures and scene["id"] in pictures)
+    if wanted and "geometry" not in scene["tags"]:
         drawn = gallery.picture(scene["title"], scenario["scene"], true_paths(program, scenario))
     if drawn:
         (docs / "reference/scenes" / f"{scene['id']}.svg").write_text(drawn, encoding="utf-8")

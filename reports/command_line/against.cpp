@@ -29,7 +29,7 @@ bool all_of_word(const std::string& word, const char* letters) {
 }
 
 bool has_ended(const HistoryRun& run) {
-  return run.ended_ns != 0 && run.verdict != "interrupted" && run.verdict != "error";
+  return run.ended_ns != 0 && run.verdict != "interrupted" && run.verdict != "error" && run.verdict != kMerged;
 }
 
 // Of a commit's runs the newest of this study and selection, else of this study.
@@ -141,13 +141,20 @@ Against hold_against(const Place& place, const Options& options, const Selection
     against.words = fmt::format("run {} ({}{}{}, {} UTC, commit {}, {})", run.id, one_line(run.study),
                                 run.selection.empty() ? "" : " ", one_line(run.selection), moment_words(run.begun_ns),
                                 run.commit, one_line(run.host));
+    if (run.verdict == kMerged)
+      throw InputError(
+          fmt::format("--against {}: {} is of joined stores that are not judged yet; `{}` gives it figures", named,
+                      against.words, same_call(options, "report")));
     if (!has_ended(run))
       throw InputError(fmt::format("--against {}: {} did not finish: it has no figures", named, against.words));
     baseline = baseline_of(history, run);
     if (baseline.entries.empty())
       throw InputError(
-          fmt::format("--against {}: {} has no figures: the history keeps none of runs of 20 000 cells or more", named,
-                      against.words));
+          fmt::format("--against {}: {} has no figures: none of its cells gave one", named, against.words));
+    if (baseline.entries.front().method == kAllMethods)
+      throw InputError(
+          fmt::format("--against {}: {} has no figures: of runs of 20 000 cells or more the history keeps counts alone",
+                      named, against.words));
     baseline.path = against.words;
     if (run.host != host_name()) {
       baseline.environment.erase("cpu");

@@ -51,8 +51,10 @@ struct Options {
   std::string shard, costs, lease;  // run: I/N; a file of costs; a directory of chunks
   double lease_expiry_s = 600;
   bool dry_run = false;
-  std::string keep = "all";                // run: which recordings
-  std::vector<std::string> stores;         // merge
+  std::string keep = "all";         // run: which recordings
+  std::vector<std::string> stores;  // merge
+  std::int64_t prune_keep = 0;      // history: runs of a study to keep; 0: --prune-keep was not given
+  double prune_older_days = 0;
   std::string purpose = "run";             // of campaigns: those of compare and advise stay apart
   bool quiet = false;                      // run, gate: one line, and what did not pass
   bool github = false;                     // run, gate: annotations of GitHub Actions, and a step's summary

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include "reports/command_line/history.hpp"
 #include "reports/render/palette.hpp"
 #include "scene/files.hpp"
+#include "validation/gates/times.hpp"
 #include "validation/study/machine.hpp"
 #include "validation/study/write_file.hpp"
 
@@ -85,46 +87,17 @@ bool any_matches(const std::vector<std::string>& patterns, const std::string& te
                                          [&](const std::string& pattern) { return glob_match(pattern, text); });
 }
 
-bool is_time(const std::string& metric) {
-  return metric.starts_with("step-time") || metric.starts_with("run-time") || metric == "call-time-wasm";
-}
-
 std::vector<Trend> find_trends(const RunHistory& history, const Options& options) {
   std::vector<Trend> trends;
-  for (const auto& [scenario, method] : history.measured()) {
-    if (!any_matches(options.scenarios, scenario) || !any_matches(options.methods, method)) continue;
-    std::map<std::pair<std::string, std::int64_t>, Trend> here;
-    history.each_run(
-        scenario, method,
-        [&, scenario = scenario, method = method](const HistoryRun& run, const std::vector<HistoryFigure>& figures) {
-          if (!options.study.empty() && run.study != options.study) return;
-          for (const HistoryFigure& f : figures) {
-            if (!glob_match(options.metric, f.metric) || !std::isfinite(f.value)) continue;
-            if (!options.steps.empty() &&
-                std::find(options.steps.begin(), options.steps.end(), f.steps) == options.steps.end())
-              continue;
-            Trend& trend = here[{f.metric, f.steps}];
-            if (is_time(f.metric) && trend.host != run.host) {  // a time of another machine begins the trend anew
-              trend.points.clear();
-              trend.host = run.host;
-            }
-            trend.scenario = scenario, trend.method = method, trend.metric = f.metric, trend.unit = f.unit;
-            trend.steps = f.steps;
-            trend.points.push_back({run.id, run.begun_ns, run.commit, f.value, f.bar});
-          }
-        });
-    for (auto& [key, trend] : here) {
-      std::vector<double> values;
-      for (const TrendPoint& point : trend.points) values.push_back(point.value);
-      trend.changes = find_change_points(values);
-      trends.push_back(std::move(trend));
-    }
-    if (trends.size() > kMostTrends)
-      throw InputError(
-          fmt::format("history: more than {} figures are named `{}`; expected fewer: --scenario, --method "
-                      "and --steps narrow them",
-                      kMostTrends, one_line(options.metric)));
-  }
+  each_trend(history, {options.metric, options.scenarios, options.methods, options.steps, options.study},
+             [&](Trend&& trend) {
+               trends.push_back(std::move(trend));
+               if (trends.size() > kMostTrends)
+                 throw InputError(
+                     fmt::format("history: more than {} figures are named `{}`; expected fewer: --scenario, --method "
+                                 "and --steps narrow them",
+                                 kMostTrends, one_line(options.metric)));
+             });
   std::stable_sort(trends.begin(), trends.end(),
                    [](const Trend& a, const Trend& b) { return a.changes.starts.size() > b.changes.starts.size(); });
   return trends;
@@ -187,7 +160,8 @@ int show_trends(const Options& options) {
   if (trends.empty())
     throw InputError(fmt::format("history: no run in {} has a figure `{}` of these scenarios and methods",
                                  history_path(options), one_line(options.metric)));
-  for (const std::string& output : options.outputs) write_file(output.substr(5), render_trends(trends, options.metric));
+  for (const std::string& output : options.outputs)
+    write_file(output.substr(5), render_trends(trends, options.metric + " over runs", {}, ""));
   if (options.json) {
     Json all = Json::array();
     for (const Trend& trend : trends) all.push_back(json_of(trend));
@@ -201,7 +175,66 @@ int show_trends(const Options& options) {
   return exit_pass;
 }
 
+int prune(const Options& options) {
+  const std::string path = history_path(options);
+  if (!std::filesystem::exists(path)) throw InputError(fmt::format("history: no runs are kept at {}", path));
+  const auto older_ns = static_cast<std::int64_t>(options.prune_older_days * 86400e9);
+  RunHistory history(path, RunHistory::Mode::write);
+  const auto before = static_cast<double>(std::filesystem::file_size(path));
+  const std::int64_t removed =
+      history.prune(options.study, options.prune_keep, older_ns > 0 ? now_ns() - older_ns : 0, options.dry_run);
+  const std::int64_t left = static_cast<std::int64_t>(history.runs("", kAllRuns).size());
+  const auto bytes = static_cast<double>(std::filesystem::file_size(path));
+  if (options.json)
+    fmt::print("{}\n", Json{{"removed", removed},
+                            {"dry_run", options.dry_run},
+                            {"left", left},
+                            {"bytes", std::filesystem::file_size(path)}}
+                           .dump(2));
+  else if (options.dry_run) fmt::print("{}: {} of {} runs would be removed\n", path, removed, left);
+  else
+    fmt::print("{}: {} run{} removed, {} left; {:.1f} kB, before {:.1f} kB\n", path, removed, removed == 1 ? "" : "s",
+               left, 1e-3 * bytes, 1e-3 * before);
+  return exit_pass;
+}
+
 }  // namespace
+
+void each_trend(const RunHistory& history, const TrendFilter& filter, const std::function<void(Trend&&)>& each) {
+  const auto wanted = [&](const HistoryRun& run) {
+    return (filter.study.empty() || run.study == filter.study) &&
+           (!filter.selection || run.selection == *filter.selection);
+  };
+  for (const auto& [scenario, method] : history.measured()) {
+    if (!any_matches(filter.scenarios, scenario) || !any_matches(filter.methods, method)) continue;
+    std::map<std::pair<std::string, std::int64_t>, Trend> here;
+    history.each_run(
+        scenario, method, filter.from_run,
+        [&, scenario = scenario, method = method](const HistoryRun& run, const std::vector<HistoryFigure>& figures) {
+          if (!wanted(run)) return;
+          for (const HistoryFigure& f : figures) {
+            if (!glob_match(filter.metric, f.metric) || !std::isfinite(f.value)) continue;
+            if (!filter.steps.empty() &&
+                std::find(filter.steps.begin(), filter.steps.end(), f.steps) == filter.steps.end())
+              continue;
+            Trend& trend = here[{f.metric, f.steps}];
+            if (is_time(f.metric) && trend.host != run.host) {  // a time of another machine begins the trend anew
+              trend.points.clear();
+              trend.host = run.host;
+            }
+            trend.scenario = scenario, trend.method = method, trend.metric = f.metric, trend.unit = f.unit;
+            trend.steps = f.steps;
+            trend.points.push_back({run.id, run.begun_ns, run.commit, f.value, f.bar});
+          }
+        });
+    for (auto& [key, trend] : here) {
+      std::vector<double> values;
+      for (const TrendPoint& point : trend.points) values.push_back(point.value);
+      trend.changes = find_change_points(values);
+      each(std::move(trend));
+    }
+  }
+}
 
 double level_of(const Trend& trend, std::size_t from, std::size_t to) {
   double sum = 0;
@@ -215,13 +248,19 @@ int command_history(const Place&, const Options& options) {
   for (const std::string& output : options.outputs)
     if (!output.starts_with("html:") || output.size() == 5)
       throw InputError(fmt::format("history: -o {}: expected html:FILE", output));
+  const bool prunes = options.prune_keep > 0 || options.prune_older_days > 0;
+  if (options.dry_run && !prunes)
+    throw InputError("history: --dry-run is about removing runs; expected --prune-keep or --prune-older beside it");
+  if (!options.metric.empty() && prunes)
+    throw InputError(
+        "history: --metric shows runs and --prune-keep or --prune-older removes some; expected one of them");
   if (!options.metric.empty()) {
     require_outputs_make_sense(options);
     return show_trends(options);
   }
   if (!options.scenarios.empty() || !options.methods.empty() || !options.steps.empty() || !options.outputs.empty())
     throw InputError("history: --scenario, --method, --steps and -o are about a metric; expected --metric beside them");
-  return list_runs(options);
+  return prunes ? prune(options) : list_runs(options);
 }
 
 }  // namespace atwood

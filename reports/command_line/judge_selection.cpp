@@ -111,28 +111,25 @@ std::vector<CellEnding> endings_of(const Selection& selection, const std::vector
   return endings;
 }
 
-namespace {
-
-// Why a user's own engine refused scenes: a sentence for each method and scene, the first ten of them.
-void tell_refusals(const Selection& selection, const std::vector<CellEnding>& endings,
-                   std::vector<std::string>& notes) {
-  constexpr int kShown = 10;
-  std::set<std::pair<std::string, std::string>> told;
+void Refusals::add(const Selection& selection, const std::vector<CellEnding>& endings) {
+  constexpr std::size_t kShown = 10;
   for (std::size_t i = 0; i < endings.size() && i < selection.cells.size(); ++i) {
     const Cell& cell = selection.cells[i];
     const CellEnding& ending = endings[i];
     const bool foreign = cell.worker >= 0 && selection.workers[static_cast<std::size_t>(cell.worker)].foreign;
-    if (!foreign || ending.status != Status::unsupported || !told.insert({ending.method, ending.scenario}).second)
+    if (!foreign || ending.status != Status::unsupported || !told_.insert({ending.method, ending.scenario}).second ||
+        told_.size() > kShown)
       continue;
-    if (told.size() > kShown) continue;
-    notes.push_back(fmt::format("{} does not run {}: {}.", ending.method, ending.scenario,
-                                ending.reason.empty() ? "its engine gives no reason" : printable(ending.reason)));
+    sentences_.push_back(fmt::format("{} does not run {}: {}.", ending.method, ending.scenario,
+                                     ending.reason.empty() ? "its engine gives no reason" : printable(ending.reason)));
   }
-  if (told.size() > kShown)
-    notes.push_back(fmt::format("{} more scenes and methods are unsupported.", told.size() - kShown));
 }
 
-}  // namespace
+void Refusals::append_to(std::vector<std::string>& notes) const {
+  notes.insert(notes.end(), sentences_.begin(), sentences_.end());
+  if (told_.size() > sentences_.size())
+    notes.push_back(fmt::format("{} more scenes and methods are unsupported.", told_.size() - sentences_.size()));
+}
 
 SiftedGates asked_gates(const Place& place, const Options& options, const Selection& selection,
                         const std::vector<Gate>& gates, std::vector<std::string>& notes) {
@@ -220,7 +217,9 @@ Judged judge_everything(const Place& place, const Options& options, const Select
   if (judged.verdicts.empty() && !result.missing.empty())
     judged.verdicts.push_back(cells_missing(missing_words(selection, result), same_call_words(options, "run")));
   judged.cells = endings_of(selection, result.rows);
-  tell_refusals(selection, judged.cells, judged.notes);
+  Refusals refusals;
+  refusals.add(selection, judged.cells);
+  refusals.append_to(judged.notes);
   std::set<std::string> told_truths;
   append_failed_cells(place, options, selection, result.rows, judged, told_truths);
   if (result.hosts.size() > 1)

@@ -355,6 +355,11 @@ void declare_commands(Parser& p) {
   history->add_option("--steps", o.steps, "Only these step counts (--metric)")->expected(1)->take_all();
   history->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   history->add_option("-o,--output", o.outputs, "html:FILE, plots of the metric (--metric)")->expected(1)->take_all();
+  auto* keep = history->add_option(
+      "--prune-keep", o.prune_keep,
+      "Remove runs: of each study, and of each part of one, keep those that fewer than N judged runs follow");
+  history->add_option("--prune-older", o.prune_older_days, "Remove runs that began more than DAYS ago")->excludes(keep);
+  history->add_flag("--dry-run", o.dry_run, "Print how many runs would be removed (--prune-keep, --prune-older)");
 
   auto* merge = p.add("merge", "Join the stores of shards into one", command_merge);
   merge->add_option("STORE", o.stores, "Stores: OUT/shard-I-of-N.db, or any store.db")->required();

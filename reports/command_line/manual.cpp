@@ -43,6 +43,8 @@ const std::map<std::string, std::string>& value_names() {
                                                         {"--costs", "FILE"},
                                                         {"--lease", "DIR"},
                                                         {"--lease-expiry", "SECONDS"},
+                                                        {"--prune-keep", "N"},
+                                                        {"--prune-older", "DAYS"},
                                                         {"--keep", "all|worst|none"}};
   return names;
 }

@@ -182,6 +182,7 @@ Condensed condense(const Place& place, const Options& options, const Selection& 
   std::vector<Verdict> bad_ones;
   std::map<Judgement, std::size_t> kept_bad;
   std::set<std::string> told_truths;
+  Refusals refusals;
   std::map<std::string, std::map<std::string, SceneCounts>> of_gates;  // by gate and scene
   const auto take = [&](const std::string& scene, std::vector<Verdict>& verdicts) {
     for (Verdict& verdict : verdicts) {
@@ -215,6 +216,7 @@ Condensed condense(const Place& place, const Options& options, const Selection& 
         of_cells.cells = endings_of(part, rows.rows);
         const std::size_t bad_cells = not_ok(of_cells.cells);
         counts.not_ok += bad_cells;
+        refusals.add(part, of_cells.cells);
         append_failed_cells(place, options, part, rows.rows, of_cells, told_truths);
         std::vector<Verdict> verdicts = judge.add(rows.rows);
         for (Verdict& verdict : of_cells.verdicts) verdicts.push_back(std::move(verdict));
@@ -270,6 +272,7 @@ Condensed condense(const Place& place, const Options& options, const Selection& 
                    [&](const Verdict& a, const Verdict& b) { return rank(a.judgement) < rank(b.judgement); });
   judged.verdicts.insert(judged.verdicts.begin(), std::make_move_iterator(bad_ones.begin()),
                          std::make_move_iterator(bad_ones.end()));
+  refusals.append_to(judged.notes);
   const SceneCounts& all = condensed.all;
   condensed.passes = all.pass > 0 && all.fail + all.unverifiable + all.not_run == 0;
   if (result.hosts.size() > 1)
@@ -295,6 +298,21 @@ int exit_of(const Condensed& condensed) {
   const SceneCounts& all = condensed.all;
   const bool unjudged = all.pass == 0 && !condensed.result.missing.empty();
   return all.fail + all.unverifiable + all.not_run == 0 && !unjudged ? exit_pass : exit_gate;
+}
+
+// What the history keeps of so many cells.
+std::vector<Row> counts_of_scenes(const Condensed& condensed) {
+  std::vector<Row> rows;
+  for (const auto& [scene, c] : condensed.scenes)
+    for (Row& row : count_rows(scene, {{"cells", c.cells},
+                                       {"cells-not-ok", c.not_ok},
+                                       {"cells-missing", c.missing},
+                                       {"gates-pass", c.pass},
+                                       {"gates-fail", c.fail},
+                                       {"gates-unverifiable", c.unverifiable},
+                                       {"gates-not-run", c.not_run}}))
+      rows.push_back(std::move(row));
+  return rows;
 }
 
 }  // namespace
@@ -327,11 +345,13 @@ int report_many(const Place& place, const Options& options, const Selection& sel
   add_judged(data, part, condensed.judged);
   const int code = ran != nullptr && ran->failed_cells > 0 ? static_cast<int>(exit_cell) : exit_of(condensed);
   const std::string verdict = code != exit_pass ? "fail" : condensed.all.pass == 0 ? "no gates" : "pass";
-  if (kept_run != nullptr) {
+  std::optional<HistoryRun> entry = kept_run != nullptr ? *kept_run : merged_entry(options, selection);
+  if (kept_run != nullptr || result.missing.empty()) {
     const auto whole = [](std::size_t n) { return static_cast<std::int64_t>(n); };
     const SceneCounts& all = condensed.all;
-    end_history(options, *kept_run, {}, {whole(all.pass), whole(all.fail), whole(all.unverifiable), whole(all.not_run)},
-                verdict);
+    end_history(place, options, entry, counts_of_scenes(condensed),
+                {whole(all.pass), whole(all.fail), whole(all.unverifiable), whole(all.not_run)}, verdict);
+    if (kept_run != nullptr) *kept_run = entry;
   }
   const std::string report = write_reports(options, selection, data, verdict);
   print_condensed(options, condensed,

@@ -28,6 +28,8 @@ const std::map<std::string, NumberRange>& number_ranges() {
                                                          {"steps", {true, 1, 1e12, " of steps"}},
                                                          {"samples", {true, 1, 1e12, " of samples"}},
                                                          {"jobs", {true, 1, 1024, " of workers"}},
+                                                         {"prune-keep", {true, 1, 1e9, " of runs"}},
+                                                         {"prune-older", {false, 0.01, 36500, " of days"}},
                                                          {"trials", {true, 1, 10000, " of trials"}},
                                                          {"seed", {true, 0, 1e15, ""}},
                                                          {"max-cells", {true, 1, 1e15, " of cells"}},

@@ -51,6 +51,19 @@ std::vector<std::string> with_own_files(const Place& place, const Options& optio
   return words;
 }
 
+std::vector<std::string> filter_words(const Options& options) {
+  std::vector<std::string> words;
+  const auto add = [&](const char* flag, const std::string& value) { words.insert(words.end(), {flag, value}); };
+  for (const std::string& scenario : options.scenarios) add("--scenario", scenario);
+  for (const std::string& method : options.methods) add("--method", method);
+  if (options.hz.empty())
+    for (const std::int64_t steps : options.steps) add("--steps", std::to_string(steps));
+  for (const double hz : options.hz) add("--hz", fmt::format("{}", hz));
+  for (const double spacing : options.spacings) add("--spacing", fmt::format("{}", spacing));
+  for (const double speed : options.sound_speeds) add("--sound-speed", fmt::format("{}", speed));
+  return words;
+}
+
 std::vector<std::string> same_call_words(const Options& options, const std::string& command,
                                          const std::string& baseline) {
   std::vector<std::string> words{options.words.empty() ? "atwood" : options.words.front(), command};
@@ -58,13 +71,9 @@ std::vector<std::string> same_call_words(const Options& options, const std::stri
     if (!value.empty()) words.insert(words.end(), {flag, value});
   };
   if (!options.study.empty()) words.push_back(absolute_if_file(options.study));
-  for (const std::string& scenario : options.scenarios) add("--scenario", absolute_if_file(scenario));
-  for (const std::string& method : options.methods) add("--method", method);
-  if (options.hz.empty())
-    for (const std::int64_t steps : options.steps) add("--steps", std::to_string(steps));
-  for (const double hz : options.hz) add("--hz", fmt::format("{}", hz));
-  for (const double spacing : options.spacings) add("--spacing", fmt::format("{}", spacing));
-  for (const double speed : options.sound_speeds) add("--sound-speed", fmt::format("{}", speed));
+  const std::vector<std::string> filters = filter_words(options);
+  for (std::size_t i = 0; i + 1 < filters.size(); i += 2)
+    add(filters[i].c_str(), filters[i] == "--scenario" ? absolute_if_file(filters[i + 1]) : filters[i + 1]);
   for (const std::string& engine : options.engines) add("--engine", absolute_if_file(engine));
   if (command == "run") add("--tolerances", absolute_words(options.tolerances));
   if (command == "run" && options.limit_given) add("--limit", fmt::format("{}", options.cell_limit_s));

@@ -194,7 +194,7 @@ int run_and_report(const Place& place, const Options& options, const Selection& 
                stored == 1 ? "the cell is" : fmt::format("all {} cells are", stored));
   }
   if (result.interrupted) {
-    end_history(options, kept, {}, {}, "interrupted");
+    end_history(place, options, kept, {}, {}, "interrupted");
     fmt::print(stderr, "atwood: interrupted; what was done is in {}, and the same command goes on from there\n",
                how.store_path);
     return exit_of(result, {});
@@ -209,7 +209,7 @@ int run_and_report(const Place& place, const Options& options, const Selection& 
                                      same_call(options, "bless", selection.baseline)));
   const int code = exit_of(result, judged.verdicts);
   const std::string verdict = verdict_of(code, judged.verdicts);
-  end_history(options, kept, data.rows, count(judged.verdicts), verdict);
+  end_history(place, options, kept, data.rows, count(judged.verdicts), verdict);
   const std::string report = write_reports(options, selection, data, verdict);
   print_result(options, selection, data, result, report);
   tell_github(options, data);
@@ -250,7 +250,7 @@ int command_run(const Place& place, const Options& options) {
   try {
     return run_and_report(place, options, selection, standards, how, kept);
   } catch (...) {
-    if (kept && kept->ended_ns == 0) end_history(options, kept, {}, {}, "error");
+    if (kept && kept->ended_ns == 0) end_history(place, options, kept, {}, {}, "error");
     throw;
   }
 }
@@ -291,8 +291,10 @@ int command_report(const Place& place, const Options& asked) {
     data.baseline = against->changes;
     data.notes.insert(data.notes.end(), against->notes.begin(), against->notes.end());
   }
-  const std::string report =
-      write_reports(options, selection, data, verdict_of(exit_of(result, judged.verdicts), judged.verdicts));
+  const std::string verdict = verdict_of(exit_of(result, judged.verdicts), judged.verdicts);
+  std::optional<HistoryRun> merged = merged_entry(options, selection);
+  if (result.missing.empty()) end_history(place, options, merged, data.rows, count(judged.verdicts), verdict);
+  const std::string report = write_reports(options, selection, data, verdict);
   print_result(options, selection, data, result, report, against ? &*against : nullptr);
   return exit_pass;
 }

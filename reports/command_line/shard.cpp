@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "reports/command_line/command_line.hpp"
+#include "reports/command_line/history.hpp"
 #include "reports/command_line/shard.hpp"
 #include "reports/command_line/verdicts.hpp"
 #include "scene/files.hpp"
@@ -219,7 +220,7 @@ int run_share(const Place& place, const Options& options, const Selection& selec
   return ended.code;
 }
 
-int command_merge(const Place&, const Options& options) {
+int command_merge(const Place& place, const Options& options) {
   if (options.outputs.size() != 1) throw InputError("merge: expected one -o FILE, the joined store");
   const std::string& out = options.outputs.front();
   if (const auto folder = std::filesystem::path(out).parent_path(); !folder.empty()) make_out_dir(folder.string());
@@ -231,6 +232,7 @@ int command_merge(const Place&, const Options& options) {
     for (const std::string& line : merged.conflicts) fmt::print(stderr, "  {}\n", line);
     return exit_gate;
   }
+  note_merge(place, options, out);
   if (options.json) {
     const nlohmann::ordered_json told{{"store", out},
                                       {"cells", merged.cells},

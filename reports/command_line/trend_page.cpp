@@ -1,4 +1,4 @@
-// The page of `history --metric`: a plot a figure, its values over runs, its levels and where they change.
+// Pages of the history: what they share, and a plot a figure with its values over runs, its levels and where they change.
 #include <algorithm>
 #include <cmath>
 
@@ -10,21 +10,7 @@
 namespace atwood {
 namespace {
 
-constexpr double kWidth = 720, kHeight = 220, kLeft = 90, kRight = 20, kTop = 20, kBottom = 40;
-
-constexpr const char* kHead =
-    "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" "
-    "content=\"default-src 'none'; style-src 'unsafe-inline'\">\n<meta name=\"viewport\" "
-    "content=\"width=device-width, initial-scale=1\">\n<meta name=\"color-scheme\" content=\"light dark\">\n<title>";
-constexpr const char* kStyle =
-    "</title>\n<style>\n:root{color-scheme:light dark;--ink:#1c2330;--paper:#fff;--line:#c3cad5;--value:#1f5fbf;"
-    "--level:#1b7a3d;--change:#b3261e}\n@media(prefers-color-scheme:dark){:root{--ink:#e6e9ef;--paper:#14181f;"
-    "--line:#39414f;--value:#8ab4f8;--level:#7bd99a;--change:#ff8a80}}\nbody{font:16px/1.5 system-ui,sans-serif;"
-    "color:var(--ink);background:var(--paper);max-width:60rem;margin:2rem auto;padding:0 1rem}\nfigure{margin:2rem 0}"
-    "svg{width:100%;height:auto}text{fill:var(--ink);font-size:12px}figcaption{font-weight:600}\n.axis,.bar{stroke:"
-    "var(--line)}.bar{stroke:var(--value);opacity:.6}.value{fill:var(--value)}.level{stroke:var(--level);"
-    "stroke-width:2}.change{stroke:var(--change);stroke-dasharray:4 3}text.change{fill:var(--change);stroke:none}\n"
-    "</style></head>\n<body><main>\n";
+constexpr double kWidth = 720, kHeight = 220, kLeft = 110, kRight = 20, kTop = 20, kBottom = 40;
 
 // From values to heights: logarithmic where all values are positive and span more than a factor of two.
 struct Axis {
@@ -99,12 +85,67 @@ std::string plot(const Trend& trend, const std::string& name) {
 
 }  // namespace
 
-std::string render_trends(const std::vector<Trend>& trends, const std::string& title) {
-  std::string page = kHead + escape_html(one_line(title)) + " over runs" + kStyle;
-  page += fmt::format(
-      "<h1>{} over runs</h1>\n<p>A dashed line marks where the level changes (penalised least squares, exact: optimal "
-      "partitioning; {} runs or more are needed). Vertical bars are a figure's own uncertainty.</p>\n",
-      escape_html(one_line(title)), kFewestRuns);
+const char* const kPageEnd = "</main></body></html>\n";
+
+std::string page_head(const std::string& title, const std::vector<std::pair<std::string, std::string>>& links) {
+  constexpr const char* kHead =
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" "
+      "content=\"default-src 'none'; style-src 'unsafe-inline'\">\n<meta name=\"viewport\" "
+      "content=\"width=device-width, initial-scale=1\">\n<meta name=\"color-scheme\" content=\"light dark\">\n<title>";
+  constexpr const char* kStyle =
+      "</title>\n<style>\n:root{color-scheme:light dark;--ink:#1c2330;--paper:#fff;--line:#c3cad5;--value:#1f5fbf;"
+      "--bad:#b3261e;--good:#1b7a3d}\n@media(prefers-color-scheme:dark){:root{--ink:#e6e9ef;--paper:#14181f;"
+      "--line:#39414f;--value:#8ab4f8;--bad:#ff8a80;--good:#7bd99a}}\n"
+      "body{font:16px/1.5 system-ui,sans-serif;color:var(--ink);background:var(--paper);max-width:70rem;margin:1.5rem "
+      "auto;padding:0 1rem}h1{font-size:1.6rem}nav a{margin-right:1.2rem}a{color:inherit}\n"
+      "table{border-collapse:collapse;width:100%;margin:1rem 0}caption{text-align:left;font-weight:600;padding:.5rem 0}"
+      "th,td{text-align:left;padding:.3rem .8rem .3rem 0;border-bottom:1px solid var(--line);vertical-align:top;"
+      "overflow-wrap:anywhere}td.n,th.n{text-align:right;white-space:nowrap}.fail{color:var(--bad)}.pass{color:"
+      "var(--good)}\nfigure{margin:2rem 0;max-width:60rem;break-inside:avoid}figcaption{font-weight:600;"
+      "overflow-wrap:anywhere}svg{width:100%;height:auto}text{fill:var(--ink);font-size:12px}\n"
+      ".axis{stroke:var(--line)}.bar{stroke:var(--value);opacity:.6}.value{fill:var(--value)}.level{stroke:var(--good);"
+      "stroke-width:2}.change{stroke:var(--bad);stroke-dasharray:4 3}text.change{fill:var(--bad);stroke:none}\n"
+      // Narrow: a row of a table is a block, its cells name their columns.
+      "@media(max-width:40rem){text{font-size:20px}thead{display:none}table,tbody,tr,td{display:block}td.n{text-align:"
+      "left}tr{border-bottom:1px solid var(--line);padding:.4rem 0}td{border:0;padding:.05rem 0}td:empty{display:none}"
+      "td[data-name]::before{content:attr(data-name) \": \";opacity:.7}}\n"
+      "@media print{:root{color-scheme:light;--ink:#000;--paper:#fff;--line:#999;--value:#1f5fbf;--bad:#b3261e;"
+      "--good:#1b7a3d}body{margin:0;max-width:none}nav{display:none}tr{break-inside:avoid}}\n"
+      "</style></head>\n<body><main>\n";
+  std::string page = kHead + escape_html(one_line(title)) + kStyle;
+  if (!links.empty()) {
+    page += "<nav aria-label=\"Other pages\">";
+    for (const auto& [words, target] : links)
+      page += fmt::format("<a href=\"{}\">{}</a>", escape_html(target), escape_html(words));
+    page += "</nav>\n";
+  }
+  return page + "<h1>" + escape_html(one_line(title)) + "</h1>\n";
+}
+
+std::string runs_table(const std::vector<HistoryRun>& runs) {
+  std::string table =
+      "<table><caption>Runs, the newest first</caption><thead><tr><th class=\"n\">run</th><th>begun (UTC)</th>"
+      "<th>study</th><th class=\"n\">cells</th><th>commit</th><th>machine</th><th>verdict</th></tr></thead><tbody>\n";
+  for (const HistoryRun& run : runs)
+    table += fmt::format(
+        "<tr><td class=\"n\" data-name=\"run\">{}</td><td data-name=\"begun\">{}</td><td data-name=\"study\">{}{}</td>"
+        "<td class=\"n\" data-name=\"cells\">{}</td><td data-name=\"commit\">{}</td><td data-name=\"machine\">{}</td>"
+        "<td data-name=\"verdict\" class=\"{}\">{}</td></tr>\n",
+        run.id, moment_words(run.begun_ns), escape_html(one_line(run.study)),
+        run.selection.empty() ? "" : " " + escape_html(one_line(run.selection)), run.cells, escape_html(run.commit),
+        escape_html(one_line(run.host)), run.verdict == "pass" || run.verdict == "fail" ? run.verdict : "",
+        escape_html(verdict_words(run)));
+  return table + "</tbody></table>\n";
+}
+
+std::string render_trends(const std::vector<Trend>& trends, const std::string& title,
+                          const std::vector<std::pair<std::string, std::string>>& links, const std::string& about) {
+  std::string page = page_head(title, links) + about;
+  if (!trends.empty())
+    page += fmt::format(
+        "<p>A dashed line marks where the level changes (penalised least squares, exact: optimal partitioning; {} runs "
+        "or more are needed). Vertical bars are a figure's own uncertainty.</p>\n",
+        kFewestRuns);
   for (const Trend& trend : trends) {
     const std::string name =
         escape_html(one_line(fmt::format("{}, {}, {}{}{}{}", trend.scenario, trend.method, trend.metric,
@@ -117,7 +158,7 @@ std::string render_trends(const std::vector<Trend>& trends, const std::string& t
                                        : fmt::format("{} levels.", trend.changes.starts.size() + 1);
     page += fmt::format("<figure>{}<figcaption>{}</figcaption><p>{}</p></figure>\n", plot(trend, name), name, what);
   }
-  return page + "</main></body></html>\n";
+  return page + kPageEnd;
 }
 
 }  // namespace atwood

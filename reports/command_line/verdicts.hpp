@@ -81,6 +81,16 @@ Judged judge_everything(const Place& place, const Options& options, const Select
                         const Standards& standards, const StudyResult& result, bool try_truths);
 // How each cell of the selection ended, and whether that fails a run.
 std::vector<CellEnding> endings_of(const Selection& selection, const std::vector<Row>& rows);
+// Why a user's own engine refused scenes: a sentence for each method and scene, the first ten of them.
+class Refusals {
+ public:
+  void add(const Selection& selection, const std::vector<CellEnding>& endings);
+  void append_to(std::vector<std::string>& notes) const;
+
+ private:
+  std::set<std::pair<std::string, std::string>> told_;
+  std::vector<std::string> sentences_;
+};
 // The gates that judge these cells, claims replaced by their bounds.
 SiftedGates asked_gates(const Place& place, const Options& options, const Selection& selection,
                         const std::vector<Gate>& gates, std::vector<std::string>& notes);
@@ -99,6 +109,8 @@ std::string other_truths(const Place& place, const Scenario& scenario, double li
 std::vector<ClaimedOrder> claimed_orders(const Selection& selection, const std::vector<Row>& rows);
 void add_judged(ReportData& data, const Selection& selection, const Judged& judged);
 int no_baseline(const Options& options, const std::string& path);  // says so; the exit code
+// --scenario, --method, --steps or --hz, --spacing and --sound-speed of this call: a flag and its value in turn.
+std::vector<std::string> filter_words(const Options& options);
 // This call with another command (run, bless), as a shell's line that works in any folder: the program as it was called,
 // the study, filters, engines, --out, absolute paths. `baseline`: where bless writes to.
 std::string same_call(const Options& options, const std::string& command, const std::string& baseline = "");

@@ -24,6 +24,7 @@
 #include "scene/input_file.hpp"
 #include "scene/printable.hpp"
 #include "validation/gates/gates.hpp"
+#include "validation/gates/times.hpp"
 
 namespace atwood {
 namespace {
@@ -48,10 +49,6 @@ struct Entry {
   std::string unit;
 };
 
-bool timing(const std::string& metric) {
-  return metric.starts_with("step-time") || metric.starts_with("run-time") || metric == "call-time-wasm";
-}
-
 // Whether a row belongs to the baseline. Residuals of solvers do not: at round-off they change with the order of a sum,
 // and gates judge them. Infinite figures and figures with an infinite bar do not: every value agrees with them. A time
 // of one repeat has an unknown bar; it is compared with the tolerance of times alone.
@@ -59,7 +56,7 @@ bool judged(const Row& row) {
   return row.status == Status::ok && row.body.empty() && !row.t_s && row.metric != "status" &&
          !row.metric.starts_with("size-") && row.metric != "solver-residual-max" && row.metric != "condition" &&
          !std::isinf(row.value) &&
-         (std::isnan(row.value) || timing(row.metric) || (std::isfinite(row.truth_bar) && row.truth_bar >= 0));
+         (std::isnan(row.value) || is_time(row.metric) || (std::isfinite(row.truth_bar) && row.truth_bar >= 0));
 }
 
 // A figure of a fluid's row is named with its resolution: "velocity-l2[dx=0.02,c=20]".
@@ -211,10 +208,10 @@ BaselineChange compare(const Key& key, const Entry& before, const Entry& now, bo
     change.text = "was not a number in the baseline: nothing to compare with";
     return change;
   }
-  const double share = timing(key.metric)                  ? kTimingTolerance
+  const double share = is_time(key.metric)                 ? kTimingTolerance
                        : key.method.starts_with("atwood/") ? kOwnTolerance
                                                            : kRivalTolerance;
-  const double tolerance = change.bar + share * std::fabs(before.value) + (timing(key.metric) ? 0 : kRoundOff);
+  const double tolerance = change.bar + share * std::fabs(before.value) + (is_time(key.metric) ? 0 : kRoundOff);
   const double worse = badness(key.metric, now.value) - badness(key.metric, before.value);
   const bool nan_before = std::isnan(before.value), nan_now = std::isnan(now.value);
   change.allowed = less_is_worse(key.metric) ? before.value - tolerance : std::fabs(before.value) + tolerance;
@@ -227,7 +224,7 @@ BaselineChange compare(const Key& key, const Entry& before, const Entry& now, bo
   if (bar_before < before.bar)
     change.text += "; of the baseline's bar of " + six_digits(before.bar) + " only " + six_digits(bar_before) +
                    " counts: today's is " + six_digits(now.bar);
-  if (timing(key.metric) && !timings_judged && change.kind != Kind::unchanged) {
+  if (is_time(key.metric) && !timings_judged && change.kind != Kind::unchanged) {
     change.text += "; advisory: another machine";
     change.kind = Kind::unchanged;
   }

@@ -5,14 +5,18 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 #include <tuple>
 
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <SQLiteCpp/VariadicBind.h>
 
+#include "validation/gates/times.hpp"
 #include "validation/study/blob_bytes.hpp"
 #include "validation/study/content_hash.hpp"
 #include "validation/study/row_blob.hpp"
@@ -69,6 +73,24 @@ template <class Work> auto guarded(const HistoryFile& file, Work work) {
   }
 }
 
+// Calls `each` with every row of the answer; a file that is not there has none.
+template <class Each, class... Values>
+void query(const HistoryFile& file, const std::string& text, Each each, const Values&... values) {
+  if (!file.sql) return;
+  guarded(file, [&] {
+    SQLite::Statement select(*file.sql, text);
+    SQLite::bind(select, values...);
+    while (select.executeStep()) each(select);
+  });
+}
+
+// How many rows it changed.
+template <class... Values> int execute(SQLite::Database& sql, const std::string& text, const Values&... values) {
+  SQLite::Statement statement(sql, text);
+  SQLite::bind(statement, values...);
+  return statement.exec();
+}
+
 HistoryRun run_of(SQLite::Statement& select) {
   const auto whole = [&](int i) { return select.getColumn(i).getInt64(); };
   const auto text = [&](int i) { return select.getColumn(i).getString(); };
@@ -78,10 +100,6 @@ HistoryRun run_of(SQLite::Statement& select) {
   run.command = text(6), run.commit = text(7), run.host = text(8), run.cpu = text(9), run.verdict = text(10);
   run.passed = whole(11), run.failed = whole(12), run.unverifiable = whole(13), run.not_run = whole(14);
   return run;
-}
-
-bool is_time(const std::string& metric) {
-  return metric.starts_with("step-time") || metric.starts_with("run-time") || metric == "call-time-wasm";
 }
 
 std::vector<std::string> cells_of(const std::string& line) {
@@ -131,22 +149,14 @@ void append_figures(const std::string& scenario, const std::string& method, cons
   }
 }
 
-void store_figures(SQLite::Database& sql, std::int64_t run, const std::string& baseline) {
-  SQLite::Statement insert(sql, "INSERT INTO figures VALUES(?, ?, ?, ?, ?)");
-  std::string scenario, method, errors, times;
+// `times`: the kind under which times are stored.
+void store_figures(SQLite::Database& sql, std::int64_t run, const std::string& baseline, const char* times) {
+  std::string scenario, method;
+  std::map<std::string, std::string> texts;  // by kind
   const auto flush = [&] {
-    for (const auto& [kind, text] : {std::pair("errors", &errors), std::pair("times", &times)}) {
-      if (text->empty()) continue;
-      insert.reset();
-      insert.bind(1, run);
-      insert.bind(2, scenario);
-      insert.bind(3, method);
-      insert.bind(4, kind);
-      insert.bind(5, store_text(sql, *text));
-      insert.exec();
-    }
-    errors.clear();
-    times.clear();
+    for (const auto& [kind, text] : texts)
+      execute(sql, "INSERT INTO figures VALUES(?, ?, ?, ?, ?)", run, scenario, method, kind, store_text(sql, text));
+    texts.clear();
   };
   std::istringstream lines(baseline);
   for (std::string line; std::getline(lines, line);) {
@@ -157,7 +167,7 @@ void store_figures(SQLite::Database& sql, std::int64_t run, const std::string& b
       flush();
       scenario = cells[0], method = cells[1];
     }
-    (is_time(cells[3]) ? times : errors) +=
+    texts[is_time(cells[3]) ? times : "errors"] +=
         cells[2] + "\t" + cells[3] + "\t" + cells[4] + "\t" + cells[5] + "\t" + cells[6] + "\n";
   }
   flush();
@@ -207,75 +217,84 @@ RunHistory::~RunHistory() = default;
 
 std::int64_t RunHistory::begin(const HistoryRun& run) {
   return guarded(*file_, [&] {
-    SQLite::Statement insert(*file_->sql,
-                             "INSERT INTO runs VALUES(NULL, ?, 0, ?, ?, ?, ?, ?, ?, ?, '', 0, 0, 0, 0, '')");
-    insert.bind(1, run.begun_ns);
-    insert.bind(2, run.study);
-    insert.bind(3, run.selection);
-    insert.bind(4, run.cells);
-    insert.bind(5, run.command);
-    insert.bind(6, run.commit);
-    insert.bind(7, run.host);
-    insert.bind(8, run.cpu);
-    insert.exec();
+    execute(*file_->sql, "INSERT INTO runs VALUES(NULL, ?, 0, ?, ?, ?, ?, ?, ?, ?, '', 0, 0, 0, 0, '')", run.begun_ns,
+            run.study, run.selection, run.cells, run.command, run.commit, run.host, run.cpu);
     return static_cast<std::int64_t>(file_->sql->getLastInsertRowid());
   });
 }
 
-void RunHistory::finish(const HistoryRun& run, const std::string& figures, const std::string& environment) {
+void RunHistory::finish(const HistoryRun& run, const std::string& figures, const std::string& old_times,
+                        const std::string& environment) {
   guarded(*file_, [&] {
-    SQLite::Transaction transaction(*file_->sql, SQLite::TransactionBehavior::IMMEDIATE);
-    store_figures(*file_->sql, run.id, figures);
-    SQLite::Statement update(*file_->sql,
-                             "UPDATE runs SET ended_ns=?, verdict=?, passed=?, failed=?, unverifiable=?, not_run=?, "
-                             "environment=? WHERE id=?");
-    update.bind(1, run.ended_ns);
-    update.bind(2, run.verdict);
-    update.bind(3, run.passed);
-    update.bind(4, run.failed);
-    update.bind(5, run.unverifiable);
-    update.bind(6, run.not_run);
-    update.bind(7, environment.empty() ? "" : store_text(*file_->sql, environment));
-    update.bind(8, run.id);
-    update.exec();
+    SQLite::Database& sql = *file_->sql;
+    SQLite::Transaction transaction(sql, SQLite::TransactionBehavior::IMMEDIATE);
+    if (execute(sql,
+                "UPDATE runs SET ended_ns=?, selection=?, verdict=?, passed=?, failed=?, unverifiable=?, not_run=?, "
+                "environment=? WHERE id=?",
+                run.ended_ns, run.selection, run.verdict, run.passed, run.failed, run.unverifiable, run.not_run,
+                environment.empty() ? std::string() : store_text(sql, environment), run.id) != 1)
+      throw std::runtime_error(file_->path + ": run " + std::to_string(run.id) + " was removed from the history");
+    store_figures(sql, run.id, figures, "times");
+    store_figures(sql, run.id, old_times, "times, older");
     transaction.commit();
+  });
+}
+
+std::int64_t RunHistory::prune(const std::string& study, std::int64_t keep, std::int64_t before_ns, bool dry) {
+  // A run that goes on is not removed: it would end without an entry. After a day it counts as killed.
+  constexpr const char* kRemoved =
+      " FROM runs WHERE (?1='' OR study=?1) AND (ended_ns>0 OR begun_ns<?2) AND ((?3>0 AND ?3<=(SELECT count(*) FROM "
+      "runs AS later WHERE later.study=runs.study AND later.selection=runs.selection AND later.id>runs.id AND "
+      "later.verdict IN ('pass', 'fail', 'no gates'))) OR begun_ns<?4)";
+  return guarded(*file_, [&] {
+    if (!file_->sql) return std::int64_t{0};
+    SQLite::Database& sql = *file_->sql;
+    SQLite::Transaction transaction(sql, SQLite::TransactionBehavior::IMMEDIATE);
+    using namespace std::chrono;
+    const std::int64_t a_day_ago = nanoseconds(system_clock::now().time_since_epoch() - hours(24)).count();
+    std::vector<std::int64_t> removed;
+    SQLite::Statement select(sql, std::string("SELECT id") + kRemoved);
+    SQLite::bind(select, study, a_day_ago, keep, before_ns);
+    while (select.executeStep()) removed.push_back(select.getColumn(0).getInt64());
+    if (dry) return static_cast<std::int64_t>(removed.size());
+    for (const std::int64_t run : removed) {
+      execute(sql, "DELETE FROM figures WHERE run=?", run);
+      execute(sql, "DELETE FROM runs WHERE id=?", run);
+    }
+    execute(sql,
+            "DELETE FROM contents WHERE hash NOT IN (SELECT content FROM figures) AND hash NOT IN (SELECT environment "
+            "FROM runs)");
+    transaction.commit();
+    if (!removed.empty()) sql.exec("VACUUM");
+    return static_cast<std::int64_t>(removed.size());
   });
 }
 
 std::vector<HistoryRun> RunHistory::runs(const std::string& study, std::int64_t most) const {
   std::vector<HistoryRun> all;
-  if (!file_->sql) return all;
-  guarded(*file_, [&] {
-    SQLite::Statement select(*file_->sql, std::string("SELECT ") + kRunColumns +
-                                              " FROM runs WHERE ?1='' OR study=?1 ORDER BY id DESC LIMIT ?2");
-    select.bind(1, study);
-    select.bind(2, most);
-    while (select.executeStep()) all.push_back(run_of(select));
-  });
+  query(
+      *file_, std::string("SELECT ") + kRunColumns + " FROM runs WHERE ?1='' OR study=?1 ORDER BY id DESC LIMIT ?2",
+      [&](SQLite::Statement& row) { all.push_back(run_of(row)); }, study, most);
   return all;
 }
 
 std::optional<HistoryRun> RunHistory::run(std::int64_t id) const {
   std::optional<HistoryRun> found;
-  if (!file_->sql) return found;
-  guarded(*file_, [&] {
-    SQLite::Statement select(*file_->sql, std::string("SELECT ") + kRunColumns + " FROM runs WHERE id=?");
-    select.bind(1, id);
-    if (select.executeStep()) found = run_of(select);
-  });
+  query(
+      *file_, std::string("SELECT ") + kRunColumns + " FROM runs WHERE id=?",
+      [&](SQLite::Statement& row) { found = run_of(row); }, id);
   return found;
 }
 
 std::vector<HistoryFigure> RunHistory::figures(std::int64_t run) const {
   std::vector<HistoryFigure> all;
-  if (!file_->sql) return all;
-  guarded(*file_, [&] {
-    SQLite::Statement select(*file_->sql, "SELECT scenario, method, content FROM figures WHERE run=?");
-    select.bind(1, run);
-    while (select.executeStep())
-      append_figures(select.getColumn(0).getString(), select.getColumn(1).getString(),
-                     stored_text(*file_->sql, select.getColumn(2).getString()), all);
-  });
+  query(
+      *file_, "SELECT scenario, method, content FROM figures WHERE run=?",
+      [&](SQLite::Statement& row) {
+        append_figures(row.getColumn(0).getString(), row.getColumn(1).getString(),
+                       stored_text(*file_->sql, row.getColumn(2).getString()), all);
+      },
+      run);
   std::sort(all.begin(), all.end(), [](const HistoryFigure& a, const HistoryFigure& b) {
     return std::tie(a.scenario, a.method, a.steps, a.metric) < std::tie(b.scenario, b.method, b.steps, b.metric);
   });
@@ -283,79 +302,62 @@ std::vector<HistoryFigure> RunHistory::figures(std::int64_t run) const {
 }
 
 std::string RunHistory::environment(std::int64_t run) const {
-  if (!file_->sql) return "";
-  return guarded(*file_, [&]() -> std::string {
-    SQLite::Statement select(*file_->sql, "SELECT environment FROM runs WHERE id=?");
-    select.bind(1, run);
-    if (!select.executeStep() || select.getColumn(0).getString().empty()) return "";
-    return stored_text(*file_->sql, select.getColumn(0).getString());
-  });
+  std::string text;
+  query(
+      *file_, "SELECT environment FROM runs WHERE id=? AND environment<>''",
+      [&](SQLite::Statement& row) { text = stored_text(*file_->sql, row.getColumn(0).getString()); }, run);
+  return text;
 }
 
 std::vector<std::pair<std::string, std::string>> RunHistory::measured() const {
   std::vector<std::pair<std::string, std::string>> all;
-  if (!file_->sql) return all;
-  guarded(*file_, [&] {
-    SQLite::Statement select(*file_->sql, "SELECT DISTINCT scenario, method FROM figures ORDER BY scenario, method");
-    while (select.executeStep()) all.emplace_back(select.getColumn(0).getString(), select.getColumn(1).getString());
-  });
+  query(*file_, "SELECT DISTINCT scenario, method FROM figures ORDER BY scenario, method",
+        [&](SQLite::Statement& row) { all.emplace_back(row.getColumn(0).getString(), row.getColumn(1).getString()); });
   return all;
 }
 
-void RunHistory::each_run(const std::string& scenario, const std::string& method,
+void RunHistory::each_run(const std::string& scenario, const std::string& method, std::int64_t from,
                           const std::function<void(const HistoryRun&, const std::vector<HistoryFigure>&)>& each) const {
-  if (!file_->sql) return;
-  guarded(*file_, [&] {
-    SQLite::Statement select(*file_->sql, std::string("SELECT ") + kRunColumns +
-                                              ", content FROM figures JOIN runs ON runs.id=figures.run WHERE "
-                                              "scenario=? AND method=? ORDER BY run, kind");
-    select.bind(1, scenario);
-    select.bind(2, method);
-    std::optional<HistoryRun> open;
-    std::vector<HistoryFigure> figures;
-    while (select.executeStep()) {
-      HistoryRun run = run_of(select);
-      if (open && open->id != run.id) {
-        each(*open, figures);
-        figures.clear();
-      }
-      open = std::move(run);
-      append_figures(scenario, method, stored_text(*file_->sql, select.getColumn(15).getString()), figures);
-    }
-    if (open) each(*open, figures);
-  });
+  std::optional<HistoryRun> open;
+  std::vector<HistoryFigure> figures;
+  query(
+      *file_,
+      std::string("SELECT ") + kRunColumns +
+          ", content FROM figures JOIN runs ON runs.id=figures.run WHERE scenario=? AND method=? AND run>=? AND kind IN "
+          "('errors', 'times') ORDER BY run, kind",
+      [&](SQLite::Statement& row) {
+        HistoryRun run = run_of(row);
+        if (open && open->id != run.id) {
+          each(*open, figures);
+          figures.clear();
+        }
+        open = std::move(run);
+        append_figures(scenario, method, stored_text(*file_->sql, row.getColumn(15).getString()), figures);
+      },
+      scenario, method, from);
+  if (open) each(*open, figures);
 }
 
 std::vector<HistoryReport> RunHistory::reports() const {
   std::vector<HistoryReport> all;
-  if (!file_->sql) return all;
-  guarded(*file_, [&] {
-    SQLite::Statement select(*file_->sql,
-                             "SELECT file, study, selection, title, verdict, cells, written_ns, shown FROM reports "
-                             "ORDER BY written_ns DESC, file");
-    while (select.executeStep()) {
-      const auto text = [&](int i) { return select.getColumn(i).getString(); };
-      all.push_back({text(0), text(1), text(2), text(3), text(4), select.getColumn(5).getInt64(),
-                     select.getColumn(6).getInt64(), select.getColumn(7).getInt() != 0});
-    }
-  });
+  query(*file_,
+        "SELECT file, study, selection, title, verdict, cells, written_ns, shown FROM reports ORDER BY written_ns "
+        "DESC, file",
+        [&](SQLite::Statement& row) {
+          const auto text = [&](int i) { return row.getColumn(i).getString(); };
+          all.push_back({text(0), text(1), text(2), text(3), text(4), row.getColumn(5).getInt64(),
+                         row.getColumn(6).getInt64(), row.getColumn(7).getInt() != 0});
+        });
   return all;
 }
 
 void RunHistory::put_report(const HistoryReport& report) {
   guarded(*file_, [&] {
-    SQLite::Transaction transaction(*file_->sql, SQLite::TransactionBehavior::IMMEDIATE);
-    if (report.shown) file_->sql->exec("UPDATE reports SET shown=0");
-    SQLite::Statement insert(*file_->sql, "INSERT OR REPLACE INTO reports VALUES(?, ?, ?, ?, ?, ?, ?, ?)");
-    insert.bind(1, report.file);
-    insert.bind(2, report.study);
-    insert.bind(3, report.selection);
-    insert.bind(4, report.title);
-    insert.bind(5, report.verdict);
-    insert.bind(6, report.cells);
-    insert.bind(7, report.written_ns);
-    insert.bind(8, report.shown ? 1 : 0);
-    insert.exec();
+    SQLite::Database& sql = *file_->sql;
+    SQLite::Transaction transaction(sql, SQLite::TransactionBehavior::IMMEDIATE);
+    if (report.shown) sql.exec("UPDATE reports SET shown=0");
+    execute(sql, "INSERT OR REPLACE INTO reports VALUES(?, ?, ?, ?, ?, ?, ?, ?)", report.file, report.study,
+            report.selection, report.title, report.verdict, report.cells, report.written_ns, report.shown ? 1 : 0);
     transaction.commit();
   });
 }

@@ -38,6 +38,10 @@ class History(Case):
         with open(self.path("atwood-out/" + name)) as file:
             return file.read()
 
+    def report_of(self, name):
+        """A report without its links to other pages, which differ with the folder."""
+        return re.sub('<nav class="pages".*?</nav>', "", self.page(name))
+
     def test_no_run_yet(self):
         self.ask("history", told=["no run in atwood-out/history.db", "`atwood run` records one"])
         self.assertEqual(self.runs(), [])
@@ -117,9 +121,107 @@ class History(Case):
             database.execute("UPDATE runs SET host='another'")
         told = self.ask("report", *timed, "--against", "1")
         self.expect(told, 0, "Times are not compared: they are of another machine.", "0 worse, 0 better")
-        self.ask("run", *timed, code=[0, 1])
+        self.ask("run", *timed, "--fresh", code=[0, 1])
         trend = json.loads(self.ask("history", "--metric", "step-time", "--json").stdout)[0]
         self.assertEqual([point["run"] for point in trend["points"]], [2])
+
+    def test_a_time_that_a_run_found_in_the_store_is_no_new_point(self):
+        timed = ("--scenario", "kepler-e0.6", "--method", "atwood/rk4", "--steps", "240")
+        def points(metric):
+            return [point["run"] for point in json.loads(self.ask("history", "--metric", metric, "--json").stdout)[0]["points"]]
+        for _ in range(2):
+            self.ask("run", *timed, code=[0, 1])
+        self.assertEqual(points("error-position-end"), [1, 2])
+        self.assertEqual(points("step-time"), [1])
+        self.ask("run", *timed, "--fresh", code=[0, 1])
+        self.assertEqual(points("step-time"), [1, 3])
+        # A comparison with the run that measured no time has it nonetheless.
+        self.ask("report", *timed, "--against", "2", told=["0 vanished, 0 appeared"])
+
+    def test_joined_shards_are_judged_by_the_first_report(self):
+        two = self.study("two.toml", "two", '"atwood/rk4", "atwood/explicit-euler"', "240, 480")
+        for number in "12":
+            self.ask("run", two, "--shard", number + "/2", "--out", "shards")
+        self.assertFalse(os.path.exists(self.path("shards/history.db")), "a share alone is judged by nothing")
+        shards = [self.path(f"shards/shard-{number}-of-2.db") for number in "12"]
+        self.ask("merge", *shards, "-o", "elsewhere.db")
+        self.assertFalse(os.path.exists(self.path("history.db")), "no store is at this place")
+        self.ask("merge", *shards, "-o", "atwood-out/store.db")
+        (merged,) = self.runs()
+        self.assertEqual((merged["study"], merged["cells"], merged["verdict"]), ("two", 4, "merged"))
+        self.ask("history", told=["merged, not judged"])
+        self.ask("report", two, "--against", "1", code=2, told=["joined stores that are not judged yet"])
+        self.ask("report", two, "--method", "atwood/rk4")  # a part leaves it as it is
+        self.assertEqual([run["verdict"] for run in self.runs()], ["merged"])
+        self.ask("report", two)
+        (judged,) = self.runs()
+        self.assertIn(judged["verdict"], ["pass", "fail", "no gates"])
+        self.ask("report", two, "--against", "1", told=["0 worse, 0 better, 0 vanished, 0 appeared"])
+        trend = json.loads(self.ask("history", "--metric", "error-position-end", "--json").stdout)
+        self.assertEqual(len(trend), 4)
+
+    def test_half_of_the_shards_is_not_judged(self):
+        two = self.study("two.toml", "two", '"atwood/rk4", "atwood/explicit-euler"', "240, 480")
+        self.ask("run", two, "--shard", "1/2", "--out", "shards")
+        self.ask("merge", "shards/shard-1-of-2.db", "-o", "atwood-out/store.db")
+        self.ask("report", two)
+        self.assertEqual([run["verdict"] for run in self.runs()], ["merged"])
+
+    def test_pruning_keeps_the_newest_of_each_study(self):
+        one, other = self.study("one.toml", "one"), self.study("other.toml", "other")
+        for study in (one, one, other, one):
+            self.ask("run", study, code=[0, 1])
+        self.ask("run", one, "--method", "atwood/rk4", code=[0, 1])
+        listed = self.runs()
+        self.ask("history", "--prune-keep", "1", "--dry-run", told=["2 of 5 runs would be removed"])
+        self.assertEqual(self.runs(), listed)
+        self.ask("history", "other", "--prune-keep", "1", told=["0 runs removed, 5 left"])
+        self.ask("history", "--prune-keep", "1", told=["2 runs removed, 3 left"])
+        self.assertEqual([run["run"] for run in self.runs()], [5, 4, 3])
+        self.ask("report", one, "--against", "4", told=["0 worse, 0 better, 0 vanished, 0 appeared"])
+        self.ask("report", one, "--against", "1", code=2, told=["found no such run"])
+        self.ask("run", one, code=[0, 1])
+        self.assertEqual(self.runs()[0]["run"], 6, "a number is not given twice")
+
+    def test_pruning_by_age(self):
+        self.ask("run", *PART, code=[0, 1])
+        self.ask("run", self.study("other.toml", "other", '"atwood/explicit-euler"'), code=[0, 1])
+        with self.database() as database:  # ten days ago; one was killed then, one seems to go on
+            database.execute("UPDATE runs SET begun_ns=begun_ns-864000000000000 WHERE id=1")
+            columns = "study, selection, cells, command, commit_id, host, cpu, verdict, passed, failed, unverifiable, not_run, environment"
+            for begun in ("begun_ns", "begun_ns+864000000000000"):
+                database.execute(f"INSERT INTO runs(begun_ns, ended_ns, {columns}) SELECT {begun}, 0, {columns} FROM runs WHERE id=1")
+        contents = self.database().execute("SELECT count(*) FROM contents").fetchone()[0]
+        self.ask("history", "--prune-older", "11", told=["0 runs removed"])
+        self.ask("history", "--prune-older", "9.5", told=["2 runs removed, 2 left"])
+        self.assertEqual([run["run"] for run in self.runs()], [4, 2])
+        left = self.database().execute("SELECT count(*) FROM contents").fetchone()[0]
+        self.assertLess(left, contents, "what no run has is removed too")
+        self.ask("report", "other.toml", "--against", "2", told=["0 worse, 0 better, 0 vanished, 0 appeared"])
+        self.ask("history", "--prune-older", "0.01", told=["0 runs removed"])
+
+    def test_pruning_refuses_nonsense(self):
+        for words, told in ((["--prune-keep", "0"], "from 1"), (["--prune-keep", "-1"], "from 1"), (["--prune-keep", "1.5"], "whole number"),
+                            (["--prune-older", "0"], "from 0.01"), (["--prune-older", "nan"], "expected a number"),
+                            (["--prune-keep", "1", "--prune-older", "1"], "excludes"), (["--dry-run"], "expected --prune-keep"),
+                            (["--prune-keep", "1", "--metric", "x"], "expected one of them"),
+                            (["--prune-keep", "1", "--scenario", "x"], "expected --metric"), (["--prune-keep", "1"], "no runs are kept at")):
+            self.ask("history", *words, code=2, told=[told])
+        self.assertFalse(os.path.exists(self.path("atwood-out")))
+
+    def test_a_run_whose_entry_was_removed_meanwhile_ends_nonetheless(self):
+        slow = self.study("slow.toml", "slow", '"atwood/rk4", "atwood/explicit-euler"', "240, 3840")
+        process = subprocess.Popen([ATWOOD, "run", slow], cwd=self.here, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                   env=self.environment, text=True)
+        while not os.path.exists(self.path("atwood-out/history.db")) or not self.runs():
+            self.assertIsNone(process.poll(), "the run ended before it was recorded")
+            time.sleep(0.005)
+        with self.database() as database:
+            database.execute("DELETE FROM runs")
+        told, _ = process.communicate()
+        self.assertIn("run 1 was removed from the history", told)
+        self.assertIn("report: ", told)
+        self.assertEqual(self.database().execute("SELECT count(*) FROM figures").fetchone(), (0,))
 
     def test_names_of_runs_are_refused_clearly(self):
         self.ask("report", *PART[:-1], "--against", "1", code=2, told=["no store at"])
@@ -161,6 +263,17 @@ class History(Case):
     def test_the_index_links_to_reports_that_are_there(self):
         for id in ("one", "other"):
             self.ask("run", self.study(f"{id}.toml", id), code=[0, 1])
+        page, trends = self.page("reports/one.html"), self.page("reports/one.trends.html")
+        self.assertIn('href="../index.html"', page)
+        self.assertIn('href="one.trends.html"', page)
+        self.assertIn('href="one.html"', trends)
+        self.assertIn('href="../index.html"', trends)
+        self.assertIn("1 run of this study and selection has figures", trends)
+        self.assertIn('href="reports/one.trends.html"', self.page("index.html"))
+        for name, folder in (("report.html", "atwood-out/"), ("index.html", "atwood-out/"), ("reports/one.html", "atwood-out/reports/"),
+                             ("reports/one.trends.html", "atwood-out/reports/")):
+            for target in re.findall(r'<a href="([^"#]+)"', self.page(name).split("<main", 1)[0] if name.endswith("one.html") else self.page(name)):
+                self.assertTrue(target.startswith("https:") or os.path.exists(self.path(folder + target)), f"{name}: {target}")
         os.remove(self.path("atwood-out/reports/one.html"))
         self.ask("report", "other.toml")
         self.assertNotIn("reports/one.html", self.page("index.html"))
@@ -225,12 +338,12 @@ class History(Case):
         big = self.study("big.toml", "big", '"atwood/rk4", "atwood/explicit-euler"', "240, 480")
         small = self.study("small.toml", "small")
         self.ask("run", big, code=[0, 1], told=["report: atwood-out/report.html"])
-        whole = self.page("report.html")
+        whole = self.report_of("report.html")
         self.ask("run", small, code=[0, 1], told=["report: atwood-out/reports/small.html"])
         self.ask("run", big, "--steps", "240", code=[0, 1])
-        self.assertEqual(self.page("report.html"), whole)
-        self.assertEqual(self.page("reports/big.html"), whole)
-        names = sorted(os.listdir(self.path("atwood-out/reports")))
+        self.assertEqual(self.report_of("report.html"), whole)
+        self.assertEqual(self.report_of("reports/big.html"), whole)
+        names = sorted(name for name in os.listdir(self.path("atwood-out/reports")) if not name.endswith(".trends.html"))
         self.assertEqual([re.sub("part-[0-9a-f]{8}", "part", name) for name in names], ["big.html", "big.part.html", "small.html"])
         index = self.page("index.html")
         for name in names:
@@ -238,18 +351,19 @@ class History(Case):
         self.assertEqual(index.count('href="report.html"'), 1)
         self.study("big.toml", "big", '"atwood/rk4"')  # the same study, smaller now: its newest report is shown
         self.ask("run", big, code=[0, 1], told=["report: atwood-out/report.html"])
-        self.assertNotEqual(self.page("report.html"), whole)
+        self.assertNotEqual(self.report_of("report.html"), whole)
 
     def test_hostile_names_of_studies_stay_names(self):
         ids = ["../../escape", "a/b", "..", "x" * 300, "<script>alert(1)</script>", "a.b", "A b", "-rf"]
         for i, id in enumerate(ids):
             self.ask("run", self.study(f"study{i}.toml", id), code=[0, 1])
         names = os.listdir(self.path("atwood-out/reports"))
-        self.assertEqual(len(names), len(ids))
+        self.assertEqual(len(names), 2 * len(ids))
         for name in names:
-            self.assertRegex(name, r"^[A-Za-z0-9_][A-Za-z0-9_-]{0,65}(\.id-[0-9a-f]{8})?\.html$")
+            self.assertRegex(name, r"^[A-Za-z0-9_][A-Za-z0-9_-]{0,65}(\.id-[0-9a-f]{8})?(\.trends)?\.html$")
         self.assertFalse(os.path.exists(self.path("escape.html")))
-        self.assertNotIn("<script>", self.page("index.html"))
+        for name in ["index.html", *("reports/" + name for name in names if name.endswith(".trends.html"))]:
+            self.assertNotIn("<script>", self.page(name))
 
     def test_a_full_disk_leaves_the_old_index(self):
         self.ask("run", *PART, code=[0, 1])
@@ -263,6 +377,23 @@ class History(Case):
         self.assertIn("cannot write", result.stderr)
         self.assertEqual(self.page("index.html"), before)
         self.assertEqual([name for name in os.listdir(self.path("atwood-out")) if name.startswith("index.html.")], [])
+
+    def test_the_studys_page_plots_what_changed_level(self):
+        self.ask("run", *PART, code=[0, 1])
+        with self.database() as database:  # ten more runs; from run 7 on the errors are those of another method
+            self.ask("run", *PART[:2], "--method", "atwood/explicit-euler", *PART[4:], code=[0, 1])
+            columns = "begun_ns, ended_ns, study, selection, cells, command, commit_id, host, cpu, verdict, passed, failed, unverifiable, not_run, environment"
+            database.executemany(f"INSERT INTO runs({columns}) SELECT {columns} FROM runs WHERE id=1 AND ?", [(1,)] * 10)
+            database.execute("INSERT INTO figures SELECT runs.id, 'kepler-e0.6', 'atwood/rk4', 'errors', content FROM figures, runs "
+                             "WHERE runs.id>2 AND figures.run=iif(runs.id<7, 1, 2)")
+        self.ask("report", *PART[:-1])
+        (name,) = [name for name in os.listdir(self.path("atwood-out/reports")) if re.search(r"part-\w+\.trends", name)
+                   and "rk4" in self.page("reports/" + name).split("</h1>")[0]]
+        page = self.page("reports/" + name)
+        self.assertIn("run 7</text>", page)
+        self.assertIn("error-position-end at 240 steps", page)
+        self.assertNotIn("explicit-euler", page)
+        self.assertRegex(page, r"\d+ figures were measured by 8 runs or more; the level of \d+ changed")
 
     def test_a_metric_over_many_runs(self):
         self.ask("run", *PART, code=[0, 1])
@@ -279,7 +410,7 @@ class History(Case):
         self.assertEqual(page.count("<circle"), 500)
         self.assertNotIn("NaN", page.replace("<nan", ""))
         self.ask("run", *PART, code=[0, 1])  # the index stays short
-        self.assertEqual(self.page("index.html").count("<td class=\"n\">501</td>"), 1)
+        self.assertEqual(self.page("index.html").count('data-name="run">501</td>'), 1)
         self.assertEqual(self.page("index.html").count("kepler-e0.6 --method"), 201)
 
 

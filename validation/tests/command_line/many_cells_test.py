@@ -5,6 +5,7 @@ import re
 import sys
 import unittest
 
+from case import ROOT
 from shards_test import STUDY, Shards
 
 GATES = """[[gate]]
@@ -68,7 +69,20 @@ class ManyCells(Shards):
         counts = f"{kept['pass']} pass, {kept['fail']} fail, {kept['unverifiable']} unverifiable, {kept['not_run']} not run"
         self.assertIn(counts, self.counts(ran)[1])
         refused = self.atwood("report", *words, "--against", "1", code=2)
-        self.assertIn("the history keeps none of runs of 20 000 cells or more", refused.stderr)
+        self.assertIn("of runs of 20 000 cells or more the history keeps counts alone", refused.stderr)
+        counted = {}
+        for trend in json.loads(self.atwood("history", "--metric", "*", "--scenario", "oscillator", "--json").stdout):
+            counted[trend["metric"]] = trend["points"][0]["value"]
+        row = re.search(r"^oscillator +(.*)", reported.stdout, re.M).group(1).split()
+        names = ("ladders", "cells", "cells-not-ok", "cells-missing", "gates-pass", "gates-fail", "gates-unverifiable", "gates-not-run")
+        self.assertEqual({name: float(number) for name, number in zip(names, row) if name != "ladders"}, counted)
+
+    def test_what_a_users_engine_refuses_is_told(self):
+        engine = os.path.join(ROOT, "reference", "your_engine", "worker.py")
+        words = ["run", "--engine", engine, "--scenario", "asymmetric-top", "--steps", "640", "--no-timing"]
+        whole = self.atwood(*words, code=[0, 1])
+        self.assertIn("does not run asymmetric-top: ", " ".join(whole.stdout.split()))
+        self.assertIn("does not run asymmetric-top: ", " ".join(self.many(*words, code=[0, 1]).stdout.split()))
 
 
 if __name__ == "__main__":

@@ -8,38 +8,32 @@ import sys
 import tempfile
 import unittest
 
-ATWOOD, ROOT = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
-sys.path.insert(0, str(ROOT / "packaging/manual"))
-import build  # noqa: E402
-import pages  # noqa: E402
+from assembled import ATWOOD, ROOT, Assembled
+import pages
 
 MADE = ROOT / "docs/reference"  # by the program, when the site is built
 
 
-class Links(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.output = pathlib.Path(cls.folder.name)
-        cls.faults = build.assemble(ATWOOD, cls.output, pictures=False)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
-
+class Links(Assembled):
     def test_assembled_pages_have_no_broken_link(self):
         self.assertEqual(self.faults, [])
 
     def test_the_repositorys_own_pages_have_none(self):
         own = [*(ROOT / name for name in ("README.md", *pages.OUTSIDE)), *(ROOT / "docs").rglob("*.md")]
         own = [page for page in own if page.is_file()]
-        faults = [f for f in pages.broken_links(ROOT, own) if not (f.startswith("docs/") and ": reference/" in f)]
-        self.assertEqual(faults, [])
-        self.assertFalse(MADE.exists(), "pages of the program are made with the site and not committed")
+        self.assertEqual(pages.broken_links(ROOT, own), [])
+
+    def test_the_page_that_stands_for_the_programs_pages_names_each_of_them(self):
+        self.assertEqual([page.name for page in MADE.iterdir()], ["README.md"], "the others are made, not committed")
+        named = set(pages.anchors((MADE / "README.md").read_text(encoding="utf-8"))) - {"reference"}
+        self.assertEqual(named, {page.stem for page in (self.output / "docs/reference").glob("*.md")})
+        for page in (self.output / "docs").glob("*.md"):
+            self.assertNotIn("reference/README.md", page.read_text(encoding="utf-8").replace("`reference/README.md#name`", ""),
+                             page.name)
 
     def test_every_page_stands_in_the_navigation_once(self):
         named = re.findall(r"([\w/-]+\.md)$", (ROOT / "packaging/manual/mkdocs.yml").read_text(), re.M)
-        docs = self.output / "docs"
+        docs = self.docs
         there = [str(p.relative_to(docs)) for p in docs.rglob("*.md") if "files" not in p.relative_to(docs).parts]
         self.assertEqual(sorted(named), sorted(there))
 

@@ -7,11 +7,10 @@ import sys
 import unittest
 import xml.etree.ElementTree as xml
 
-ATWOOD, ROOT = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
-sys.path.insert(0, str(ROOT / "packaging/manual"))
-import gallery  # noqa: E402
-import pictures  # noqa: E402
-import reference_pages  # noqa: E402
+from assembled import ATWOOD, ROOT
+import gallery
+import pictures
+import reference_pages
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 ALLOWED = 1.5

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import unittest
 
-ATWOOD, ROOT = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+from assembled import ATWOOD, ROOT
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 
 

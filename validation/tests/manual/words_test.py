@@ -7,7 +7,7 @@ import subprocess
 import sys
 import unittest
 
-ATWOOD, ROOT = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+from assembled import ATWOOD, ROOT
 PAGES = [*(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "reference/your_engine/README.md")),
          *sorted((ROOT / "docs").glob("*.md"))]
 CODE = re.compile(r"^```(?:sh|console|yaml)\n(.*?)^```$|(?<!`)`([^`]+)`(?!`)", re.M | re.S)

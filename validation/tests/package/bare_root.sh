@@ -30,14 +30,18 @@ echo "installed: $(inside dpkg-query -W | wc -l) packages, $(inside atwood --ver
 inside sh -c 'rm -rf /work && mkdir /work && cd /work && atwood doctor && atwood run --quiet --limit 300'  # the machine may be busy
 test -s "$root/work/atwood-out/report.html"
 
-for optional in "$root"/packages/atwood-{dart,mujoco,simbody}_*.deb; do
+for optional in "$root"/packages/atwood-{dart,mujoco,simbody,node-engines}_*.deb; do
   [ -e "$optional" ] || continue
-  engine=${optional##*/atwood-}
-  engine=${engine%%_*}
+  package=${optional##*/}
+  package=${package%%_*}
+  engines=${package#atwood-}
+  if [ "$package" = atwood-node-engines ]; then engines="rapier jolt mujoco3"; fi
   inside apt-get install -y -qq --no-install-recommends "./packages/${optional##*/}" >/dev/null
-  inside sh -c "cd /work && atwood run --quiet --no-timing --scenario ballistic --method '$engine/*' -o csv:$engine.csv"
-  grep -q ",ok," "$root/work/$engine.csv"
-  echo "installed: atwood-$engine"
+  for engine in $engines; do
+    inside sh -c "cd /work && atwood run --quiet --no-timing --scenario ballistic --method '$engine/*' -o csv:$engine.csv"
+    grep -q ",ok," "$root/work/$engine.csv"
+  done
+  echo "installed: $package, which runs $engines"
 done
 
 if ls "$root"/packages/atwood-dev_*.deb >/dev/null 2>&1; then
