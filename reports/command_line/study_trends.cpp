@@ -71,9 +71,10 @@ std::string study_trends(const RunHistory& history, const std::string& study, co
                         changed.size() > shown.size()
                             ? fmt::format(" The {} largest changes are plotted, errors before times.", shown.size())
                             : "");
-  about += runs_table(runs);
-  return render_trends(shown, study + (selection.empty() ? "" : " " + selection) + " over runs",
-                       {{"The report", report}, {"All reports and runs", "../index.html"}}, about);
+  std::string page = render_trends(shown, study + (selection.empty() ? "" : " " + selection) + " over runs",
+                                   {{"The report", report}, {"All reports and runs", "../index.html"}}, about);
+  page.insert(page.size() - std::string_view(kPageEnd).size(), runs_table(runs));
+  return page;
 }
 
 }  // namespace atwood

@@ -106,7 +106,7 @@ std::string page_head(const std::string& title, const std::vector<std::pair<std:
       ".axis{stroke:var(--line)}.bar{stroke:var(--value);opacity:.6}.value{fill:var(--value)}.level{stroke:var(--good);"
       "stroke-width:2}.change{stroke:var(--bad);stroke-dasharray:4 3}text.change{fill:var(--bad);stroke:none}\n"
       // Narrow: a row of a table is a block, its cells name their columns.
-      "@media(max-width:40rem){text{font-size:20px}thead{display:none}table,tbody,tr,td{display:block}td.n{text-align:"
+      "@media(max-width:40rem){text{font-size:20px}thead{display:none}table,caption,tbody,tr,td{display:block}td.n{text-align:"
       "left}tr{border-bottom:1px solid var(--line);padding:.4rem 0}td{border:0;padding:.05rem 0}td:empty{display:none}"
       "td[data-name]::before{content:attr(data-name) \": \";opacity:.7}}\n"
       "@media print{:root{color-scheme:light;--ink:#000;--paper:#fff;--line:#999;--value:#1f5fbf;--bad:#b3261e;"

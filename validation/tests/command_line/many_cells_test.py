@@ -79,7 +79,7 @@ class ManyCells(Shards):
 
     def test_what_a_users_engine_refuses_is_told(self):
         engine = os.path.join(ROOT, "reference", "your_engine", "worker.py")
-        words = ["run", "--engine", engine, "--scenario", "asymmetric-top", "--steps", "640", "--no-timing"]
+        words = ["run", "--engine", engine, "--scenario", "asymmetric-top", "--steps", "480", "--no-timing"]
         whole = self.atwood(*words, code=[0, 1])
         self.assertIn("does not run asymmetric-top: ", " ".join(whole.stdout.split()))
         self.assertIn("does not run asymmetric-top: ", " ".join(self.many(*words, code=[0, 1]).stdout.split()))

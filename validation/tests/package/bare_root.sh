@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # bare_root.sh PACKAGES [ROOT]: installs the Debian packages of a folder on a bare Debian 12 (debootstrap, variant minbase) with
 # apt, runs `atwood run`, builds the C++ worker against atwood-dev, removes all again. Needs root, debootstrap, the network.
-# ROOT: a bare root that is there already; a fresh one is made, and removed at the end, without it.
+# ROOT: a bare root that is there already; a fresh one is made, and removed at the end, without it. ATWOOD_BARE_RUN: options that
+# narrow the default study, of which all is run without them.
 set -euo pipefail
 packages=$(readlink -f "${1:?bare_root.sh PACKAGES [ROOT]}")
 root=${2:-}
@@ -27,7 +28,7 @@ mounted=yes
 inside apt-get update -qq
 inside apt-get install -y -qq --no-install-recommends $(cd "$root" && ls ./packages/atwood_*.deb) >/dev/null
 echo "installed: $(inside dpkg-query -W | wc -l) packages, $(inside atwood --version)"
-inside sh -c 'rm -rf /work && mkdir /work && cd /work && atwood doctor && atwood run --quiet --limit 300'  # the machine may be busy
+inside sh -c 'rm -rf /work && mkdir /work && cd /work && atwood doctor && atwood run --quiet --limit 300 '"${ATWOOD_BARE_RUN:-}"  # the machine may be busy
 test -s "$root/work/atwood-out/report.html"
 
 for optional in "$root"/packages/atwood-{dart,mujoco,simbody,node-engines}_*.deb; do

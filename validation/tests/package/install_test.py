@@ -3,6 +3,7 @@ import csv
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import unittest
@@ -53,6 +54,14 @@ class Installation(unittest.TestCase):
             self.assertEqual(engine["status"], "ok", engine)
             self.assertEqual(os.path.dirname(engine["path"]), os.path.join(self.prefix.path, "libexec", "atwood"))
         self.assertEqual(engines["atwood-engine"]["version"], self.version())
+
+    def test_the_worker_in_javascript_answers_with_what_is_installed(self):
+        if not shutil.which("node"):
+            self.skipTest("no Node.js")
+        worker = os.path.join(self.prefix.path, "share", "atwood", "reference", "your_engine", "worker.mjs")
+        done = subprocess.run(["node", worker], input='{"request":"hello"}\n', text=True, capture_output=True, timeout=100)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(json.loads(done.stdout)["engine"], "javascript")
 
     def test_an_engine_that_is_not_installed_says_which_package_brings_it(self):
         said = self.prefix.run("doctor").stdout
