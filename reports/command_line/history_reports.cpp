@@ -24,11 +24,9 @@ std::string with_links(std::string html, const std::string& to_index, const std:
   constexpr std::string_view kBefore = "<header id=\"top\">";
   const std::size_t at = html.find(kBefore);
   if (at == std::string::npos) throw std::logic_error("a report without a header");
-  return html.insert(
-      at + kBefore.size(),
-      fmt::format("<nav class=\"pages\" aria-label=\"Other pages\"><a href=\"{}\">All reports and runs</a> "
-                  "<a href=\"{}\">Earlier runs of this study</a></nav>",
-                  to_index, to_trends));
+  return html.insert(at + kBefore.size(), fmt::format("<p class=\"pages\"><a href=\"{}\">All reports and runs</a> "
+                                                      "<a href=\"{}\">Earlier runs of this study</a></p>",
+                                                      to_index, to_trends));
 }
 
 std::string trends_file(const std::string& report) { return report.substr(0, report.size() - 5) + ".trends.html"; }

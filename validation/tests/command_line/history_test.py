@@ -40,7 +40,7 @@ class History(Case):
 
     def report_of(self, name):
         """A report without its links to other pages, which differ with the folder."""
-        return re.sub('<nav class="pages".*?</nav>', "", self.page(name))
+        return re.sub('<p class="pages">.*?</p>', "", self.page(name))
 
     def test_no_run_yet(self):
         self.ask("history", told=["no run in atwood-out/history.db", "`atwood run` records one"])
