@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kLongestName = 60;
 constexpr std::int64_t kRunsOfIndex = 200;
 
-// Links to the other pages, below the report's heading. `folder`: where the reports are, as seen from the page.
+// With links to the index and to the study's earlier runs above the heading; their addresses as seen from the page.
 std::string with_links(std::string html, const std::string& to_index, const std::string& to_trends) {
   constexpr std::string_view kBefore = "<header id=\"top\">";
   const std::size_t at = html.find(kBefore);
