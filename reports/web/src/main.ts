@@ -54,7 +54,7 @@ function preparePrinting(report: Report, index: RowIndex, ids: string[], fields:
   let paper: HTMLElement | null = null;
   addEventListener('beforeprint', () => {
     setPaper(true);
-    for (const details of document.querySelectorAll('details')) if (!details.open && !details.closest('#gates, #laws, #bench, #statistics, #scenes, #plots, #scenarios')) { details.open = true; opened.push(details); }
+    for (const details of document.querySelectorAll('details')) if (!details.open && !details.closest('#gates, #laws, #bench, #statistics, #scenes, #plots, #scenarios, #engines')) { details.open = true; opened.push(details); }
     paper?.remove();
     if (ids.length) (document.getElementById('plots') ?? document.getElementById('app')!.lastElementChild!).after(paper = sheets(report, index, ids));
     fields?.drawAll();
