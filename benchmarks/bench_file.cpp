@@ -77,16 +77,46 @@ json to_json(const GoalEntrant& e) {
           {"seconds", e.seconds},
           {"evaluations", e.evaluations},
           {"ns_per_step", e.ns_per_step},
-          {"accurate", e.accurate}};  // NaN becomes null
+          {"accurate", e.accurate},
+          {"last_quarter", e.last_quarter}};  // NaN becomes null
 }
 
-GoalEntrant entrant_from(const json& goal, const char* key) {
-  const json j = goal.value(key, json());
+json to_json(const std::vector<GoalEntrant>& entrants) {
+  json all = json::array();
+  for (const GoalEntrant& entrant : entrants) all.push_back(to_json(entrant));
+  return all;
+}
+
+json to_json(const MachineState& machine) {
+  return {{"timings", machine.timings},
+          {"interrupted", machine.interrupted},
+          {"repeated", machine.repeated},
+          {"ghz_low", machine.ghz_low},
+          {"ghz_high", machine.ghz_high}};
+}
+
+GoalEntrant entrant_from(const json& j) {
   if (!j.is_object()) return {};
   return {j.value("method", ""),  j.value("steps", std::int64_t{0}),
           real(j, "error"),       real(j, "bar"),
           real(j, "seconds"),     real(j, "evaluations"),
-          real(j, "ns_per_step"), j.value("accurate", false)};
+          real(j, "ns_per_step"), j.value("accurate", false),
+          real(j, "last_quarter")};
+}
+
+GoalEntrant entrant_from(const json& goal, const char* key) { return entrant_from(goal.value(key, json())); }
+
+std::vector<GoalEntrant> entrants_from(const json& goal, const char* key) {
+  std::vector<GoalEntrant> entrants;
+  for (const json& entrant : goal.value(key, json::array())) entrants.push_back(entrant_from(entrant));
+  return entrants;
+}
+
+MachineState machine_from(const json& goal, const char* key) {
+  const json j = goal.value(key, json());
+  if (!j.is_object()) return {};
+  const auto count = [&](const char* name) { return j.value(name, std::int64_t{0}); };
+  return {count("timings"), count("interrupted"), count("repeated"), real(j, "ghz_low"), real(j, "ghz_high")};
 }
 
 }  // namespace
@@ -160,7 +190,9 @@ std::vector<GoalResult> read_goal_results(const std::string& path) {
                      real(g, "same_rate_low"),
                      real(g, "same_rate_high"),
                      real(g, "low"),
-                     real(g, "high")});
+                     real(g, "high"),
+                     entrants_from(g, "close"),
+                     machine_from(g, "machine")});
   }
   return goals;
 }
@@ -208,7 +240,9 @@ void keep_bench(const std::string& path, const Provenance& provenance, const std
                                    {"same_rate_low", g.same_rate_low},
                                    {"same_rate_high", g.same_rate_high},
                                    {"low", g.low},
-                                   {"high", g.high}});
+                                   {"high", g.high},
+                                   {"close", to_json(g.close)},
+                                   {"machine", to_json(g.machine)}});
     }
   }
   keep(path, document);

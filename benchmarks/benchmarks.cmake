@@ -9,6 +9,7 @@ add_library(atwood_benchmarks STATIC
   ${PROJECT_SOURCE_DIR}/benchmarks/goal_run.cpp
   ${PROJECT_SOURCE_DIR}/benchmarks/goal_variants.cpp
   ${PROJECT_SOURCE_DIR}/benchmarks/goals_file.cpp
+  ${PROJECT_SOURCE_DIR}/benchmarks/last_quarter.cpp
   ${PROJECT_SOURCE_DIR}/benchmarks/overheads.cpp
   ${PROJECT_SOURCE_DIR}/benchmarks/programs.cpp
   ${PROJECT_SOURCE_DIR}/benchmarks/rates.cpp

@@ -37,7 +37,21 @@ struct GoalEntrant {
   double seconds = 0, evaluations = 0;  // of the run; NaN: not timed or not counted
   double ns_per_step = 0;
   bool accurate = false;  // reaches the wanted error
+  // The largest error over the last quarter of the run, of a figure at its end; NaN: not measured. Ours may not be more
+  // than kCancelled times the goal's error: it would reach the goal where its error passes through zero.
+  double last_quarter = std::numeric_limits<double>::quiet_NaN();
 };
+inline constexpr double kCancelled = 10;
+// What else ran on the machine while a goal was timed.
+struct MachineState {
+  std::int64_t timings = 0, interrupted = 0;  // interrupted: the worker had to wait for its processor
+  std::int64_t repeated = 0;                  // timed again for this reason
+  double ghz_low = std::numeric_limits<double>::quiet_NaN(), ghz_high = ghz_low;  // clock rate, over the rounds
+};
+// Whether figures may be too long: a tenth of the timings was interrupted, or the clock rate differs by a tenth.
+inline bool busy(const MachineState& machine) {
+  return 10 * machine.interrupted > machine.timings || machine.ghz_high > 1.1 * machine.ghz_low;
+}
 struct GoalResult {
   std::string id, title, scenario, metric, unit;
   double wanted_error = 0;  // NaN: none
@@ -56,6 +70,9 @@ struct GoalResult {
   double same_rate_ratio = std::numeric_limits<double>::quiet_NaN(), same_rate_low = same_rate_ratio,
          same_rate_high = same_rate_ratio;
   double low = std::numeric_limits<double>::quiet_NaN(), high = low;  // the figure shall lie between; NaN: not asked
+  std::vector<GoalEntrant> close =
+      {};                     // other candidates that reach the error at up to 1.2 times their side's best cost
+  MachineState machine = {};  // no timings: nothing was timed
 };
 
 }  // namespace atwood

@@ -80,7 +80,7 @@ GoalResult judge_table(const Goal& goal, const std::vector<BenchTable>& tables) 
   return result;
 }
 
-std::string benchmark_filter(const std::vector<Goal>& goals) {
+std::string benchmark_filter(const Goal& goal) {
   std::string filter;
   const auto add = [&](const std::string& glob) {
     std::string pattern;
@@ -91,11 +91,9 @@ std::string benchmark_filter(const std::vector<Goal>& goals) {
     }
     filter += (filter.empty() ? "^" : "|^") + pattern;
   };
-  for (const Goal& goal : goals) {
-    if (goal.benchmark.empty()) continue;
-    add(goal.benchmark);
-    for (const std::string& name : goal.rival_benchmarks) add(name);
-  }
+  if (goal.benchmark.empty()) return filter;
+  add(goal.benchmark);
+  for (const std::string& name : goal.rival_benchmarks) add(name);
   return filter;
 }
 

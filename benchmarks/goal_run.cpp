@@ -8,6 +8,7 @@
 #include <set>
 
 #include "benchmarks/goal_variants.hpp"
+#include "benchmarks/last_quarter.hpp"
 #include "benchmarks/rates.hpp"
 #include "benchmarks/stopwatch.hpp"
 #include "validation/metrics/metrics.hpp"
@@ -17,7 +18,11 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kTimed = 5;  // candidates of each side that are timed alternately: the quickest of a first timing
+// Candidates of each side that are timed alternately: the quickest of a first timing, this many, and up to kMostTimed
+// that took at most kNear times as long as the quickest.
+constexpr std::size_t kTimed = 5, kMostTimed = 12;
+constexpr double kNear = 1.3;
+constexpr double kClose = 1.2;  // those within this factor of their side's best cost are printed
 
 // `library`: a rival that evaluates the reference's rate; `same_rate`: our method with that rate.
 enum class Side { ours, rival, uncounted, library, same_rate };
@@ -141,6 +146,8 @@ class GoalRun {
                                   std::vector<Cell>& cells);
   void take_variants(const Goal& goal, const Scenario& scenario, std::vector<Candidate>& candidates);
   void time(const Goal& goal, std::vector<Candidate>& candidates);
+  const Candidate* best_of_ours(const Goal& goal, std::vector<Candidate>& candidates, LastQuarter& quarter);
+  void add_close(const Goal& goal, const std::vector<Candidate>& candidates, LastQuarter& quarter, GoalResult& result);
   Contender contender(const Candidate& candidate) const {
     return {&workers_[static_cast<std::size_t>(candidate.cell->worker)],
             candidate.cell->method,
@@ -231,6 +238,7 @@ void ask_by_rivals(Goal& goal, std::vector<Candidate>& candidates) {
 
 void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
   std::vector<Candidate*> chosen;
+  const bool by_evaluations = goal.budget_kind == "evaluations", by_step = goal.budget_kind == "ns_per_step";
   for (const Side side : {Side::ours, Side::rival, Side::uncounted, Side::library, Side::same_rate}) {
     std::vector<Candidate*> own;
     for (Candidate& c : candidates) {
@@ -243,21 +251,19 @@ void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
       }
       if (nearest != nullptr) own.push_back(nearest);
     }
-    if (goal.budget_kind == "evaluations") {  // ranked by evaluations; times are reported too
+    if (by_evaluations) {  // times are reported too
       std::erase_if(own, [&](const Candidate* c) { return own.size() > 1 && !std::isfinite(c->entrant.evaluations); });
-      std::sort(own.begin(), own.end(),
-                [](const Candidate* a, const Candidate* b) { return a->entrant.evaluations < b->entrant.evaluations; });
     } else {
       for (Candidate* c : own) c->entrant.seconds = stopwatch_.seconds(contender(*c));
       std::erase_if(own, [](const Candidate* c) { return !std::isfinite(c->entrant.seconds); });
-      const bool by_step = goal.budget_kind == "ns_per_step";
-      std::sort(own.begin(), own.end(), [&](const Candidate* a, const Candidate* b) {
-        const auto key = [&](const Candidate* c) {
-          return by_step ? c->entrant.seconds / static_cast<double>(c->entrant.steps) : c->entrant.seconds;
-        };
-        return key(a) < key(b);
-      });
     }
+    const auto first_cost = [&](const Candidate& c) {
+      if (by_evaluations) return c.entrant.evaluations;
+      return by_step ? c.entrant.seconds / static_cast<double>(c.entrant.steps) : c.entrant.seconds;
+    };
+    std::vector<std::pair<double, Candidate*>> ranked;
+    for (Candidate* c : own) ranked.emplace_back(first_cost(*c), c);
+    std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     if (goal.limit_s > 0) {  // runs of minutes are timed once
       for (Candidate* c : own) {
         c->times_s = {c->entrant.seconds};
@@ -266,8 +272,8 @@ void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
       continue;
     }
     for (Candidate* c : own) c->entrant.seconds = kNotMeasured;
-    if (own.size() > kTimed) own.resize(kTimed);
-    chosen.insert(chosen.end(), own.begin(), own.end());
+    for (std::size_t i = 0; i < std::min(ranked.size(), kMostTimed); ++i)
+      if (i < kTimed || ranked[i].first <= kNear * ranked[0].first) chosen.push_back(ranked[i].second);
   }
   std::vector<Contender> contenders;
   for (Candidate* c : chosen) {
@@ -287,17 +293,57 @@ void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
   }
 }
 
-const Candidate* best(const std::vector<Candidate>& candidates, Side side, const std::string& kind) {
-  const Candidate* found = nullptr;
-  for (const Candidate& c : candidates) {
+Candidate* best(std::vector<Candidate>& candidates, Side side, const std::string& kind) {
+  Candidate* found = nullptr;
+  for (Candidate& c : candidates) {
     if (c.side == side && (found == nullptr || better(c.entrant, found->entrant, kind))) found = &c;
   }
   return found;
 }
 
+// The best of our candidates whose error is not small at the end alone.
+const Candidate* GoalRun::best_of_ours(const Goal& goal, std::vector<Candidate>& candidates, LastQuarter& quarter) {
+  while (true) {
+    Candidate* found = best(candidates, Side::ours, goal.budget_kind);
+    if (found == nullptr || !found->entrant.accurate) return found;
+    found->entrant.last_quarter = quarter.error(*found->cell);
+    if (!(found->entrant.last_quarter > kCancelled * goal.error)) return found;
+    found->entrant.accurate = false;
+  }
+}
+
+// Other candidates that reach the error at nearly the cost of their side's best; nearly its error, where no cost is
+// asked for.
+void GoalRun::add_close(const Goal& goal, const std::vector<Candidate>& candidates, LastQuarter& quarter,
+                        GoalResult& result) {
+  const auto cost = [&](const GoalEntrant& entrant) {
+    return goal.budget_kind.empty() ? std::fabs(entrant.error) : cost_of(entrant, goal.budget_kind);
+  };
+  for (const auto& [side, best] : {std::pair{Side::ours, &result.ours}, {Side::rival, &result.rival}}) {
+    const double most = kClose * cost(*best);
+    for (const Candidate& c : candidates) {
+      const bool of_side = side == Side::ours ? c.side == side : is_rival(c.side);
+      const bool is_best = c.entrant.method == best->method && c.entrant.steps == best->steps;
+      if (!of_side || is_best || !c.entrant.accurate || !(cost(c.entrant) <= most)) continue;
+      result.close.push_back(c.entrant);
+      result.close.back().last_quarter = quarter.error(*c.cell);
+    }
+  }
+  std::stable_sort(result.close.begin(), result.close.end(), [&](const GoalEntrant& a, const GoalEntrant& b) {
+    const bool ours = engine_of(a.method) == engine_of(result.ours.method);
+    if (ours != (engine_of(b.method) == engine_of(result.ours.method))) return ours;
+    return cost(a) < cost(b);
+  });
+}
+
 std::string shortfall(const Goal& goal, const GoalEntrant& ours, const std::string& refusal) {
   if (ours.method.empty()) return "none of our candidate methods ran" + (refusal.empty() ? "" : ": " + refusal);
   if (!ours.accurate && std::isfinite(goal.low)) return fmt::format("{:.4g} is outside", ours.error);
+  if (!ours.accurate && ours.error <= goal.error)
+    return fmt::format(
+        "the error over the last quarter of the run is {:.3g} times that of the goal, at most {:.3g} is "
+        "allowed",
+        ours.last_quarter / goal.error, kCancelled);
   if (!ours.accurate) return fmt::format("the error is {:.3g} times too large", ours.error / goal.error);
   const double cost = cost_of(ours, goal.budget_kind);
   if (!std::isfinite(cost))
@@ -333,7 +379,9 @@ GoalResult GoalRun::run(const Goal& asked) {
   if (goal.error_ratio > 0) ask_by_rivals(goal, candidates);
   result.wanted_error = goal.error;
   if (setup_.study.timing && !goal.metric.starts_with("order-")) time(goal, candidates);
-  const Candidate* ours = best(candidates, Side::ours, goal.budget_kind);
+  result.machine = stopwatch_.machine();
+  LastQuarter quarter(goal, workers_, setup_.study);
+  const Candidate* ours = best_of_ours(goal, candidates, quarter);
   const Candidate* rival = best(candidates, Side::rival, goal.budget_kind);
   const Candidate* library = best(candidates, Side::library, goal.budget_kind);
   const Candidate* same_rate = best(candidates, Side::same_rate, goal.budget_kind);
@@ -343,6 +391,8 @@ GoalResult GoalRun::run(const Goal& asked) {
   if (ours != nullptr) result.ours = ours->entrant;
   if (rival != nullptr) result.rival = rival->entrant;
   if (uncounted != nullptr) result.uncounted = uncounted->entrant;
+  if (rival != nullptr) result.rival.last_quarter = quarter.error(*rival->cell);
+  add_close(goal, candidates, quarter, result);
   result.why = shortfall(goal, result.ours, refusal_);
   if (goal.budget_kind.empty() && result.ours.accurate) result.why.clear();
   result.reached = result.why.empty();

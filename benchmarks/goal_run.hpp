@@ -32,7 +32,7 @@ GoalResult blank_result(const Goal& goal);
 GoalResult judge_figure(const Goal& goal, const std::vector<BenchFigure>& figures);
 // The result of a goal with a `table`: one cell of it.
 GoalResult judge_table(const Goal& goal, const std::vector<BenchTable>& tables);
-// The names of the benchmarks that goals need, as Google Benchmark's filter; empty: none.
-std::string benchmark_filter(const std::vector<Goal>& goals);
+// The names of the benchmarks that a goal needs, as Google Benchmark's filter; empty: none.
+std::string benchmark_filter(const Goal& goal);
 
 }  // namespace atwood

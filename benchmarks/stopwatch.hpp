@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "benchmarks/figures.hpp"
 #include "validation/study/study.hpp"
 #include "validation/study/worker_client.hpp"
 
@@ -32,17 +33,24 @@ class Stopwatch {
  public:
   explicit Stopwatch(double limit_s) : limit_s_(limit_s) {}
   void allow(double limit_s) { limit_s_ = limit_s; }
-  // Median seconds of one run over repeats of about 2 ms in total; NaN where it failed. Throws Interrupted.
+  // Median seconds of one run over repeats of about 2 ms in total; NaN where it failed. Taken again, at most twice, where
+  // the worker had to wait for its processor. Throws Interrupted.
   double seconds(const Contender& contender);
   // Times [s], rounds x contenders: every contender once per round, in order.
   std::vector<std::vector<double>> in_turns(const std::vector<Contender>& contenders, int rounds);
+  const MachineState& machine() const { return machine_; }  // since the stopwatch was made
 
  private:
   WorkerClient& client(const Contender& contender);
+  double once(const Contender& contender);
 
   double limit_s_;
+  MachineState machine_;
   std::map<std::pair<std::string, bool>, std::unique_ptr<WorkerClient>> clients_;  // by path and pinned or not
 };
+
+// Clock rate [GHz] of this thread's processor, by a chain of dependent multiplications and additions of four cycles.
+double clock_rate_ghz();
 
 // The median of the finite values; NaN where there are none.
 double median_time(std::vector<double> seconds);

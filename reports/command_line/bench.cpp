@@ -62,6 +62,12 @@ GoalResult run_or_say_why(const GoalSetup& setup, const Goal& goal, bool strict)
   }
 }
 
+// The benchmarks of one goal in processes of their own: a figure does not depend on which other goals are measured.
+std::vector<BenchFigure> figures_of(const Place& place, const Options& options, const Goal& goal) {
+  if (options.no_timing) return {};
+  return run_benchmarks(place.worker_dir, benchmark_filter(goal), [](const std::string&) {});
+}
+
 }  // namespace
 
 int command_goals(const Place& place, const Options& options) {
@@ -75,17 +81,13 @@ int command_goals(const Place& place, const Options& options) {
                   [&](const std::string& scenario) { return read_scene_argument(place, scenario); }, end_progress};
   setup.study.progress = progress_printer(options);
   std::vector<GoalResult> results;
-  const std::string filter = benchmark_filter(goals);
-  const std::vector<BenchFigure> figures = filter.empty() || options.no_timing
-                                               ? std::vector<BenchFigure>{}
-                                               : run_benchmarks(place.worker_dir, filter, notice);
   std::vector<BenchTable> tables;
   try {
     for (const Goal& goal : goals) {
       notice("goal " + goal.id);
       if (goal.table == "broad-phases" && tables.empty()) tables = measure_broad_phases(place.worker_dir);
       if (!goal.table.empty()) results.push_back(judge_table(goal, tables));
-      else if (!goal.benchmark.empty()) results.push_back(judge_figure(goal, figures));
+      else if (!goal.benchmark.empty()) results.push_back(judge_figure(goal, figures_of(place, options, goal)));
       else results.push_back(run_or_say_why(setup, goal, !options.goals_file.empty()));
     }
   } catch (const Interrupted&) {

@@ -18,6 +18,7 @@ std::string line(const char* who, const GoalEntrant& entrant) {
   std::string figures;
   const auto add = [&](const std::string& text) { figures += (figures.empty() ? "" : ", ") + text; };
   if (std::isfinite(entrant.error)) add(fmt::format("error {}", format_measure(entrant.error, entrant.bar, 2)));
+  if (std::isfinite(entrant.last_quarter)) add(fmt::format("{:.2g} over the last quarter", entrant.last_quarter));
   if (std::isfinite(entrant.evaluations)) add(fmt::format("{:.0f} evaluations", entrant.evaluations));
   if (std::isfinite(entrant.seconds)) add(time_words(entrant.seconds));
   if (std::isfinite(entrant.ns_per_step))
@@ -34,6 +35,7 @@ std::string goals_text(const std::vector<GoalResult>& goals) {
     text += fmt::format("{}  {}\n    asked      {}\n", goal.reached ? "reached    " : "NOT REACHED", goal.title,
                         goal_words(goal));
     text += line("ours", goal.ours) + line("rival", goal.rival);
+    for (const GoalEntrant& entrant : goal.close) text += line("within 20%", entrant);
     if (!goal.uncounted.method.empty()) text += line("uncounted", goal.uncounted);
     if (std::isfinite(goal.ratio)) {
       const bool interval = std::isfinite(goal.ratio_low) && goal.ratio_low < goal.ratio_high;
@@ -48,6 +50,9 @@ std::string goals_text(const std::vector<GoalResult>& goals) {
                                 goal.same_rate_ratio, goal.same_rate_low, goal.same_rate_high)
                   : "";
     }
+    if (goal.machine.timings > 0)
+      text += fmt::format("    machine    {}{}\n", machine_words(goal.machine),
+                          busy(goal.machine) ? ": a busy machine, times may be too long" : "");
     if (!goal.why.empty()) text += fmt::format("    missing    {}\n", goal.why);
   }
   const auto reached = std::count_if(goals.begin(), goals.end(), [](const GoalResult& goal) { return goal.reached; });

@@ -115,7 +115,16 @@ void append_entrant(JsonText& json, const GoalEntrant& entrant) {
       .key("seconds")
       .number(entrant.seconds, 6);
   json.member_number("evaluations", entrant.evaluations).key("ns_per_step").number(entrant.ns_per_step, 6);
-  json.key("accurate").boolean(entrant.accurate).end_object();
+  json.key("accurate").boolean(entrant.accurate);
+  if (std::isfinite(entrant.last_quarter)) json.key("last_quarter").number(entrant.last_quarter, 6);
+  json.end_object();
+}
+
+void append_machine(JsonText& json, const MachineState& machine) {
+  json.begin_object().inline_from_here().member_integer("timings", machine.timings);
+  json.member_integer("interrupted", machine.interrupted).member_integer("repeated", machine.repeated);
+  json.key("ghz_low").number(machine.ghz_low, 4).key("ghz_high").number(machine.ghz_high, 4);
+  json.key("busy").boolean(busy(machine)).end_object();
 }
 
 }  // namespace
@@ -181,6 +190,12 @@ void append_goals(JsonText& json, const std::vector<GoalResult>& goals) {
           .key("same_rate_high")
           .number(goal.same_rate_high, 6);
     }
+    if (!goal.close.empty()) {
+      json.key("close").begin_array();
+      for (const GoalEntrant& entrant : goal.close) append_entrant(json, entrant);
+      json.end_array();
+    }
+    if (goal.machine.timings > 0) append_machine(json.key("machine"), goal.machine);
     json.member("why", goal.why).end_object();
   }
   json.end_array();

@@ -83,6 +83,8 @@ std::string entrant_words(const GoalEntrant& entrant) {
                                                   ? fmt::format(", {} steps", entrant.steps)
                                                   : "");
   if (std::isfinite(entrant.error)) words += ": " + format_measure(entrant.error, entrant.bar, 2);
+  if (std::isfinite(entrant.last_quarter))
+    words += fmt::format(" ({:.2g} over the last quarter)", entrant.last_quarter);
   if (std::isfinite(entrant.evaluations)) words += fmt::format(", {:.0f} evaluations", entrant.evaluations);
   if (std::isfinite(entrant.seconds)) words += ", " + time_words(entrant.seconds);
   if (std::isfinite(entrant.ns_per_step)) words += fmt::format(", {:.4g} ns per step", entrant.ns_per_step);
@@ -90,6 +92,12 @@ std::string entrant_words(const GoalEntrant& entrant) {
 }
 
 }  // namespace
+
+std::string machine_words(const MachineState& machine) {
+  std::string words = fmt::format("{} of {} timings interrupted", machine.interrupted, machine.timings);
+  if (std::isfinite(machine.ghz_low)) words += fmt::format(", {:.2f} to {:.2f} GHz", machine.ghz_low, machine.ghz_high);
+  return words;
+}
 
 std::string goal_words(const GoalResult& goal) {
   std::string words;
@@ -127,6 +135,31 @@ std::string dominance_section(const std::vector<Dominance>& tables) {
   return out + "\n" + details;
 }
 
+// What interrupted the timings of all goals, and which of them were timed on a busy machine.
+static std::string machine_sentences(const std::vector<GoalResult>& goals) {
+  std::string busy_ones;
+  std::int64_t timings = 0, interrupted = 0, repeated = 0;
+  for (const GoalResult& goal : goals) {
+    timings += goal.machine.timings, interrupted += goal.machine.interrupted, repeated += goal.machine.repeated;
+    if (busy(goal.machine))
+      busy_ones += fmt::format("{}`{}` ({})", busy_ones.empty() ? "" : ", ", goal.id, machine_words(goal.machine));
+  }
+  if (timings == 0) return "";
+  std::string words =
+      fmt::format("{} of {} timings were interrupted, {} of them taken again.", interrupted, timings, repeated);
+  if (!busy_ones.empty()) words += " Timed on a busy machine: " + busy_ones + ".";
+  return words + "\n\n";
+}
+
+// The best of a side, and those of it that are close.
+static std::string entrants_words(const GoalEntrant& best, const GoalResult& goal, bool ours) {
+  std::string words = entrant_words(best);
+  for (const GoalEntrant& entrant : goal.close)
+    if ((engine_of(entrant.method) == engine_of(goal.ours.method)) == ours)
+      words += "; within 20 %: " + entrant_words(entrant);
+  return words;
+}
+
 // Beside a library the ratio at the same rate comes first.
 static std::string ratio_words(const GoalResult& goal) {
   const std::string native = std::isfinite(goal.ratio) ? fmt::format("{:.3g}", goal.ratio) : "-";
@@ -144,10 +177,11 @@ std::string goals_section(const std::vector<GoalResult>& goals) {
   for (const GoalResult& goal : goals) {
     out += fmt::format("| {} | {} | {} | {}{} | {} | {} |\n", escape_markdown_cell(goal.title),
                        escape_markdown_cell(goal_words(goal)), goal.reached ? "reached" : "**not reached**",
-                       entrant_words(goal.ours), goal.why.empty() ? "" : "; " + escape_markdown_cell(goal.why),
-                       entrant_words(goal.rival), ratio_words(goal));
+                       entrants_words(goal.ours, goal, true),
+                       goal.why.empty() ? "" : "; " + escape_markdown_cell(goal.why),
+                       entrants_words(goal.rival, goal, false), ratio_words(goal));
   }
-  return out + "\n";
+  return out + "\n" + machine_sentences(goals);
 }
 
 }  // namespace atwood

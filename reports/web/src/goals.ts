@@ -18,11 +18,27 @@ function figures(entrant: GoalEntrant | null, unit: string): Child {
   const error = real(entrant.error), evaluations = real(entrant.evaluations), time = real(entrant.seconds), step = real(entrant.ns_per_step);
   const bar = real(entrant.bar);
   if (Number.isFinite(error)) parts.push(`error ${bar > 0 && error < 3 * bar ? withBar(error, bar) : figure(error, 3)} ${unitWord(unit)}`.trim());
+  const quarter = real(entrant.last_quarter);
+  if (Number.isFinite(quarter)) parts.push(`${figure(quarter, 2)} over the last quarter`);
   if (Number.isFinite(evaluations)) parts.push(`${evaluations} evaluations`);
   if (Number.isFinite(time)) parts.push(seconds(time));
   if (Number.isFinite(step)) parts.push(`${figure(step, 4)} ns${entrant.steps ? ' per step' : ''}`);
   const at = entrant.steps ? `, ${rungWords(entrant.method, entrant.steps)}` : '';
   return h('span', {}, h('b', {}, family(entrant.method)), at, h('br'), parts.join(', '), entrant.accurate ? null : h('em', { class: 'short' }, ' not accurate enough'));
+}
+
+// The best of a side, then those of it that reach the error at up to 1.2 times its cost.
+function side(best: GoalEntrant | null, goal: Goal, ours: boolean): Child {
+  const engine = (entrant: GoalEntrant) => entrant.method.split('/')[0];
+  const near = (goal.close ?? []).filter((entrant) => (goal.ours !== null && engine(entrant) === engine(goal.ours)) === ours);
+  return h('span', {}, figures(best, goal.unit), near.length ? h('span', { class: 'soft' }, h('br'), `within 20 %: ${near.map((e) => `${e.method}${e.steps ? `, ${rungWords(e.method, e.steps)}` : ''}`).join('; ')}`) : null);
+}
+
+function machineWords(goal: Goal): Child {
+  const machine = goal.machine;
+  if (!machine) return null;
+  const words = `${machine.interrupted} of ${machine.timings} timings interrupted, ${figure(real(machine.ghz_low), 3)} to ${figure(real(machine.ghz_high), 3)} GHz`;
+  return h('span', { class: machine.busy ? 'short' : 'soft' }, h('br'), machine.busy ? `${words}: a busy machine, times may be too long` : words);
 }
 
 export function goals(report: Report): HTMLElement | null {
@@ -32,8 +48,8 @@ export function goals(report: Report): HTMLElement | null {
     const ratio = real(goal.ratio), low = real(goal.ratio_low), high = real(goal.ratio_high);
     const interval = low < high ? ` [${figure(low, 3)}, ${figure(high, 3)}]` : '';
     return h('tr', {}, h('td', {}, h('span', { class: `badge ${goal.reached ? 'pass' : 'fail'}` }, goal.reached ? '\u2713 reached' : '\u2717 not reached')),
-      h('td', { class: 'wide' }, goal.title, h('br'), h('span', { class: 'soft' }, asked(goal)), goal.why ? h('span', { class: 'short' }, h('br'), goal.why) : null),
-      h('td', { class: 'wide' }, figures(goal.ours, goal.unit)), h('td', { class: 'wide' }, figures(goal.rival, goal.unit)),
+      h('td', { class: 'wide' }, goal.title, h('br'), h('span', { class: 'soft' }, asked(goal)), goal.why ? h('span', { class: 'short' }, h('br'), goal.why) : null, machineWords(goal)),
+      h('td', { class: 'wide' }, side(goal.ours, goal, true)), h('td', { class: 'wide' }, side(goal.rival, goal, false)),
       h('td', { class: ratio < 1 ? 'number short' : 'number' }, Number.isFinite(ratio) ? `${figure(ratio, 3)}${interval}` : '\u2013'));
   };
   const uncounted = report.goals.filter((g) => g.uncounted);

@@ -346,12 +346,40 @@ class Goals(Case):
         self.assertLess(hard["uncounted"]["error"], hard["ours"]["error"])
         self.assertIsNone(hard["rival"])
         self.assertTrue(kept["reached"])
+        # No error is called reached for passing through zero at the end: the last quarter stands beside it.
+        self.assertTrue(easy["ours"]["error"] <= easy["ours"]["last_quarter"] <= 10 * easy["wanted_error"])
+        self.assertNotIn("last_quarter", kept["ours"])  # not an error at the end
+        self.assertNotIn("machine", easy)  # nothing was timed
         result = self.expect(self.run_in(*words), 0, "reached      An easy one", "NOT REACHED  hard", "2 of 3 goals reached", "rival      none", "atwood/rk4, 120 steps")
         self.assertNotIn("\x1b", result.stdout)
+        self.assertRegex(result.stdout, r"machine    \d+ of \d+ timings interrupted, \d+\.\d\d to \d+\.\d\d GHz")
+        with open(self.path("atwood-out/bench.json")) as file:
+            kept_goals = json.load(file)["goals"]
+        self.assertGreater(kept_goals[0]["machine"]["timings"], 15)
+        self.assertAlmostEqual(kept_goals[0]["ours"]["last_quarter"] / easy["ours"]["last_quarter"], 1, places=5)
         # The report of a run shows them.
         self.expect(self.run_in("run", *SMALL, "-o", "json:r.json"), 0)
         with open(self.path("r.json")) as file:
             self.assertEqual([g["id"] for g in json.load(file)["goals"]], ["easy", "hard", "kept"])
+
+    def test_an_error_that_vanishes_at_the_end_alone_reaches_no_goal(self):
+        # Near a turning point an error of the phase, 6e-4 here, changes the position by its square only.
+        goals = self.path("turning.toml", """[[goal]]
+id = "turning"
+scenario = "oscillator"
+metric = "error-position-end"
+error = 1e-5
+evaluations = 1000
+t_end_s = 7.85
+steps = [600]
+methods = ["atwood/leapfrog"]
+""")
+        goal = json.loads(self.expect(self.run_in("bench", "goals", "--goals", goals, "--no-timing", "--json"), 0).stdout)["goals"][0]
+        self.assertLess(goal["ours"]["error"], 1e-5)
+        self.assertAlmostEqual(goal["ours"]["last_quarter"] / 4.03e-4, 1, delta=0.1)
+        self.assertFalse(goal["reached"])
+        self.assertFalse(goal["ours"]["accurate"])
+        self.assertIn("over the last quarter", goal["why"])
 
     def test_slips_of_the_pen(self):
         bad = self.path("bad.toml", GOALS.replace("evaluations = 10", 'time = "10 parsecs"'))
