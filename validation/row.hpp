@@ -1,4 +1,4 @@
-// One measured figure. The columns are a published contract (see README, "Rows").
+// One measured figure. The columns are a published contract (`atwood schema rows`).
 #pragma once
 
 #include <cstdint>

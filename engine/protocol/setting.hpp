@@ -30,7 +30,7 @@ SettingRange one_of(std::vector<std::string> choices);
 
 struct SettingRule {
   SettingRange range = {};
-  std::string doc = {}, unit = {};  // unit: SI, in the README's notation; empty: a pure number, a word, a flag
+  std::string doc = {}, unit = {};  // unit: SI, as in "kg/s", "N s/m"; empty: a pure number, a word, a flag
 };
 using SettingRules = std::map<std::string, SettingRule>;  // by name
 

@@ -25,7 +25,7 @@ struct ProbeInfo {
   Probe probe;
   std::string name, doc;  // name: the value of `probe` in a study
 };
-const std::vector<ProbeInfo>& all_probes();  // in the order of the README's table; without Probe::none
+const std::vector<ProbeInfo>& all_probes();  // in the order of docs/gates.md, "Probes"; without Probe::none
 
 std::string to_string(Probe probe);                        // its name; "" of none
 std::optional<Probe> find_probe(const std::string& name);  // empty: unknown name
