@@ -96,11 +96,11 @@ Scenario read_scene_argument(const Place& place, const std::string& id_or_file);
 void require_own_id(const Place& place, const Scenario& scenario);  // a file with an id of the catalogue: InputError
 // The same where nothing is kept under the id: a note on standard error.
 void note_shared_id(const Place& place, const Scenario& scenario);
-// Our own engines and the rivals, then foreign ones by their argv.
-std::vector<Worker> start_workers(const Place& place, const std::vector<std::vector<std::string>>& foreign,
-                                  bool with_same_rate = false);
-// With those of --engine and of a study's `engines`. An --engine that is not an executable file is an InputError.
-std::vector<Worker> require_workers(const Place& place, const Options& options, const Study* study = nullptr);
+// Our own engines and the rivals, then those of --engine and of a study's `engines`. Where `methods` names the engine of
+// every method, only these of our own engines and the rivals are started: each costs a process, and some half a second.
+// An --engine that is not an executable file is an InputError.
+std::vector<Worker> require_workers(const Place& place, const Options& options, const Study* study = nullptr,
+                                    const std::vector<std::string>& methods = {});
 // Foreign engines must have answered `hello`: their methods are not known otherwise. Those of --engine that did not end
 // the command: WorkerFailure, or InputError where the program cannot be started.
 void require_answers(const std::vector<Worker>& workers, const Study* study = nullptr);

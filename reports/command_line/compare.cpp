@@ -84,7 +84,7 @@ int command_compare(const Place& place, const Options& options) {
   chosen.whole_ladders = chosen.steps.empty() && chosen.hz.empty();
   chosen.named_methods_only = true;
   chosen.with_same_rate = true;
-  const std::vector<Worker> workers = require_workers(place, chosen);
+  const std::vector<Worker> workers = require_workers(place, chosen, nullptr, options.methods);
   std::vector<std::string> notes;
   chosen.methods = with_tolerances(options.methods, without_same_rate(workers), notes);
   const std::vector<std::string> named = chosen.methods;

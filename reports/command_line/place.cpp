@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
 
 #include <fmt/chrono.h>
@@ -220,17 +221,33 @@ void note_shared_id(const Place& place, const Scenario& scenario) {
              printable(scenario.path), printable(scenario.id));
 }
 
-std::vector<Worker> start_workers(const Place& place, const std::vector<std::vector<std::string>>& foreign,
-                                  bool with_same_rate) {
+namespace {
+
+// The engines that stand before the slash of these methods; empty: some method may be of any engine.
+std::set<std::string> engines_of(const std::vector<std::string>& methods) {
+  std::set<std::string> engines;
+  for (const std::string& method : methods) {
+    const std::size_t slash = method.find('/');
+    const std::string engine = method.substr(0, slash);
+    if (slash == std::string::npos || engine.find_first_of("*?[{:+@") != std::string::npos) return {};
+    engines.insert(engine);
+  }
+  return engines;
+}
+
+// Starts our own engines and the rivals with these names, all of them where `names` is empty, and foreign engines by their
+// argv.
+std::vector<Worker> start_workers(const Place& place, const std::set<std::string>& names,
+                                  const std::vector<std::vector<std::string>>& foreign, bool with_same_rate) {
   std::vector<std::vector<std::string>> commands;
-  const auto add_own = [&](const std::string& name) {
-    commands.push_back({fmt::format("{}/atwood-{}", place.worker_dir, name)});
+  const auto add_own = [&](const std::string& name, const std::string& program) {
+    if (names.empty() || names.contains(name)) commands.push_back({fmt::format("{}/{}", place.worker_dir, program)});
   };
-  for (const char* name :
-       {"engine", "cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint", "fcl", "libccd"})
-    add_own(name);
-  for (const auto& engine : kOptionalEngines) add_own(engine.name);
-  if (with_same_rate) add_own("same-rate");
+  add_own("atwood", "atwood-engine");
+  for (const std::string name : {"cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint", "fcl", "libccd"})
+    add_own(name, "atwood-" + name);
+  for (const auto& engine : kOptionalEngines) add_own(engine.name, fmt::format("atwood-{}", engine.name));
+  if (with_same_rate) commands.push_back({place.worker_dir + "/atwood-same-rate"});
   const std::size_t own = commands.size();
   commands.insert(commands.end(), foreign.begin(), foreign.end());
   std::vector<Worker> workers = find_workers_by_argv(commands);
@@ -242,7 +259,22 @@ std::vector<Worker> start_workers(const Place& place, const std::vector<std::vec
   return workers;
 }
 
-std::vector<Worker> require_workers(const Place& place, const Options& options, const Study* study) {
+// Does one of the workers bear each of these names?
+bool all_there(const std::set<std::string>& names, const std::vector<Worker>& workers) {
+  return std::ranges::all_of(names, [&](const std::string& name) {
+    return std::ranges::any_of(workers, [&](const Worker& worker) {
+      return worker.status == Status::ok
+                 ? worker.engine.name == name
+                 : fs::path(worker.path).filename() == "atwood-" + name ||
+                       (name == "atwood" && fs::path(worker.path).filename() == "atwood-engine");
+    });
+  });
+}
+
+}  // namespace
+
+std::vector<Worker> require_workers(const Place& place, const Options& options, const Study* study,
+                                    const std::vector<std::string>& methods) {
   std::vector<std::vector<std::string>> foreign;
   if (study) foreign = study->engines;
   for (const auto& path : options.engines) {
@@ -255,7 +287,10 @@ std::vector<Worker> require_workers(const Place& place, const Options& options, 
     };
     if (std::none_of(foreign.begin(), foreign.end(), same)) foreign.push_back({path});
   }
-  return start_workers(place, foreign, options.with_same_rate);
+  const std::set<std::string> names = engines_of(methods);
+  std::vector<Worker> workers = start_workers(place, names, foreign, options.with_same_rate);
+  if (all_there(names, workers)) return workers;
+  return start_workers(place, {}, foreign, options.with_same_rate);  // a message names all that there are
 }
 
 bool is_terminal(int fd) { return isatty(fd) == 1; }

@@ -148,7 +148,8 @@ int command_play(const Place& place, const Options& options) {
   scenario.samples = samples_of(options, scenario, methods.empty() ? std::vector<std::int64_t>{} : std::vector{steps},
                                 methods.size() + 1);
   scenario.steps = {methods.empty() ? scenario.samples : steps};  // the only ones that run
-  const std::vector<Worker> workers = methods.empty() ? std::vector<Worker>{} : require_workers(place, options);
+  const std::vector<Worker> workers =
+      methods.empty() ? std::vector<Worker>{} : require_workers(place, options, nullptr, methods);
   require_answers(workers);
   for (const std::string& method : methods) {
     worker_of(workers, method);

@@ -309,6 +309,19 @@ void add_own_scenes(Study& study, const Options& options, const std::vector<Scen
   }
 }
 
+// The methods of this call: those of the command line, and the study's where it was named or where it alone has any. Empty:
+// a part of the study takes all methods there are.
+std::vector<std::string> methods_of_call(const Options& options, const Study& study) {
+  std::vector<std::string> methods = options.methods;
+  if (!options.study.empty() || options.methods.empty()) {
+    for (const StudyCells& cells : study.cells) {
+      if (cells.methods.empty() && study.engines.empty()) return {};
+      methods.insert(methods.end(), cells.methods.begin(), cells.methods.end());
+    }
+  }
+  return methods;
+}
+
 // The study of this call: its engines answered, its scenes read, all of their methods where a block names none.
 Study open_study(const Place& place, const Options& options, Selection& selection, std::vector<Scenario>& known) {
   Study study = read_study(study_path(place, options.study));
@@ -318,7 +331,7 @@ Study open_study(const Place& place, const Options& options, Selection& selectio
   selection.study = study.id;
   selection.tolerances = options.tolerances.empty() ? study.tolerances : options.tolerances;
   selection.baseline = options.baseline.empty() ? study.baseline : options.baseline;
-  selection.workers = require_workers(place, options, &study);
+  selection.workers = require_workers(place, options, &study, methods_of_call(options, study));
   require_answers(selection.workers, &study);
   for (StudyCells& cells : study.cells) {
     if (options.limit_given) cells.limit_s = 0;

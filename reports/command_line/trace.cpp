@@ -222,7 +222,7 @@ int command_trace(const Place& place, const Options& options) {
   if (steps <= 0 || steps % samples != 0) {
     throw InputError(fmt::format("--steps {}: expected a multiple of the {} samples", steps, samples));
   }
-  const auto workers = require_workers(place, options);
+  const auto workers = require_workers(place, options, nullptr, {method});
   require_answers(workers);
   const Worker& worker = worker_of(workers, method);
   check_settings("--method ", method, workers);
