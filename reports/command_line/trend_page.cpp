@@ -10,7 +10,7 @@
 namespace atwood {
 namespace {
 
-constexpr double kWidth = 720, kHeight = 220, kLeft = 110, kRight = 20, kTop = 20, kBottom = 40;
+constexpr double kWidth = 720, kHeight = 220, kLeft = 124, kRight = 20, kTop = 20, kBottom = 40;
 
 // From values to heights: logarithmic where all values are positive and span more than a factor of two.
 struct Axis {
@@ -102,7 +102,7 @@ std::string page_head(const std::string& title, const std::vector<std::pair<std:
       "th,td{text-align:left;padding:.3rem .8rem .3rem 0;border-bottom:1px solid var(--line);vertical-align:top;"
       "overflow-wrap:anywhere}td.n,th.n{text-align:right;white-space:nowrap}.fail{color:var(--bad)}.pass{color:"
       "var(--good)}\nfigure{margin:2rem 0;max-width:60rem;break-inside:avoid}figcaption{font-weight:600;"
-      "overflow-wrap:anywhere}svg{width:100%;height:auto}text{fill:var(--ink);font-size:12px}\n"
+      "overflow-wrap:anywhere}svg{width:100%;height:auto;overflow:visible}text{fill:var(--ink);font-size:12px}\n"
       ".axis{stroke:var(--line)}.bar{stroke:var(--value);opacity:.6}.value{fill:var(--value)}.level{stroke:var(--good);"
       "stroke-width:2}.change{stroke:var(--bad);stroke-dasharray:4 3}text.change{fill:var(--bad);stroke:none}\n"
       // Narrow: a row of a table is a block, its cells name their columns.
