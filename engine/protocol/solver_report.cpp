@@ -53,6 +53,11 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "forces of lasting contacts that determine each other, by the proximal point method on their accelerations; "
        "converged: 64 roundings",
        "what is left of the accelerations asked for, over those that the forces give, in the Delassus matrix's norm"},
+      {"event-location",
+       "the instant within a trial step at which a gap closes, a contact changes its mode, or a relative wind vanishes, by "
+       "Newton's method within a bracket or by false position; converged: an ulp of the step, or a gap of "
+       "round-off",
+       "what is left of the bracket, or the last change, as a share of the step"},
       {"expanding-polytope",
        "the direction of least overlap of two convex shapes; converged: known to 64 roundings of their extent, or "
        "every axis of two polyhedra tried; capped: found by Newton's method from many directions, not certified",

@@ -60,10 +60,11 @@ enum class IterativeSolver : unsigned char {
   simultaneous_impacts,
   contact_forces,
   redundant_contacts,
+  event_location,
   expanding_polytope,
   conservative_advancement
 };
-inline constexpr std::size_t kIterativeSolvers = 12;
+inline constexpr std::size_t kIterativeSolvers = 13;
 
 // What is printed of a solver: its name in rows and in the worker protocol, what it solves and to which tolerance, and
 // what its residual is relative to.

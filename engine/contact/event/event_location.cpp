@@ -22,7 +22,7 @@ template <class S> S locate_zero_gap(Flow<S>& flow, const Candidate<S>& candidat
   const S rise = candidate.rate * flow.h_s * high, bend = gap_high - candidate.gap - rise;
   const S root = real::sqrt(real::max(rise * rise - S(4) * bend * candidate.gap, S(0)));
   const S guess = leaves ? (rise + root) / (S(-2) * bend) : S(2) * candidate.gap / (root - rise);
-  S theta = guess > S(0) && guess < S(1) && guess * high > low ? guess * high : high, last = high;
+  S theta = guess > S(0) && guess < S(1) && guess * high > low ? guess * high : high, last = high, change = high;
   constexpr int max_iterations = 100;
   int i = 0;
   for (; i < max_iterations; ++i) {
@@ -31,7 +31,7 @@ template <class S> S locate_zero_gap(Flow<S>& flow, const Candidate<S>& candidat
     if (kinematics.gap > S(0) || (leaves && slope >= S(0))) low = theta;
     else high = theta;
     S next = slope < S(0) ? theta - kinematics.gap / slope : low;
-    S change = real::abs(next - theta);
+    change = real::abs(next - theta);
     if (change <= real::epsilon<S>() * theta) break;
     if (change >= last / S(2) && real::abs(kinematics.gap) <= flow.run.bodies.gap_round_off()) break;
     if (!(next > low && next < high)) {
@@ -42,7 +42,7 @@ template <class S> S locate_zero_gap(Flow<S>& flow, const Candidate<S>& candidat
     last = change;
     theta = next;
   }
-  flow.note(i, i < max_iterations);
+  flow.note(i, real::min(change, high - low), i < max_iterations);
   return flow.theta_of_probe;
 }
 
@@ -184,7 +184,7 @@ template <class S> S locate(SwitchValues<S>& values, Switch function, int index,
   constexpr int max_iterations = 100;
   const BracketedRoot<S> root = false_position([&](S theta) { return -values.value(function, index, theta); }, S(0),
                                                -f_low, high, -f_high, real::epsilon<S>(), max_iterations);
-  values.flow.note(root.evaluations, root.converged);
+  values.flow.note(root.evaluations, root.high - root.low, root.converged);
   return root.high;
 }
 
@@ -253,7 +253,7 @@ template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first) {
     };
     const BracketedRoot<S> root =
         false_position(against_first, S(0), -f_low, S(1), -f_high, real::epsilon<S>(), max_iterations);
-    flow.note(root.evaluations, root.converged);
+    flow.note(root.evaluations, root.high - root.low, root.converged);
     if (root.high < S(1) && root.high < first.theta) first = {root.high, Switch::zero_wind, static_cast<int>(i)};
   }
 }

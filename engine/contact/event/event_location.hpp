@@ -56,11 +56,12 @@ template <class S> struct Flow {
   S t_s, h_s;
   bool ok = true;  // false: an implicit step had no solution
   S theta_of_probe = S(-1);
-  Convergence location = {};  // of the root searches: most iterations; did all converge?
 
-  void note(int iterations, bool converged) {
-    location.iterations = iterations > location.iterations ? iterations : location.iterations;
-    location.converged = location.converged && converged;
+  // Reports how a search for the root of an event function ended; `width` is what it leaves undecided, as a share of h_s.
+  void note(int iterations, S width, bool converged) {
+    run.bodies.model.system().solvers.add(
+        IterativeSolver::event_location,
+        {iterations, static_cast<double>(width), converged ? SolveEnd::converged : SolveEnd::capped});
   }
   const State<S>& at(S theta) {
     StateBuffers<S>& states = run.states;
