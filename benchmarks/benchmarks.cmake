@@ -17,6 +17,7 @@ add_library(atwood_benchmarks STATIC
   ${PROJECT_SOURCE_DIR}/benchmarks/turn_times.cpp)
 set_target_properties(atwood_benchmarks PROPERTIES UNITY_BUILD ${ATWOOD_UNITY_BUILD})
 target_compile_options(atwood_benchmarks PRIVATE $<$<CONFIG:Release>:-O1>)  # the engines' programs do the timed work
+atwood_precompile_headers(atwood_benchmarks ${ATWOOD_TEXT_HEADERS})
 target_include_directories(atwood_benchmarks PUBLIC ${PROJECT_SOURCE_DIR})
 target_link_libraries(atwood_benchmarks PUBLIC atwood_study atwood_gates atwood_metrics atwood_protocol atwood_scene
                                         PRIVATE fmt::fmt nlohmann_json::nlohmann_json)

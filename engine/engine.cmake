@@ -116,6 +116,7 @@ add_library(atwood_engine STATIC
   integrators/tableaux_verner.cpp
   integrators/taylor.cpp)
 target_compile_options(atwood_engine PRIVATE -Wno-psabi)  # math/pack.hpp
+atwood_precompile_headers(atwood_engine)
 target_include_directories(atwood_engine PUBLIC ${CMAKE_CURRENT_LIST_DIR})
 target_link_libraries(atwood_engine PUBLIC atwood_scene atwood_protocol PRIVATE quadmath atwood_eigen)
 
