@@ -123,7 +123,7 @@ target_link_libraries(atwood_engine PUBLIC atwood_scene atwood_protocol PRIVATE 
 include(${CMAKE_CURRENT_LIST_DIR}/contact/contact.cmake)  # collision/ and contact/ list their own sources
 
 # The files whose templates take long to compile stand alone, so that the processors share the work.
-set_target_properties(atwood_engine PROPERTIES UNITY_BUILD ${ATWOOD_UNITY_BUILD})
+set_target_properties(atwood_engine PROPERTIES UNITY_BUILD ${ATWOOD_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 9)
 set_source_files_properties(
   contact/event/event.cpp contact/event/impulse_newton.cpp contact/penalty.cpp contact/stepping/manifold_contacts.cpp
   contact/stepping/run.cpp contact/stepping/sphere_contacts.cpp fluid/neighbours.cpp fluid/polynomial.cpp
