@@ -16,7 +16,7 @@ as_root() { if [ "$(id -u)" -eq 0 ]; then "$@"; else sudo "$@"; fi; }
 key() {
   local sources baseline
   sources=$(cd "$root" && find CMakeLists.txt atwood benchmarks engine packaging reference reports validation -type f |
-    LC_ALL=C sort | (while read -r file; do sha256sum "$file"; done) | sha256sum)
+    LC_ALL=C sort | xargs -d '\n' sha256sum | sha256sum)
   baseline=$(printf '%s\0' "$ATWOOD_STUDY" "$ATWOOD_ARGUMENTS" "$ATWOOD_BASELINE" | sha256sum)
   echo "key=${sources%% *}" >>"$output"
   echo "baseline=${baseline%% *}" >>"$output"

@@ -357,7 +357,7 @@ void declare_commands(Parser& p) {
   history->add_option("-o,--output", o.outputs, "html:FILE, plots of the metric (--metric)")->expected(1)->take_all();
   auto* keep = history->add_option(
       "--prune-keep", o.prune_keep,
-      "Remove runs: of each study, and of each part of one, keep those that fewer than N judged runs follow");
+      "Remove runs: of each study, and of each part of one, keep the newest N judged runs and what is newer than them");
   history->add_option("--prune-older", o.prune_older_days, "Remove runs that began more than DAYS ago")->excludes(keep);
   history->add_flag("--dry-run", o.dry_run, "Print how many runs would be removed (--prune-keep, --prune-older)");
 

@@ -64,10 +64,9 @@ std::string study_trends(const RunHistory& history, const std::string& study, co
                 judged, judged == 1 ? "" : "s", judged == 1 ? "has" : "have", kFewestRuns)
           : fmt::format("<p>{} figures were measured by {} runs or more; the level of {} changed{}.{}</p>\n", figures,
                         kFewestRuns, changed.size() + small,
-                        small > 0 ? fmt::format(", of {} of them a time by less than 25 %, which is not "
-                                                "plotted",
-                                                small)
-                                  : "",
+                        small > 0
+                            ? fmt::format("; {} of these changed a time by less than 25 % and are not plotted", small)
+                            : "",
                         changed.size() > shown.size()
                             ? fmt::format(" The {} largest changes are plotted, errors before times.", shown.size())
                             : "");

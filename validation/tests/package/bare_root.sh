@@ -7,7 +7,7 @@ set -euo pipefail
 packages=$(readlink -f "${1:?bare_root.sh PACKAGES [ROOT]}")
 root=${2:-}
 if [ -z "$root" ]; then
-  command -v debootstrap >/dev/null || apt-get install -y -qq --no-install-recommends debootstrap
+  command -v debootstrap >/dev/null || { apt-get update -qq && apt-get install -y -qq --no-install-recommends debootstrap; }
   made=$(mktemp -d)
   root=$made/root
 fi

@@ -5,7 +5,7 @@
 # ATWOOD_BARE_ROOT: a bare root that is there already; otherwise one is made.
 set -euo pipefail
 for tool in buildah debootstrap; do
-  command -v "$tool" >/dev/null || apt-get install -y -qq --no-install-recommends "$tool"
+  command -v "$tool" >/dev/null || { apt-get update -qq && apt-get install -y -qq --no-install-recommends "$tool"; }
 done
 packages=${1:+$(readlink -f "$1")}
 source=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/../../.." && pwd)

@@ -56,8 +56,10 @@ class Installation(unittest.TestCase):
         self.assertEqual(engines["atwood-engine"]["version"], self.version())
 
     def test_the_worker_in_javascript_answers_with_what_is_installed(self):
-        if not shutil.which("node"):
-            self.skipTest("no Node.js")
+        node = shutil.which("node")
+        told = subprocess.run([node, "-p", "process.versions.node"], text=True, capture_output=True).stdout if node else ""
+        if not told or [int(part) for part in told.split(".")[:2]] < [18, 3]:
+            self.skipTest("no Node.js of version 18.3 or newer")
         worker = os.path.join(self.prefix.path, "share", "atwood", "reference", "your_engine", "worker.mjs")
         done = subprocess.run(["node", worker], input='{"request":"hello"}\n', text=True, capture_output=True, timeout=100)
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -29,7 +29,7 @@ class Browser:
             raise
 
     def start(self, browser_path):
-        for _ in range(100):
+        for _ in range(1200):
             try:
                 self.call("GET", "/status")
                 break
@@ -42,23 +42,23 @@ class Browser:
             try:
                 answer = self.call("POST", "/session", {"capabilities": {"alwaysMatch": wanted}})
                 break
-            except AssertionError as error:
-                if attempt == 2 or "session not created" not in str(error):
+            except (AssertionError, OSError) as error:
+                if attempt == 2 or isinstance(error, AssertionError) and "session not created" not in str(error):
                     raise
                 time.sleep(2)
         self.session = "/session/" + answer["sessionId"]
 
-    def call(self, method, path, body=None):
+    def call(self, method, path, body=None, timeout=90):
         request = urllib.request.Request(f"http://127.0.0.1:{self.port}{path}", method=method, headers={"Content-Type": "application/json"},
                                          data=None if body is None else json.dumps(body).encode())
         try:
-            with urllib.request.urlopen(request, timeout=90) as response:
+            with urllib.request.urlopen(request, timeout=timeout) as response:
                 return json.load(response)["value"]
         except urllib.error.HTTPError as error:
             raise AssertionError(f"{method} {path}: {error.read().decode()[:600]}") from None
 
-    def post(self, path, body):
-        return self.call("POST", self.session + path, body)
+    def post(self, path, body, timeout=90):
+        return self.call("POST", self.session + path, body, timeout)
 
     def run(self, script, *arguments):
         return self.post("/execute/sync", {"script": script, "args": list(arguments)})
@@ -68,7 +68,9 @@ class Browser:
 
     def paper(self):
         """The page as PDF, on A4. WebDriver's own command gives up after 10 s, which a loaded machine needs."""
-        return base64.b64decode(self.devtools("Page.printToPDF", printBackground=True, preferCSSPageSize=True)["data"])
+        answer = self.post("/goog/cdp/execute", {"cmd": "Page.printToPDF", "params": {"printBackground": True, "preferCSSPageSize": True}},
+                           timeout=600)
+        return base64.b64decode(answer["data"])
 
     def mouse(self, *actions):
         self.post("/actions", {"actions": [{"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": list(actions)}]})

@@ -217,6 +217,8 @@ class Sources(unittest.TestCase):
     """Parts of the adapter asked alone."""
 
     def answer(self, script, given=None):
+        if not workers.has_node():
+            self.skipTest("no Node.js of version 18.3 or newer on the path")
         sources = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../reference/rapier")
         ended = subprocess.run([shutil.which("node"), "--input-type=module", "-e", script, sources], input=json.dumps(given), text=True,
                                capture_output=True, timeout=60)
