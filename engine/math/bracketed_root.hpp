@@ -27,13 +27,14 @@ BracketedRoot<S> bisect(const Predicate& left_of_root, S low, S high, S relative
 
 // False position with the Illinois rule (M. Dowell and P. Jarratt, BIT 11 (1971) 168): the secant's root, the value at
 // an end that stays twice running being halved. f(low) = f_low < 0 <= f_high = f(high), low >= 0; order 1.44 at a simple
-// root of a smooth f. Converged when high - low <= relative * high or f(high) = 0. Not converged after `most`
-// evaluations, or where f is not a number.
+// root of a smooth f. Converged when high - low <= relative * high, or f(high) = 0, and then low = high. Not converged
+// after `most` evaluations, or where f is not a number.
 template <class S, class Function>
 BracketedRoot<S> false_position(const Function& f, S low, S f_low, S high, S f_high, S relative, int most) {
   BracketedRoot<S> root{low, high};
   for (int side = 0;;) {
-    root.converged = !(root.high - root.low > relative * root.high) || f_high == S(0);
+    if (f_high == S(0)) root.low = root.high;
+    root.converged = !(root.high - root.low > relative * root.high);
     if (root.converged || root.evaluations == most || !(f_high > S(0)) || !(f_low < S(0))) return root;
     S next = (root.low * f_high - root.high * f_low) / (f_high - f_low);
     const auto inside = [&] { return next > root.low && next < root.high; };

@@ -240,8 +240,10 @@ std::set<std::string> engines_of(const std::vector<std::string>& methods) {
 std::vector<Worker> start_workers(const Place& place, const std::set<std::string>& names,
                                   const std::vector<std::vector<std::string>>& foreign, bool with_same_rate) {
   std::vector<std::vector<std::string>> commands;
+  std::set<std::string> not_started;
   const auto add_own = [&](const std::string& name, const std::string& program) {
-    if (names.empty() || names.contains(name)) commands.push_back({fmt::format("{}/{}", place.worker_dir, program)});
+    if (!names.empty() && !names.contains(name)) not_started.insert(name);
+    else commands.push_back({fmt::format("{}/{}", place.worker_dir, program)});
   };
   add_own("atwood", "atwood-engine");
   for (const std::string name : {"cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint", "fcl", "libccd"})
@@ -254,6 +256,13 @@ std::vector<Worker> start_workers(const Place& place, const std::set<std::string
   for (std::size_t i = 0; i < workers.size(); ++i) {
     workers[i].foreign = i >= own;
     if (workers[i].foreign) make_printable(workers[i]);
+    if (workers[i].foreign && workers[i].status == Status::ok && not_started.contains(workers[i].engine.name)) {
+      workers[i].status = Status::crashed;
+      workers[i].reason = fmt::format(
+          "answering `hello`: invalid answer: its name is `{}`, which is already the name of an engine of this program; "
+          "expected a name that no other engine has",
+          workers[i].engine.name);
+    }
     if (workers[i].status == Status::not_built) explain_missing(place, workers[i]);
   }
   return workers;
@@ -289,7 +298,8 @@ std::vector<Worker> require_workers(const Place& place, const Options& options, 
   }
   const std::set<std::string> names = engines_of(methods);
   std::vector<Worker> workers = start_workers(place, names, foreign, options.with_same_rate);
-  if (all_there(names, workers)) return workers;
+  const bool failed = std::ranges::any_of(workers, [](const Worker& w) { return w.foreign && w.status != Status::ok; });
+  if (failed || all_there(names, workers)) return workers;
   return start_workers(place, {}, foreign, options.with_same_rate);  // a message names all that there are
 }
 

@@ -98,7 +98,10 @@ template <class S> S gap_zero_of(Flow<S>& flow, const Candidate<S>& candidate, S
   int i = 0;
   for (; i < max_iterations; ++i) {
     const GapKinematics<S> kinematics = gap_at(flow.run.bodies, flow.run.proximity, candidate, flow.at(theta).data());
-    if (real::abs(kinematics.gap) <= tiny / S(16)) return theta;
+    if (real::abs(kinematics.gap) <= tiny / S(16)) {
+      flow.note(i + 1, S(0), true);
+      return theta;
+    }
     if (kinematics.gap > S(0)) low = theta;
     else high = theta;
     if (high - low <= real::epsilon<S>() * high) break;

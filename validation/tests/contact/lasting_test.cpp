@@ -46,6 +46,23 @@ double speed(const Recorded& r, int axis) { return static_cast<double>(r.samples
 
 }  // namespace
 
+TEST_CASE("a run says how its events were located") {
+  Scene sliding = box(0.3), thrown = ball(0.1, 0.3);
+  sliding.bodies[1].velocity_m_per_s = {2, 0, 0};
+  thrown.bodies[1].position_m[2] = 1;
+  thrown.bodies[1].velocity_m_per_s = {2, 0, 0};
+  for (const Scene& scene : {sliding, thrown}) {
+    const auto r = run("atwood/rk4+event", scene, {1, 50, 50});
+    REQUIRE(r.outcome.status == Status::ok);
+    REQUIRE(!r.events.empty());
+    const SolveTally& tally = r.outcome.solvers.at("event-location");
+    CHECK(tally.converged >= 1);
+    CHECK(tally.capped == 0);
+    CHECK(tally.iterations_max >= 1);
+    CHECK(tally.residual_max <= 1e-13);
+  }
+}
+
 TEST_CASE("a sliding ball rolls at 2 v0 / (7 mu g) with 5/7 of its speed") {
   const double v0 = 2, mu = 0.3, t_roll = 2 * v0 / (7 * mu * g);
   Scene scene = ball(0.1, mu);

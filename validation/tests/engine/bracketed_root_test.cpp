@@ -60,6 +60,7 @@ TEST_CASE("false position: exact at once on a line, through a kink, and says wha
   const auto line = false_position([](double x) { return x - 0.25; }, 0.0, -0.25, 1.0, 0.75, 0.0, 100);
   CHECK(line.converged);
   CHECK(line.high == 0.25);
+  CHECK(line.low == line.high);
   CHECK(line.evaluations == 1);
   const auto kinked = [](double x) { return x < 0.7 ? 0.1 * (x - 0.7) : 100 * (x - 0.7); };
   const auto kink = false_position(kinked, 0.0, kinked(0), 1.0, kinked(1), 1e-15, 100);

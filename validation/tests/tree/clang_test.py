@@ -16,7 +16,8 @@ folders = sys.argv[3:] or ["engine", "reference", "validation", "reports"]
 # quadmath.h is GCC's own; -idirafter keeps clang's intrinsics before GCC's.
 GCC_HEADERS = subprocess.run(["g++", "-print-file-name=include"], capture_output=True, text=True).stdout.strip()
 # Flags that only GCC knows.
-DROPPED = ("-Wno-maybe-uninitialized", "-Wno-restrict", "-Wno-subobject-linkage")
+DROPPED = ("-Wno-maybe-uninitialized", "-Wno-restrict", "-Wno-subobject-linkage", "-Wno-stringop-overflow", "-Wno-stringop-overread",
+           "-fpch-preprocess", "-Winvalid-pch")
 
 
 def command_of(entry):
@@ -24,9 +25,11 @@ def command_of(entry):
     while words[0].endswith("ccache"):
         words.pop(0)
     kept, skip = [], False
-    for word in words[1:]:
+    for word, following in zip(words[1:], [*words[2:], ""]):
         if skip or word in DROPPED or word.startswith("-O"):
             skip = False
+        elif word == "-include" and following.endswith("cmake_pch.hxx"):  # compiled by GCC; sources include what they need
+            skip = True
         elif word in ("-o", "-c"):
             skip = word == "-o"
         else:
@@ -50,6 +53,8 @@ def main():
     for entry in entries:
         # Files that are compiled several at a time are named by a file of the build tree, in a folder of the same name.
         path = os.path.relpath(entry["file"], build if entry["file"].startswith(build + os.sep) else root)
+        if path.endswith("cmake_pch.hxx.cxx"):
+            continue
         if any(path.startswith(folder + "/") for folder in folders) and not path.startswith("validation/tests/"):
             chosen.setdefault(entry["file"], entry)
     if not chosen:
