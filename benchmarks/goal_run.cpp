@@ -146,7 +146,7 @@ class GoalRun {
                                   std::vector<Cell>& cells);
   void take_variants(const Goal& goal, const Scenario& scenario, std::vector<Candidate>& candidates);
   void time(const Goal& goal, std::vector<Candidate>& candidates);
-  const Candidate* best_of_ours(const Goal& goal, std::vector<Candidate>& candidates, LastQuarter& quarter);
+  const Candidate* best_of_ours(const Goal& goal, Side side, std::vector<Candidate>& candidates, LastQuarter& quarter);
   void add_close(const Goal& goal, const std::vector<Candidate>& candidates, LastQuarter& quarter, GoalResult& result);
   Contender contender(const Candidate& candidate) const {
     return {&workers_[static_cast<std::size_t>(candidate.cell->worker)],
@@ -301,10 +301,11 @@ Candidate* best(std::vector<Candidate>& candidates, Side side, const std::string
   return found;
 }
 
-// The best of our candidates whose error is not small at the end alone.
-const Candidate* GoalRun::best_of_ours(const Goal& goal, std::vector<Candidate>& candidates, LastQuarter& quarter) {
+// The best of our candidates of this side whose error is not small at the end alone.
+const Candidate* GoalRun::best_of_ours(const Goal& goal, Side side, std::vector<Candidate>& candidates,
+                                       LastQuarter& quarter) {
   while (true) {
-    Candidate* found = best(candidates, Side::ours, goal.budget_kind);
+    Candidate* found = best(candidates, side, goal.budget_kind);
     if (found == nullptr || !found->entrant.accurate) return found;
     found->entrant.last_quarter = quarter.error(*found->cell);
     if (!(found->entrant.last_quarter > kCancelled * goal.error)) return found;
@@ -381,10 +382,10 @@ GoalResult GoalRun::run(const Goal& asked) {
   if (setup_.study.timing && !goal.metric.starts_with("order-")) time(goal, candidates);
   result.machine = stopwatch_.machine();
   LastQuarter quarter(goal, workers_, setup_.study);
-  const Candidate* ours = best_of_ours(goal, candidates, quarter);
+  const Candidate* ours = best_of_ours(goal, Side::ours, candidates, quarter);
   const Candidate* rival = best(candidates, Side::rival, goal.budget_kind);
   const Candidate* library = best(candidates, Side::library, goal.budget_kind);
-  const Candidate* same_rate = best(candidates, Side::same_rate, goal.budget_kind);
+  const Candidate* same_rate = best_of_ours(goal, Side::same_rate, candidates, quarter);
   if (rival == nullptr || (library != nullptr && better(library->entrant, rival->entrant, goal.budget_kind)))
     rival = library;
   const Candidate* uncounted = best(candidates, Side::uncounted, goal.budget_kind);
