@@ -27,6 +27,7 @@ function moveByArrows(table: HTMLElement): void {
     next.focus();
   };
   table.addEventListener('keydown', (event) => {
+    if (event.altKey || event.ctrlKey || event.metaKey) return;  // the browser's own keys
     const cell = (event.target as Element).closest('td'), row = cell?.parentElement;
     if (!cell || !row) return;
     const [down, right] = { ArrowDown: [1, 0], ArrowUp: [-1, 0], ArrowRight: [0, 1], ArrowLeft: [0, -1] }[event.key] ?? [0, 0];

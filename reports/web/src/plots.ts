@@ -8,8 +8,8 @@ import { chartSvg } from './chart_svg';
 import { savePng, saveSvg } from './save';
 import { ladderPlots, openingMethods } from './ladder_plots';
 import { sceneMetric } from './scene_metric';
-import { aboutScene } from './scenes';
-import { folds, put } from './state';
+import { moreOfScene, sceneHead } from './scenes';
+import { folds, ofScene, put } from './state';
 import { Look, look, swatch } from './style';
 import { isSweep } from './sweep';
 
@@ -41,7 +41,7 @@ export class Plots {
 
   constructor(private readonly report: Report, private readonly index: RowIndex) {
     this.scenario = labelledSelect('scenario', 'plot-scenario', () => this.leave());
-    this.metric = labelledSelect('metric', 'plot-metric', (metric) => { this.choose(); this.draw(); put({ metric, zoom: null, shown: null }); });
+    this.metric = labelledSelect('metric', 'plot-metric', (metric) => { this.choose(); this.draw(); put({ metric, zoom: null, shown: null }); this.showHead(); });
     this.body = labelledSelect('body', 'plot-body', (body) => { this.draw(); put({ body, zoom: null }); });
     this.steps = labelledSelect('steps of the curves over time', 'plot-steps', (steps) => { this.draw(); put({ steps, zoom: null }); });
     const known = new Map(report.scenarios.map((s) => [s.id, s.title]));
@@ -87,7 +87,7 @@ export class Plots {
   }
   private leave(): void {
     this.showScenario();
-    put({ scene: this.scenario.select.value, metric: null, body: null, steps: null, shown: null, zoom: null, t: null, without: null, magnify: null, fold: folds() });
+    put({ ...Object.fromEntries(ofScene.map((key) => [key, null])), scene: this.scenario.select.value, fold: folds() });
   }
   // What a link says; anything else stays as the scene opens.
   apply(state: URLSearchParams): void {
@@ -102,6 +102,7 @@ export class Plots {
     set(this.body.select, state.get('body'));
     set(this.steps.select, state.get('steps'));
     this.choose();
+    this.showHead();
     const shown = state.get('shown')?.split(between).filter((name) => this.methods.includes(name));
     if (state.has('shown')) {
       this.whole = true;
@@ -128,7 +129,7 @@ export class Plots {
     [...list, ...this.methods.filter((m) => !list.includes(m))].forEach((name, i) => this.looks.set(name, look(i)));
     this.fillLegend();
   }
-  restyle(): void { this.fillLegend(); this.showAbout(); Object.values(this.charts).forEach((chart) => chart.restyle()); }
+  restyle(): void { this.fillLegend(); this.showHead(); Object.values(this.charts).forEach((chart) => chart.restyle()); }
 
   private showScenario(): void {
     const id = this.scenario.select.value;
@@ -156,12 +157,13 @@ export class Plots {
     this.about.replaceChildren(...(scenario ? [h('b', {}, scenario.title), ` ${scenario.claim} `, h('span', { class: 'soft' }, `Truth: ${scenario.truth}. t_end ${figure(real(scenario.t_end_s))} s, ${scenario.samples} samples. Source: ${scenario.source}`)] : []));
     this.choose();
     this.draw();
-    this.showAbout();
+    this.showHead();
+    this.extra.replaceChildren(...moreOfScene(this.report, this.index, id).filter((part) => part) as Node[]);
   }
-  private showAbout(): void {
-    const { head, extra } = aboutScene(this.report, this.index, this.scenario.select.value, (methods) => this.colours(methods));
+  // The outlines of the methods have the colours of the curves.
+  private showHead(): void {
+    const head = sceneHead(this.report, this.index, this.scenario.select.value, (methods) => this.colours(methods));
     this.head.replaceChildren(...head.filter((part) => part) as Node[]);
-    this.extra.replaceChildren(...extra.filter((part) => part) as Node[]);
   }
   // Those of the plot, where no two of them are the same.
   private colours(methods: string[]): string[] {

@@ -2,12 +2,13 @@
 import { commandLine, figure, real, shellWord } from './data';
 import { copyButton, h, labelledSelect, option } from './dom';
 import { DrawnScene, fittingMagnification, fromCentre, magnified, picture } from './scene_picture';
-import { current, put } from './state';
+import { Changes, current, put } from './state';
 
 export function scenePlayer(whole: DrawnScene, title: string, coloursOf: (methods: string[]) => string[]): HTMLElement {
   const drawn = fromCentre(whole), methods = drawn.methods ?? [], colours = coloursOf(methods.map((m) => m.id));
   const { element, show, beside } = picture(drawn, `${title}: shapes and the path of the truth`, 480, 300);
   const asked = current().get('scene') === drawn.id ? current() : new URLSearchParams();
+  const tell = (changes: Changes) => put({ scene: drawn.id, ...changes });  // the scene that the page opens with has no name there yet
   const end = real(drawn.t_end);
   const slider = h('input', { type: 'range', min: 0, max: 1000, value: 0, 'aria-label': 'Time', class: 'time' }), words = h('output', { class: 'soft' });
   let running = false, t = 0, before = 0;
@@ -26,7 +27,7 @@ export function scenePlayer(whole: DrawnScene, title: string, coloursOf: (method
     if (t >= end) stop();
     else requestAnimationFrame(frame);
   };
-  const stop = () => { running = false; button.textContent = 'play'; put({ t: t > 0 ? String(Number(t.toPrecision(5))) : null }); };
+  const stop = () => { running = false; button.textContent = 'play'; tell({ t: t > 0 ? String(Number(t.toPrecision(5))) : null }); };
   const button = h('button', { type: 'button', class: 'play', onclick: () => {
     if (running) { stop(); return; }
     if (t >= end) set(0);
@@ -35,7 +36,7 @@ export function scenePlayer(whole: DrawnScene, title: string, coloursOf: (method
     before = performance.now();
     requestAnimationFrame(frame);
   } }, 'play');
-  slider.addEventListener('input', () => { running = false; button.textContent = 'play'; set((Number(slider.value) / 1000) * end); put({ t: String(Number(t.toPrecision(5))) }); });
+  slider.addEventListener('input', () => { running = false; button.textContent = 'play'; set((Number(slider.value) / 1000) * end); tell({ t: String(Number(t.toPrecision(5))) }); });
 
   // The methods: which are drawn, and how many times as far from the truth as they are.
   const without = new Set(asked.get('without')?.split('\n') ?? []), told = h('span', {});
@@ -45,7 +46,7 @@ export function scenePlayer(whole: DrawnScene, title: string, coloursOf: (method
     beside(shown.map((m) => ({ drawn: magnified(drawn, m, k), colour: colours[methods.indexOf(m)] })));
     told.textContent = !shown.length ? '' : k === 1 ? ' Outlines: the methods as they are.' : ` Outlines: the methods, drawn ${figure(k, 2)} times as far from the truth as they are.`;
   };
-  const magnify = labelledSelect('errors', 'scene-magnify', (value) => { draw(); put({ magnify: value === 'fit' ? null : value }); });
+  const magnify = labelledSelect('errors', 'scene-magnify', (value) => { draw(); tell({ magnify: value === 'fit' ? null : value }); });
   magnify.select.append(option('fit', 'magnified to be seen', true), option('1', 'as they are'), ...[10, 1e2, 1e3, 1e4, 1e6, 1e8, 1e10].map((k) => option(String(k), `${figure(k, 2)} times`)));
   const wanted = asked.get('magnify');
   if (wanted && [...magnify.select.options].some((one) => one.value === wanted)) magnify.select.value = wanted;
@@ -55,7 +56,7 @@ export function scenePlayer(whole: DrawnScene, title: string, coloursOf: (method
       else without.add(m.id);
       one.setAttribute('aria-pressed', String(!without.has(m.id)));
       draw();
-      put({ without: [...without].join('\n') });
+      tell({ without: [...without].join('\n') });
     } }, `${m.id}, ${m.steps} steps`);
     return one;
   });

@@ -66,12 +66,14 @@ function aboutWords(report: Report, index: RowIndex, id: string): string {
   return `This scene is about the ${inSentence(metricWords(metric))}.${missing}`;
 }
 
-export function aboutScene(report: Report, index: RowIndex, id: string, colours: (methods: string[]) => string[]): { head: Child[]; extra: Child[] } {
-  const drawn = drawnScene(report, id), verdicts = report.verdicts.filter((v) => v.scenario === id);
+export function sceneHead(report: Report, index: RowIndex, id: string, colours: (methods: string[]) => string[]): Child[] {
+  const drawn = drawnScene(report, id);
+  return [drawn ? scenePlayer(drawn, titleOf(report, id), colours) : ofFluid(report, id), h('p', { class: 'hint' }, aboutWords(report, index, id))];
+}
+
+export function moreOfScene(report: Report, index: RowIndex, id: string): Child[] {
+  const verdicts = report.verdicts.filter((v) => v.scenario === id);
   const passed = verdicts.filter((v) => v.judgement === 'pass').length, rows = index.of(id).length;
-  const link = h('a', { href: `#row-scenario=${encodeURIComponent(id)}&at=rows&scene=${encodeURIComponent(id)}` }, `${rows} rows`);
-  return {
-    head: [drawn ? scenePlayer(drawn, titleOf(report, id), colours) : ofFluid(report, id), h('p', { class: 'hint' }, aboutWords(report, index, id))],
-    extra: [winners(report, id), verdicts.length ? h('div', {}, h('h3', {}, 'Gates'), h('details', { open: passed < verdicts.length || undefined }, h('summary', {}, `${passed} of ${verdicts.length} gates pass`), gatesTable(verdicts, `Gates of ${id}`))) : null, h('p', {}, 'All figures of this scene: ', link, '.')],
-  };
+  const link = h('a', { href: `#row-scenario=${encodeURIComponent(id)}&row-method=&row-metric=&row-status=&q=&at=rows&scene=${encodeURIComponent(id)}` }, `${rows} rows`);
+  return [winners(report, id), verdicts.length ? h('div', {}, h('h3', {}, 'Gates'), h('details', { open: passed < verdicts.length || undefined }, h('summary', {}, `${passed} of ${verdicts.length} gates pass`), gatesTable(verdicts, `Gates of ${id}`))) : null, h('p', {}, 'All figures of this scene: ', link, '.')];
 }

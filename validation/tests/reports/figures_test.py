@@ -129,6 +129,8 @@ def matrix(browser, expected):
     check(browser.run("return document.querySelectorAll('#matrix td [tabindex=\"0\"]').length") == 1, "the matrix has more than one stop for Tab")
     press("\ue013"), press("\ue013")
     check(where().startswith("bars, m1/a"), f"up twice leads to {where()}")
+    taken = browser.run("const e = new KeyboardEvent('keydown', {key: 'ArrowLeft', altKey: true, bubbles: true, cancelable: true}); document.activeElement.dispatchEvent(e); return e.defaultPrevented")
+    check(not taken and where().startswith("bars, m1/a"), "the matrix takes Alt and an arrow from the browser")
 
 
 def change(browser, selector, value):
@@ -150,6 +152,27 @@ def matrix_links(browser, folder, report, web):
     check(set(after) == {"equal", "missing", "infinite", "refused"}, f"scenes with a tag: {list(after)}")
     opens(browser, folder, "ranks", report, web, fragment)
     check(browser.run(state) == before and parts(browser) == after, f"the link {fragment} restores {browser.run(state)}, not {before}")
+    # A link to a scene keeps what is chosen elsewhere, and a section that it leads past.
+    browser.run("document.querySelector('nav a[href=\"#rows\"]').click()")
+    change(browser, "#row-method", "m0/a")
+    change(browser, "#plot-metric", "error-velocity-end")
+    browser.run("document.querySelector('.gallery a[href=\"#scene=equal\"]').click()")
+    until("the link opens its scene", lambda: browser.run("return document.querySelector('#plot-scenario').value") == "equal")
+    fragment = browser.run("return location.hash")
+    check(browser.run(state) == before and parts(browser) == after and "row-method=m0%2Fa" in fragment, f"a link to a scene leaves {browser.run(state)} of {before}, {fragment}")
+    check(browser.run("return document.querySelector('#plot-metric').value") == "error-position-max" and not re.search(r"[#&](metric|at)=", fragment), f"a link to a scene keeps what belonged to another: {fragment}")
+    browser.run("document.querySelector('.of-scene a').click()")
+    check(browser.run("return document.querySelector('#row-count').textContent") == "24 of 144 rows", f"the link to all rows of a scene shows {text(browser, '#row-count')}")
+    browser.run("history.back()")
+    until("back leads to the scene", lambda: browser.run("return location.hash") == fragment and text(browser, "#row-count").startswith("36 of"))
+    # A choice that depends on another begins anew where the address does not name it.
+    browser.run("location.hash = '#compare-scenario=ties&compare-steps=480'")
+    until("the finest steps", lambda: browser.run("return document.querySelector('#compare-steps').value") == "480")
+    for address in ("#compare-scenario=ties", "#compare-scenario=bars", "#compare-scenario=bars&compare-steps=-1", "#scene=ties"):
+        browser.run("location.hash = '#compare-scenario=bars&compare-steps=480'")
+        until("the finest steps again", lambda: browser.run("return document.querySelector('#compare-steps').value") == "480")
+        browser.run("location.hash = arguments[0]", address)
+        until(f"{address} shows the steps that the scene opens with", lambda: browser.run("return document.querySelector('#compare-steps').value") == "120", 3)
     browser.run("location.hash = '#matrix-metric=none&matrix-tag=%3Cimg%3E&fold=gates.99&by.all-gates=x,up&compare-steps=-1'")
     until("a link that names nothing shows what the page opens with", lambda: parts(browser) == opening)
     check(not browser.run("return document.querySelector('#gates details').open"), "what the link does not unfold stays unfolded")
@@ -178,6 +201,73 @@ def fluid(browser, folder, web):
     silence(browser, path)
 
 
+def folds(browser, folder, report, web):
+    """What the page unfolds by itself, and what it builds again, stays as the reader sees it."""
+    opens(browser, folder, "ranks", report, web)
+    seen = lambda: browser.run("return [...document.querySelectorAll('#gates details, #metrics details, #plots details')].map(d => d.open)")
+    browser.run("document.querySelector('nav a[href=\"#gates\"]').click()")
+    browser.run("document.querySelector('nav a[href=\"#plots\"]').click()")
+    fragment, before = browser.run("return location.hash"), seen()
+    check(browser.run("return document.querySelector('#gates details').open"), "a link to a section does not unfold it")
+    opens(browser, folder, "ranks", report, web, fragment)
+    check(seen() == before, f"the link {fragment} unfolds {seen()}, not {before}")
+    browser.run("document.querySelector('#gates summary').click(); document.querySelector('nav a[href=\"#plots\"]').click();")
+    fragment, before = browser.run("return location.hash"), seen()
+    check("gates" not in fragment, f"what is folded as it opened stands in the address: {fragment}")
+    opens(browser, folder, "ranks", report, web, fragment)
+    check(seen() == before, f"the link {fragment} unfolds {seen()}, not {before}")
+    browser.run("location.hash = '#scene=refused'")
+    until("the scene is open", lambda: browser.run("return document.querySelector('#plot-scenario').value") == "refused")
+    opening = seen()
+    browser.run("document.querySelector('#plots summary').click()")
+    before = seen()
+    check(before != opening and "fold=plots.0" in browser.run("return location.hash"), f"folding the gates of a scene leaves {before}")
+    for _ in range(2):
+        browser.click("#theme")
+        check(seen() == before, f"another theme folds {seen()}, not {before}")
+    browser.run("document.querySelector('#plots summary').click()")
+    check(seen() == opening and "fold=" not in browser.run("return location.hash"), "unfolding again leaves a fold in the address")
+
+
+def dependent(browser, folder, web):
+    """The scenes of a contest depend on its cost, and begin anew with it."""
+    report = tumbling()
+    table = report.data["dominance"][0]
+    report.data["dominance"] = [{**table, "scenario": scene, "cost": cost} for cost in ("seconds", "evaluations") for scene in ("tumble", "bounce")]
+    path = opens(browser, folder, "dependent", report, web)
+    chosen = lambda: browser.run("return ['#dominance-cost', '#dominance-scenario'].map(s => document.querySelector(s).value)")
+    for address, wanted in (("#dominance-cost=evaluations", ["evaluations", "tumble"]), ("#dominance-cost=seconds", ["seconds", "tumble"]), ("#scene=tumble", ["seconds", "tumble"])):
+        browser.run("location.hash = '#dominance-cost=evaluations&dominance-scenario=bounce'")
+        until("another contest", lambda: chosen() == ["evaluations", "bounce"])
+        browser.run("location.hash = arguments[0]", address)
+        until(f"{address} shows {wanted}", lambda: chosen() == wanted, 3)
+    silence(browser, path)
+
+
+def at_opening(browser, folder, report, web, script):
+    """What is chosen on the scene that the page opens with, which no address names yet, and the colours of its outlines."""
+    opens(browser, folder, "beside", report, web)
+    change(browser, "#scene-magnify", "10")
+    browser.click(".of-method:last-of-type")
+    browser.run("const s = document.querySelector('.scene-picture .time'); s.value = 500; s.dispatchEvent(new Event('input'));")
+    state = "return [document.querySelector('#scene-magnify').value, document.querySelector('.scene-picture .time').value, [...document.querySelectorAll('.of-method')].map(b => b.ariaPressed)]"
+    fragment, before = browser.run("return location.hash"), browser.run(state)
+    check(before == ["10", "500", ["true", "false"]], f"the choices are {before}")
+    opens(browser, folder, "beside", report, web, fragment)
+    check(browser.run(state) == before and len(browser.run(script)) == 2, f"{fragment} restores {browser.run(state)}, not {before}")
+    # Another metric opens with other methods, and so with other colours.
+    colours = """const of = m => document.querySelector(`#plots .legend button[data-method='${m}'] svg [stroke]`)?.getAttribute('stroke');
+        return [...document.querySelectorAll('.of-method')].map(b => [b.style.getPropertyValue('--colour').trim(), of(b.textContent.split(',')[0])])"""
+    first = browser.run(colours)
+    change(browser, "#plot-metric", "impact-time-error")
+    check(browser.run(state) == before, f"another metric leaves {browser.run(state)}, not {before}")
+    fragment, second = browser.run("return location.hash"), browser.run(colours)
+    opens(browser, folder, "beside", report, web, fragment)
+    for pairs in (first, second, browser.run(colours)):
+        check(all(outline == curve and curve for outline, curve in pairs), f"outlines and curves have the colours {pairs}")
+    check(first != second, f"another metric has the same colours: {first}")
+
+
 def beside_truth(browser, folder, web):
     """A point on a line from 0 to 1 m; one method is behind it by up to 1 mm, another by 2 mm and turned by 0.1 mrad."""
     report = tumbling()
@@ -201,6 +291,10 @@ def beside_truth(browser, folder, web):
     fragment = browser.run("return location.hash")
     opens(browser, folder, "beside", report, web, fragment)
     check(len(browser.run(script)) == 2 and browser.run("return document.querySelector('#scene-magnify').value") == "1", f"the link {fragment} does not restore the methods")
+    ladder(report, "tumble", "ode/default", "impact-time-error", (1e-9, 1e-9, 1e-9), "s")
+    ladder(report, "tumble", "bullet64/default", "impact-time-error", (1e-5, 1e-5, 1e-5), "s")
+    ladder(report, "tumble", "atwood/rk4", "impact-time-error", (1e-2, 1e-2, 1e-2), "s")
+    at_opening(browser, folder, report, web, script)
     silence(browser, path)
 
 
@@ -250,6 +344,8 @@ def narrow(browser, folder, web):
 
 def many(browser, folder, web, scenes):
     report = Report("Many")
+    report.data["scenes"] = []
+    place = lambda m, error: {"family": f"engine{m}/default", "method": f"engine{m}/default", "steps": 240, "error": error, "cost": 1e-3 * (m + 1)}
     for k in range(scenes):
         report.scene(f"scene-{k}", f"Scene {k}")
         if k > 5:  # little to say: less than half a page
@@ -257,6 +353,11 @@ def many(browser, folder, web, scenes):
             continue
         for m in range(12):
             ladder(report, f"scene-{k}", f"engine{m}/default", "error-position-max", [10.0 ** -m / n for n in (1, 2, 4)], seconds=1e-3)
+        levels = [10.0 ** -level for level in range(1, 12)]
+        report.data["dominance"].append({"scenario": f"scene-{k}", "metric": "error-position-max", "unit": "m", "cost": "seconds", "by_budget": [], "stable": [],
+                                         "by_error": [{"asked": error, "contenders": 2, "ranked": [place(1, error), place(2, error)]} for error in levels]})
+        report.data["scenes"].append({"id": f"scene-{k}", "t_end": 1, "times": [0, 1], "poses": [{"p": [0, 0, 0, 1, 0, 0], "q": [1, 0, 0, 0] * 2}],
+                                      "scene": {"bodies": [{"name": "box", "fixed": False, "p": [0, 0, 0], "q": [1, 0, 0, 0], "shape": {"kind": "box", "half": [0.05, 0.05, 0.05]}}], "joints": [], "ropes": [], "forces": []}})
         report.data["verdicts"] += [{"judgement": "fail", "scenario": f"scene-{k}", "method": f"engine{m % 12}/default", "steps": 240, "metric": "error-position-max", "unit": "m", "value": 3, "bar": 0,
                                      "kind": "at most", "allowed": "<= 2", "margin": -1, "text": "", "reason": "A reason of several words. " * 6, "origin": "", "rerun": ""} for m in range(30)]
     opens(browser, folder, f"paper-{scenes}", report, web)
@@ -305,10 +406,11 @@ def main():
             path = opens(browser, folder, "ranks", report, web)
             matrix(browser, expected)
             print("ok: matrix")
-            matrix_links(browser, folder, report, web)
-            print("ok: matrix_links")
+            for test in (matrix_links, folds):
+                test(browser, folder, report, web)
+                print("ok:", test.__name__)
             silence(browser, path)
-            for test in (fluid, beside_truth, bibtex, narrow, prints):
+            for test in (fluid, dependent, beside_truth, bibtex, narrow, prints):
                 test(browser, folder, web)
                 print("ok:", test.__name__)
     except AssertionError as error:
