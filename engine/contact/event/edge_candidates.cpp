@@ -108,7 +108,7 @@ template <class S> S gap_zero_of(Flow<S>& flow, const Candidate<S>& candidate, S
     const S slope = kinematics.rate * flow.h_s, next = slope < S(0) ? theta - kinematics.gap / slope : low;
     theta = next > low && next < high ? next : low + (high - low) / S(2);
   }
-  flow.note(i, high - low, i < max_iterations);
+  flow.note(i < max_iterations ? i + 1 : i, high - low, i < max_iterations);
   return real::abs(gap_at(flow.run.bodies, flow.run.proximity, candidate, flow.at(high).data()).gap) <=
                  S(4) * tiny + drift_m
              ? high

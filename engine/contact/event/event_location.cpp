@@ -42,7 +42,7 @@ template <class S> S locate_zero_gap(Flow<S>& flow, const Candidate<S>& candidat
     last = change;
     theta = next;
   }
-  flow.note(i, real::min(change, high - low), i < max_iterations);
+  flow.note(i < max_iterations ? i + 1 : i, real::min(change, high - low), i < max_iterations);
   return flow.theta_of_probe;
 }
 
