@@ -4,7 +4,7 @@
 namespace atwood {
 namespace {
 
-const std::string parts =
+const std::string kicks_and_drifts =
     " Kicks and drifts are taken alternately from a map of order 1 and from its adjoint, so that a rotating body "
     "(rotations about its principal axes) and forces that depend on velocities (Euler's rule in the velocities, "
     "explicit and implicit, in closed form for a magnetic field) keep the order.";
@@ -33,16 +33,16 @@ const Charges charges[] = {{"boris", "leapfrog-dkd"}, {"boris4", "suzuki4"}, {"b
 std::vector<MethodInfo> composition_methods() {
   return {
       fixed_step("forest-ruth", claims_everywhere(4),
-                 "Three kicks between four drifts, drifts first; theta = 1 / (2 - 2^(1/3))." + parts,
+                 "Three kicks between four drifts, drifts first; theta = 1 / (2 - 2^(1/3))." + kicks_and_drifts,
                  "Forest, Ruth, Physica D 43 (1990) 105"),
       fixed_step(
           "pefrl", claims_everywhere(4),
           "Four kicks between five drifts (position extended Forest-Ruth like), its free parameter chosen for the "
           "least error." +
-              parts,
+              kicks_and_drifts,
           "Omelyan, Mryglod, Folk, Comput. Phys. Commun. 146 (2002) 188"),
       fixed_step(
-          "mclachlan4", claims_everywhere(4), "Five kicks, coefficients in closed form with sqrt(19)." + parts,
+          "mclachlan4", claims_everywhere(4), "Five kicks, coefficients in closed form with sqrt(19)." + kicks_and_drifts,
           "McLachlan, SIAM J. Sci. Comput. 16 (1995) 151; Hairer, Lubich, Wanner, Geometric Numerical Integration "
           "(2nd ed.), eq. V.3.6"),
       fixed_step("suzuki4", claims_everywhere(4), "Suzuki's fractal, 5 steps; g = 1 / (4 - 4^(1/3))." + leapfrogs,
@@ -52,14 +52,14 @@ std::vector<MethodInfo> composition_methods() {
       fixed_step(
           "yoshida4", claims_everywhere(4),
           "The triple jump, kicks first: four kicks, the last one shared with the next step, between three drifts." +
-              parts,
+              kicks_and_drifts,
           yoshida_source + "section 2"),
       fixed_step("yoshida6", claims_everywhere(6), "7 steps, solution A." + leapfrogs, yoshida_source + "table 1"),
       fixed_step("yoshida8", claims_everywhere(8), "15 steps, solution D." + leapfrogs, yoshida_source + "table 2"),
-      fixed_step("blanes-moan4", claims_everywhere(4), "Blanes and Moan's S6, drifts first: six kicks." + parts,
+      fixed_step("blanes-moan4", claims_everywhere(4), "Blanes and Moan's S6, drifts first: six kicks." + kicks_and_drifts,
                  blanes_moan_source + "S6"),
       fixed_step("blanes-moan6", claims_everywhere(6),
-                 "Blanes and Moan's S10, kicks first: eleven kicks, the last one shared with the next step." + parts,
+                 "Blanes and Moan's S10, kicks first: eleven kicks, the last one shared with the next step." + kicks_and_drifts,
                  blanes_moan_source + "S10"),
       fixed_step("kahan-li8", claims_everywhere(8), "17 steps." + leapfrogs,
                  "Kahan, Li, Math. Comput. 66 (1997) 1089, s17odr8a"),
