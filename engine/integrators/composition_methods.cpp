@@ -42,7 +42,8 @@ std::vector<MethodInfo> composition_methods() {
               kicks_and_drifts,
           "Omelyan, Mryglod, Folk, Comput. Phys. Commun. 146 (2002) 188"),
       fixed_step(
-          "mclachlan4", claims_everywhere(4), "Five kicks, coefficients in closed form with sqrt(19)." + kicks_and_drifts,
+          "mclachlan4", claims_everywhere(4),
+          "Five kicks, coefficients in closed form with sqrt(19)." + kicks_and_drifts,
           "McLachlan, SIAM J. Sci. Comput. 16 (1995) 151; Hairer, Lubich, Wanner, Geometric Numerical Integration "
           "(2nd ed.), eq. V.3.6"),
       fixed_step("suzuki4", claims_everywhere(4), "Suzuki's fractal, 5 steps; g = 1 / (4 - 4^(1/3))." + leapfrogs,
@@ -56,10 +57,11 @@ std::vector<MethodInfo> composition_methods() {
           yoshida_source + "section 2"),
       fixed_step("yoshida6", claims_everywhere(6), "7 steps, solution A." + leapfrogs, yoshida_source + "table 1"),
       fixed_step("yoshida8", claims_everywhere(8), "15 steps, solution D." + leapfrogs, yoshida_source + "table 2"),
-      fixed_step("blanes-moan4", claims_everywhere(4), "Blanes and Moan's S6, drifts first: six kicks." + kicks_and_drifts,
-                 blanes_moan_source + "S6"),
+      fixed_step("blanes-moan4", claims_everywhere(4),
+                 "Blanes and Moan's S6, drifts first: six kicks." + kicks_and_drifts, blanes_moan_source + "S6"),
       fixed_step("blanes-moan6", claims_everywhere(6),
-                 "Blanes and Moan's S10, kicks first: eleven kicks, the last one shared with the next step." + kicks_and_drifts,
+                 "Blanes and Moan's S10, kicks first: eleven kicks, the last one shared with the next step." +
+                     kicks_and_drifts,
                  blanes_moan_source + "S10"),
       fixed_step("kahan-li8", claims_everywhere(8), "17 steps." + leapfrogs,
                  "Kahan, Li, Math. Comput. 66 (1997) 1089, s17odr8a"),
