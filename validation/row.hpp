@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -18,6 +19,21 @@ struct Provenance {
   std::string libm = {};          // "glibc 2.36": its functions differ in the last place between versions
 };
 
+// A provenance that many rows have: a copy shares it.
+class SharedProvenance {
+ public:
+  SharedProvenance() = default;  // all fields empty
+  SharedProvenance(Provenance provenance) : shared_(std::make_shared<const Provenance>(std::move(provenance))) {}
+  const Provenance& operator*() const {
+    static const Provenance empty;
+    return shared_ ? *shared_ : empty;
+  }
+  const Provenance* operator->() const { return &**this; }
+
+ private:
+  std::shared_ptr<const Provenance> shared_;
+};
+
 struct Row {
   std::string scenario, method;  // method as written in the study, suffixes included
   std::int64_t steps = 0;        // 0 for figures of a whole ladder (orders)
@@ -31,7 +47,7 @@ struct Row {
   Status status = Status::ok;
   std::string reason;
   std::string settings_hash;
-  Provenance provenance;
+  SharedProvenance provenance;
 };
 
 // What tells the runs of a scene with fluids by one method apart, beside the steps: spacing and sound speed.

@@ -84,7 +84,7 @@ void end_history(const Place& place, const Options& options, std::optional<Histo
   run->unverifiable = counts.unverifiable, run->not_run = counts.not_run;
   std::vector<Row> measured, old_times;
   for (const Row& row : rows)
-    (is_time(row.metric) && row.provenance.run_id != place.provenance.run_id ? old_times : measured).push_back(row);
+    (is_time(row.metric) && row.provenance->run_id != place.provenance.run_id ? old_times : measured).push_back(row);
   try {
     RunHistory(history_path(options), RunHistory::Mode::write)
         .finish(*run, baseline_text(measured, "a run").figures, baseline_text(old_times, "a run").figures,

@@ -33,7 +33,7 @@ std::string render_csv(const std::vector<Row>& rows) {
       "commit,compiler,flags,cpu,run_id,spacing_m,sound_speed_m_per_s\n";
   text.reserve(rows.size() * 240);
   for (const Row& row : rows) {
-    const Provenance& from = row.provenance;
+    const Provenance& from = *row.provenance;
     for (const std::string& column :
          {foreign(row.scenario), foreign(row.method), std::to_string(row.steps), format_double(row.h_s),
           foreign(row.body), row.t_s ? format_double(*row.t_s) : std::string(), field(row.metric), field(row.unit),

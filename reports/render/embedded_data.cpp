@@ -121,7 +121,7 @@ void append_rows(JsonText& json, const std::vector<const Row*>& rows, StringTabl
   text("status", [](const Row& row) { return to_string(row.status); });
   text("reason", [](const Row& row) { return row.reason; });
   text("settings_hash", [](const Row& row) { return row.settings_hash; });
-  text("engine_version", [](const Row& row) { return row.provenance.engine_version; });
+  text("engine_version", [](const Row& row) { return row.provenance->engine_version; });
   json.end_object();
 }
 

@@ -19,7 +19,7 @@ void append_row(JsonText& json, const Row& row) {
   if (row.sound_speed_m_per_s) json.member_number("sound_speed_m_per_s", *row.sound_speed_m_per_s);
   json.member("metric", row.metric).member("unit", row.unit).member_number("value", row.value);
   json.member_number("truth_bar", row.truth_bar).member("status", to_string(row.status)).member("reason", row.reason);
-  const Provenance& from = row.provenance;
+  const Provenance& from = *row.provenance;
   json.member("settings_hash", row.settings_hash).member("engine_version", from.engine_version);
   json.member("commit", from.commit).member("compiler", from.compiler).member("flags", from.flags);
   json.member("cpu", from.cpu).member("run_id", from.run_id).end_object();

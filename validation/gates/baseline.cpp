@@ -85,12 +85,12 @@ std::map<std::string, std::set<std::string>> environment(std::span<const Row> ro
   std::map<std::string, std::set<std::string>> all;
   for (const Row& r : rows) {
     if (!judged(r)) continue;
-    all["compiler"].insert(one_line(r.provenance.compiler));
-    all["flags"].insert(one_line(r.provenance.flags));
-    all["cpu"].insert(one_line(r.provenance.cpu));
-    if (!r.provenance.cpu_features.empty()) all["cpu_features"].insert(one_line(r.provenance.cpu_features));
-    if (!r.provenance.libm.empty()) all["libm"].insert(one_line(r.provenance.libm));
-    all["engine\t" + r.method.substr(0, r.method.find('/'))].insert(one_line(r.provenance.engine_version));
+    all["compiler"].insert(one_line(r.provenance->compiler));
+    all["flags"].insert(one_line(r.provenance->flags));
+    all["cpu"].insert(one_line(r.provenance->cpu));
+    if (!r.provenance->cpu_features.empty()) all["cpu_features"].insert(one_line(r.provenance->cpu_features));
+    if (!r.provenance->libm.empty()) all["libm"].insert(one_line(r.provenance->libm));
+    all["engine\t" + r.method.substr(0, r.method.find('/'))].insert(one_line(r.provenance->engine_version));
   }
   return all;
 }

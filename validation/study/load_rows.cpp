@@ -1,6 +1,9 @@
 #include "validation/study/load_rows.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <optional>
+#include <span>
 #include <tuple>
 #include <unordered_map>
 #include <unordered_set>
@@ -16,7 +19,7 @@ namespace {
 
 bool failed(Status status) { return status == Status::crashed || status == Status::timeout; }
 
-void append(std::vector<Row>& rows, Row row, const Cell& cell, const Provenance& provenance) {
+void append(std::vector<Row>& rows, Row row, const Cell& cell, const SharedProvenance& provenance) {
   row.scenario = cell.scenario->id;
   row.method = cell.method;
   row.steps = cell.plan.steps;
@@ -38,7 +41,7 @@ Row failure_row(const std::string& metric, Status status, const std::string& rea
 
 // ns-per-particle-evaluation of a cell with fluids, from its run-time; none where the engine counts no evaluations.
 std::vector<Row> particle_time_rows(const Cell& cell, const Outcome& outcome, const std::vector<Row>& timed,
-                                    const std::vector<Row>& measured) {
+                                    std::span<const Row> measured) {
   double particles = 0;
   for (const Fluid& fluid : cell.scenario->scene.fluids)
     particles += static_cast<double>(fluid.particles.mass_kg.size());
@@ -67,27 +70,32 @@ std::vector<Row> link_time_rows(const Scene& scene, const std::vector<Row>& time
   return rows;
 }
 
+// The cell's other rows are those of the result from `first` on.
 void append_timing(Store& store, const Cell& cell, const std::string& timing_hash, std::int64_t accuracy_steps,
-                   const std::vector<Row>& measured, StudyResult& result) {
+                   std::size_t first, StudyResult& result) {
   const auto timing = store.timing(timing_hash);
   if (!timing) return;
+  const SharedProvenance provenance(timing->provenance);
   if (!timing->host.empty()) result.hosts.insert(timing->host);
   const Outcome& outcome = timing->outcome;
   if (outcome.status != Status::ok) {
-    append(result.rows, failure_row("step-time", outcome.status, outcome.reason), cell, timing->provenance);
+    append(result.rows, failure_row("step-time", outcome.status, outcome.reason), cell, provenance);
     if (failed(outcome.status)) ++result.failed_cells;
     return;
   }
   // The number of steps of an adaptive method is not the plan's.
   const bool adaptive = parse_method_id(cell.method).rtol.has_value() && accuracy_steps > 0;
   std::vector<Row> rows = timing_rows(outcome, adaptive ? accuracy_steps : cell.plan.steps);
-  for (Row& row : particle_time_rows(cell, outcome, rows, measured)) rows.push_back(std::move(row));
+  for (Row& row : particle_time_rows(cell, outcome, rows, std::span(result.rows).subspan(first)))
+    rows.push_back(std::move(row));
   for (Row& row : link_time_rows(cell.scenario->scene, rows)) rows.push_back(std::move(row));
-  for (Row& row : rows) append(result.rows, std::move(row), cell, timing->provenance);
+  for (Row& row : rows) append(result.rows, std::move(row), cell, provenance);
 }
 
-// False: the store does not have the cell although an available engine can run it.
-bool append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResult& result) {
+// False: the store does not have the cell although an available engine can run it. `outcome`: how its run ended; untouched
+// where it has none.
+bool append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResult& result,
+                 std::optional<Outcome>& outcome) {
   if (cell.worker < 0) {
     append(result.rows, failure_row("status", cell.absent, cell.absent_reason), cell, {});
     if (failed(cell.absent)) ++result.failed_cells;
@@ -96,16 +104,18 @@ bool append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResu
   }
   const auto run = store.run(keys.accuracy);
   if (!run) return false;
-  const auto measured = store.measured(keys.measured, true, false);
+  outcome = run->outcome;
+  auto measured = store.measured(keys.measured, true, false);
   if (!measured) return false;
   ++result.skipped;
-  for (const Row& row : measured->rows) append(result.rows, row, cell, run->provenance);
+  const SharedProvenance provenance(run->provenance);
+  const std::size_t first = result.rows.size();
+  for (Row& row : measured->rows) append(result.rows, std::move(row), cell, provenance);
   if (parse_method_id(cell.method).rtol && run->outcome.status == Status::ok && run->outcome.steps_taken > 0) {
-    append(result.rows, metrics::row("steps-taken", static_cast<double>(run->outcome.steps_taken)), cell,
-           run->provenance);
+    append(result.rows, metrics::row("steps-taken", static_cast<double>(run->outcome.steps_taken)), cell, provenance);
   }
   if (failed(run->outcome.status)) ++result.failed_cells;
-  append_timing(store, cell, keys.timing, run->outcome.steps_taken, measured->rows, result);
+  append_timing(store, cell, keys.timing, run->outcome.steps_taken, first, result);
   return true;
 }
 
@@ -132,18 +142,18 @@ Campaigns latest_campaigns(Store& store, const std::vector<Cell>& cells, const s
 using LadderKey = std::tuple<std::string, std::string, Resolution>;
 LadderKey ladder_of(const Row& row) { return {row.scenario, row.method, resolution_of(row)}; }
 
-// The end states of the runs of each ladder; methods with a tolerance are left out.
+// The end states of the runs of each ladder; methods with a tolerance are left out. One outcome a cell.
 std::map<LadderKey, std::vector<LadderEnd>> ladder_ends(Store& store, const std::vector<Cell>& cells,
-                                                        const Campaigns& campaigns) {
+                                                        const Campaigns& campaigns,
+                                                        const std::vector<std::optional<Outcome>>& outcomes) {
   std::map<LadderKey, std::vector<LadderEnd>> ends;
-  for (const Cell& cell : cells) {
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const Cell& cell = cells[i];
+    if (!outcomes[i] || outcomes[i]->status != Status::ok) continue;
     if (cell.worker < 0 || cell.probe != Probe::none || cell.method.find(':') != std::string::npos) continue;
     const std::string hash = campaigns.keys(cell).accuracy;
     Recording recording;
-    of_cell(cell, [&] {
-      const auto run = store.run(hash);
-      if (run && run->outcome.status == Status::ok) recording = store.recording(hash, run->outcome);
-    });
+    of_cell(cell, [&] { recording = store.recording(hash, *outcomes[i]); });
     if (recording.values.empty()) continue;
     ends[{cell.scenario->id, cell.method, resolution_of(cell)}].push_back(
         {cell.plan.steps, cell.plan.t_end_s / static_cast<double>(cell.plan.steps), std::move(recording.values.back()),
@@ -166,21 +176,37 @@ void append_fluid_orders(StudyResult& result) {
     for (Row& row : fit_fluid_orders(ladders[key])) result.rows.push_back(std::move(row));
 }
 
-void append_ladders(Store& store, const std::vector<Cell>& cells, const Campaigns& campaigns, StudyResult& result) {
+bool same_ladder(const Row& a, const Row& b) {
+  return a.scenario == b.scenario && a.method == b.method && resolution_of(a) == resolution_of(b);
+}
+
+void append_ladders(Store& store, const std::vector<Cell>& cells, const Campaigns& campaigns,
+                    const std::vector<std::optional<Outcome>>& outcomes, StudyResult& result) {
   std::vector<LadderKey> order;
-  std::map<LadderKey, std::vector<Row>> ladders;
+  std::map<LadderKey, std::vector<Row>> copies;
+  std::map<LadderKey, std::span<const Row>> ladders;
   std::map<std::pair<std::string, Resolution>, std::vector<Row>> scenarios;
-  for (const Row& row : result.rows) {
-    auto& ladder = ladders[ladder_of(row)];
-    if (ladder.empty()) order.push_back(ladder_of(row));
-    ladder.push_back(row);
-    if (row.method.find(':') != std::string::npos) scenarios[{row.scenario, resolution_of(row)}].push_back(row);
+  const std::span<const Row> rows = result.rows;
+  const auto of_first = [&](const Row& row) { return same_ladder(row, rows.front()); };
+  if (!rows.empty() && std::all_of(rows.begin(), rows.end(), of_first)) {
+    order.push_back(ladder_of(rows.front()));
+    ladders[order.front()] = rows;
+  } else {
+    for (const Row& row : rows) {
+      auto& ladder = copies[ladder_of(row)];
+      if (ladder.empty()) order.push_back(ladder_of(row));
+      ladder.push_back(row);
+    }
+    for (const auto& [key, ladder] : copies) ladders[key] = ladder;
   }
-  const auto ends = ladder_ends(store, cells, campaigns);
+  for (const Row& row : rows)
+    if (row.method.find(':') != std::string::npos) scenarios[{row.scenario, resolution_of(row)}].push_back(row);
+  const auto ends = ladder_ends(store, cells, campaigns, outcomes);
+  std::vector<Row> figures;  // of the ladders
   std::map<std::string, const Scenario*> by_id;
   for (const Cell& cell : cells) by_id[cell.scenario->id] = cell.scenario.get();
   for (const auto& key : order) {
-    const std::vector<Row>& ladder = ladders[key];
+    const std::span<const Row> ladder = ladders[key];
     std::vector<Row> fitted = fit_ladder(ladder);
     const auto append_all = [&](std::vector<Row> more) { fitted.insert(fitted.end(), more.begin(), more.end()); };
     append_all(fit_round_off_v(ladder));
@@ -193,11 +219,12 @@ void append_ladders(Store& store, const std::vector<Cell>& cells, const Campaign
       row.sound_speed_m_per_s = std::get<2>(key).second;
       row.settings_hash = ladder.front().settings_hash;
       row.provenance = ladder.front().provenance;
-      result.rows.push_back(std::move(row));
+      figures.push_back(std::move(row));
     }
   }
-  for (const auto& [scenario, rows] : scenarios)
-    for (Row& row : fit_tolerances(rows)) {
+  std::move(figures.begin(), figures.end(), std::back_inserter(result.rows));
+  for (const auto& [scenario, some] : scenarios)
+    for (Row& row : fit_tolerances(some)) {
       row.spacing_m = scenario.second.first;
       row.sound_speed_m_per_s = scenario.second.second;
       result.rows.push_back(std::move(row));
@@ -221,12 +248,13 @@ std::string measured_key(const Cell& cell, const std::string& accuracy_hash) {
 StudyResult collect_rows(Store& store, const std::vector<Cell>& cells, const Campaigns& campaigns) {
   StudyResult result;
   result.cells = static_cast<int>(cells.size());
+  std::vector<std::optional<Outcome>> outcomes(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     of_cell(cells[i], [&] {
-      if (!append_cell(store, cells[i], campaigns.keys(cells[i]), result)) result.missing.push_back(i);
+      if (!append_cell(store, cells[i], campaigns.keys(cells[i]), result, outcomes[i])) result.missing.push_back(i);
     });
   }
-  append_ladders(store, cells, campaigns, result);
+  append_ladders(store, cells, campaigns, outcomes, result);
   return result;
 }
 
@@ -243,7 +271,8 @@ StudyResult collect_endings(Store& store, const std::vector<Cell>& cells, const 
     }
     one.rows.clear();
     of_cell(cells[i], [&] {
-      if (!append_cell(store, cells[i], keys, one)) result.missing.push_back(i);
+      std::optional<Outcome> outcome;
+      if (!append_cell(store, cells[i], keys, one, outcome)) result.missing.push_back(i);
     });
     for (Row& row : one.rows)
       if (row.status != Status::ok) result.rows.push_back(std::move(row));

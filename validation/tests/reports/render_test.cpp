@@ -238,7 +238,7 @@ TEST_CASE("CSV has the contract's columns and reads back exactly") {
     CHECK((std::stod(record[8]) == row.value || std::isnan(row.value)));
     CHECK(std::stod(record[3]) == row.h_s);
     if (row.status != Status::crashed) CHECK(record[11] == row.reason);
-    CHECK(record[17] == row.provenance.cpu);
+    CHECK(record[17] == row.provenance->cpu);
   }
   CHECK(records[3][11] == "line one\nline \xEF\xBF\xBD[31m two, \"quoted\" \xEF\xBF\xBD");
 }

@@ -36,8 +36,8 @@ TEST_CASE("a script is measured anew by each run, its rows are read from the lat
           "reused from the store: sound 0 of 4 cells, faulty 4 of 4 cells, truth 1 of 1 scenes\nsound: a new campaign") &&
           Catch::Contains("python3") && Catch::Contains("fingerprint"));
   CHECK(lab.lines("sound.log") == 8);
-  CHECK(find_row(second, "sound/straight", 64, "energy-max")->provenance.run_id == "second");
-  CHECK(find_row(second, "faulty/well", 64, "energy-max")->provenance.run_id == "first");
+  CHECK(find_row(second, "sound/straight", 64, "energy-max")->provenance->run_id == "second");
+  CHECK(find_row(second, "faulty/well", 64, "energy-max")->provenance->run_id == "first");
   CHECK(texts(load_rows(lab.options.store_path, cells)) == texts(second));
   CHECK(load_series(lab.options.store_path, cells).size() == 8);
   lab.options.reuse = true;
@@ -54,7 +54,7 @@ TEST_CASE("a script is measured anew by each run, its rows are read from the lat
   lab.options.fresh = true;
   CHECK(reused(run("fifth")) == "sound 0 of 4; faulty 0 of 4; truth 0 of 1; ");
   CHECK(lab.lines("truth.log") == 2);
-  CHECK(find_row(load_rows(lab.options.store_path, cells), "faulty/well", 8, "energy-max")->provenance.run_id ==
+  CHECK(find_row(load_rows(lab.options.store_path, cells), "faulty/well", 8, "energy-max")->provenance->run_id ==
         "fifth");
   CHECK(check_store(lab.options.store_path).empty());
 }
@@ -76,7 +76,7 @@ TEST_CASE("an interrupted run of a script resumes its campaign") {
   const StudyResult resumed = lab.run(cells);
   CHECK(resumed.reused.at(0).reused >= 2);
   CHECK(lab.lines("sound.log") < before + 8);
-  CHECK(find_row(resumed, "sound/slow", 8, "energy-max")->provenance.run_id == "run");
+  CHECK(find_row(resumed, "sound/slow", 8, "energy-max")->provenance->run_id == "run");
   lab.options.provenance.run_id = "next";
   CHECK(lab.run(cells).reused.at(0).reused == 0);
 }
@@ -96,7 +96,7 @@ TEST_CASE("chunks of one run share a campaign, also when it starts anew") {
     const StudyResult loaded = load_rows(lab.options.store_path, cells);
     std::set<std::string> measured;
     for (const Row& row : loaded.rows)
-      if (row.metric == "energy-max" && row.provenance.run_id == run_id)
+      if (row.metric == "energy-max" && row.provenance->run_id == run_id)
         measured.insert(row.scenario + std::to_string(row.steps));
     CHECK(measured.size() == 8);
   }

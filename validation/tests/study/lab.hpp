@@ -60,7 +60,7 @@ inline std::string text(const Row& row) {
   return row.scenario + "|" + row.method + "|" + std::to_string(row.steps) + "|" + format_double(row.h_s) + "|" +
          row.body + "|" + (row.t_s ? format_double(*row.t_s) : "") + "|" + row.metric + "|" + row.unit + "|" +
          format_double(row.value) + "|" + format_double(row.truth_bar) + "|" + to_string(row.status) + "|" +
-         row.reason + "|" + row.settings_hash + "|" + row.provenance.run_id + "|" + row.provenance.engine_version;
+         row.reason + "|" + row.settings_hash + "|" + row.provenance->run_id + "|" + row.provenance->engine_version;
 }
 
 // How often a time was repeated, and with it its interval, depends on the machine's load: left out.

@@ -29,7 +29,7 @@ TEST_CASE("a study gives rows of every cell, and a second run of it does no work
   REQUIRE(time);
   CHECK(time->value == Approx(1e-6));  // the fake says 1000 ns a step
   CHECK(time->h_s == 2.0 / 64);
-  CHECK(time->provenance.engine_version == "1");
+  CHECK(time->provenance->engine_version == "1");
   CHECK(find_row(first, "sound/straight", 64, "error-position-max")->value < 1e-14);
   CHECK(lab.lines("sound.log") == 16);  // 8 cells, each once for accuracy and once for time
   CHECK(lab.lines("truth.log") == 2);   // one a scenario

@@ -77,7 +77,7 @@ void fill(const std::string& path, const std::vector<Cell>& cells) {
 std::string exported(const std::string& path, const std::vector<Cell>& cells) {
   std::string text;
   for (const Row& row : load_rows(path, cells).rows) {
-    const Provenance& p = row.provenance;
+    const Provenance& p = *row.provenance;
     for (const std::string& part :
          {row.scenario, row.method, row.body, row.metric, row.unit, format_double(row.value),
           format_double(row.truth_bar), to_string(row.status), row.reason, row.settings_hash, p.engine_version,
