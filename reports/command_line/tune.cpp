@@ -224,7 +224,8 @@ double median_ratio(const Runs& runs, const std::string& method, const std::stri
   return ratios[ratios.size() / 2];
 }
 
-// Medians over four runs at nearly the same step, and at equal time: the default's figure is what its ladder gives there.
+// Medians over four runs at nearly the same step, and at equal time (without timing: equal steps): the default's figure
+// is what its ladder gives there.
 std::vector<TuneEvidence> SettingSearch::beside_default(const std::vector<Scenario>& scenes, const Settings& changes,
                                                         bool held_out) const {
   const std::string base = id_of({}), method = id_of(changes);
@@ -353,9 +354,9 @@ TuneResult SettingSearch::run() {
     result.evidence = evidence;
     result.settings = trial.changes;
     result.verdict = fmt::format(
-        "kept: {}; on the training scenes its figures are {:.3g} of the default's at equal time (geometric mean), "
+        "kept: {}; on the training scenes its figures are {:.3g} of the default's at equal {} (geometric mean), "
         "none is worse there or on the scenes held out, and some of the latter is better, beyond intervals",
-        words_of(trial.changes), std::exp(trial.score));
+        words_of(trial.changes), std::exp(trial.score), options_.no_timing ? "steps" : "time");
     return result;
   }
   result.verdict = (result.tried_held_out == 0

@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <vector>
 
 namespace atwood {
@@ -16,9 +15,12 @@ namespace atwood {
 namespace {
 
 std::string as_text(const XXH128_hash_t& hash) {
-  char text[33];
-  std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
-                static_cast<unsigned long long>(hash.low64));
+  std::string text(32, '0');
+  for (int i = 0; i < 16; ++i) {
+    const int bits = 60 - 4 * i;
+    text[static_cast<std::size_t>(i)] = "0123456789abcdef"[hash.high64 >> bits & 15];
+    text[static_cast<std::size_t>(16 + i)] = "0123456789abcdef"[hash.low64 >> bits & 15];
+  }
   return text;
 }
 
@@ -27,7 +29,10 @@ std::string as_text(const XXH128_hash_t& hash) {
 std::string content_hash(std::string_view bytes) { return as_text(XXH3_128bits(bytes.data(), bytes.size())); }
 
 std::string content_hash(std::initializer_list<std::string_view> parts) {
+  std::size_t size = 0;
+  for (const std::string_view part : parts) size += part.size() + 8;
   std::string all;
+  all.reserve(size);
   for (const std::string_view part : parts) {
     all += std::to_string(part.size());
     all += ':';
