@@ -291,39 +291,39 @@ template <class S> bool Radau15<S>::step_general(S t_s, S h_s, const S* y, S* y_
 
 template <class S> bool Radau15<S>::step_fused(S h_s, const S* y, S* y_new, Record* from, S offset) {
   if constexpr (std::is_same_v<S, double>) {
-    const bool in_plane = from != nullptr ? from->in_plane : bodies_->in_plane(y);
-    if (from == nullptr) std::fill(compensation_.begin(), compensation_.end(), 0.0);
-    else compensation_ = offset == 1 ? from->compensation_new : from->compensation;
     Record& record = next_record();
-    GravitatingStep step;
-    step.h_s = h_s;
-    step.rtol = rtol_;
-    step.atol_over_rtol = rtol_ > 0 ? atol_ / rtol_ : 0;
-    step.in_plane = in_plane;
-    step.compensated = options_.compensated;
-    step.y = y;
-    step.compensation = compensation_.data();
-    if (from != nullptr) {
-      step.rate_from = lanes_of(from->rate);
-      step.error_from = lanes_of(from->prediction_error);
-      step.reach_from = &from->reach;
-      step.ratio = h_s / from->h_s;
-    }
-    step.offset = offset;
-    step.contraction = contraction_;
-    step.y_new = y_new;
-    step.compensation_new = record.compensation_new.data();
-    step.rate = lanes_of(record.rate);
-    step.prediction_error = lanes_of(record.prediction_error);
-    step.ends = lanes_of(ends_);
+    record.in_plane = from != nullptr ? from->in_plane : bodies_->in_plane(y);
+    if (from == nullptr) std::fill(record.compensation.begin(), record.compensation.end(), 0.0);
+    else if (offset == 1) record.compensation = from->compensation_new;
+    else if (from != &record) record.compensation = from->compensation;
+    const bool known = from != nullptr;
+    GravitatingStep step{.h_s = h_s,
+                         .rtol = rtol_,
+                         .atol_over_rtol = rtol_ > 0 ? atol_ / rtol_ : 0,
+                         .in_plane = record.in_plane,
+                         .compensated = options_.compensated,
+                         .y = y,
+                         .compensation = record.compensation.data(),
+                         .rate_from = known ? lanes_of(from->rate) : nullptr,
+                         .error_from = known ? lanes_of(from->prediction_error) : nullptr,
+                         .reach_from = known ? &from->reach : nullptr,
+                         .offset = offset,
+                         .ratio = known ? h_s / from->h_s : 1,
+                         .y_new = y_new,
+                         .compensation_new = record.compensation_new.data(),
+                         .rate = lanes_of(record.rate),
+                         .prediction_error = lanes_of(record.prediction_error),
+                         .reach = &record.reach,
+                         .contraction = contraction_};
     step_gravitating_bodies(width_, *bodies_, step);
     this->system_.evaluations += kNodes * step.report.iterations;
-    if (!this->system_.solvers.note(IterativeSolver::implicit_stages, step.report)) return false;
-    record.in_plane = in_plane;
-    record.reach = step.reach;
-    record.compensation.swap(compensation_);
+    if (!this->system_.solvers.note(IterativeSolver::implicit_stages, step.report)) {
+      record.valid = false;  // it has lost its remainders
+      return false;
+    }
+    if (!known || offset != 1) record.reach = {};
     contraction_ = step.contraction;
-    scale_[0].rate = step.rate_size;
+    roughness_ = step.rate_size > 0 ? step.last_coefficient / step.rate_size : 0;
     return true;
   }
   return false;
@@ -349,6 +349,7 @@ template <class S> void Radau15<S>::set_tolerance(S rtol, S atol) {
 
 // Ratio of the last coefficient of the rates' polynomial to the rates.
 template <class S> S Radau15<S>::roughness() const {
+  if (bodies_) return roughness_;
   S most = S(0);
   for (std::size_t n = 0; n < kinds_.size(); ++n) {
     S top = S(0);

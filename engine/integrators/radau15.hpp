@@ -125,6 +125,7 @@ template <class S> class Radau15 final : public Stepper<S> {
   int kept_ = -1;         // record of the last step that advise() accepted
   S rtol_{}, atol_{};     // 0: sweeps to round-off
   S contraction_ = S(1);  // of the last sweeps: ratio of successive changes
+  S roughness_{};         // of the last fused step
   bool converged_ = false;
 };
 

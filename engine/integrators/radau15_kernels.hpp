@@ -149,8 +149,8 @@ ATWOOD_INLINE void weigh_last_error(const RadauTable<S>& table, S ratio, const R
     const S tau = S(1) + ratio * table.c[n];
     S product = S(1);
     for (int k = 0; k < kNodes; ++k) product *= tau - table.c[k];
+    const S full = g8 * product / before.product[n];  // before it is written: `now` may be `before`
     now.product[n] = product;
-    const S full = g8 * product / before.product[n];
     weight[n] = full < S(1) ? full : S(1);
   }
 }

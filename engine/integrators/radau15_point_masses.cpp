@@ -63,7 +63,7 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
     if (step_.rate_from == nullptr) return for_rows([&](int r, int) ATWOOD_INLINED { store<double>(P{}, rate_[r]); });
     const P tau = step_.offset + step_.ratio * load(table_.c);
     alignas(P) double weight[kNodes] = {};
-    if (step_.offset == 1) radau::weigh_last_error(table_, step_.ratio, *step_.reach_from, step_.reach, weight);
+    if (step_.offset == 1) radau::weigh_last_error(table_, step_.ratio, *step_.reach_from, *step_.reach, weight);
     const Columns<double> powers(table_.power, 1.0);
     for_rows([&](int r, int i) ATWOOD_INLINED {
       const std::ptrdiff_t at = (i + 3) * kNodes;
@@ -230,18 +230,18 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
     for_rows([&](int r, int i) ATWOOD_INLINED {
       const std::ptrdiff_t at = (i + 3) * kNodes;
       const P rate = load(rate_[r]), ends = columns.combine(rate_[r]);
-      store<double>(ends, step_.ends + at);
       store<double>(rate, step_.rate + at);
       store<double>(continued ? rate - load(predicted_[r]) : P{}, step_.prediction_error + at);
       step_.y_new[i] = add(i, step_.y[i], h_s * (step_.y[i + 3] + h_s * ends[1]));
       step_.y_new[i + 3] = add(i + 3, step_.y[i + 3], h_s * ends[0]);
+      step_.last_coefficient = real::max(step_.last_coefficient, real::abs(ends[2]));
     });
   }
 
   ATWOOD_INLINE void keep_plane() {
     for (int b = 0; b < bodies_; ++b) {
       const int i = b * kBodySize + 2;
-      for (double* array : {step_.ends, step_.rate, step_.prediction_error})
+      for (double* array : {step_.rate, step_.prediction_error})
         store<double>(P{}, array + (i + 3) * kNodes);
       for (const int at : {i, i + 3}) {
         step_.y_new[at] = step_.y[at];

@@ -37,18 +37,19 @@ std::unique_ptr<GravitatingBodies> gravitating_bodies(const RigidModel<double>& 
 
 // What a step reads and writes. Arrays are those of Radau15: of the state, or of eight nodes a component of it.
 struct GravitatingStep {
-  double h_s = 0, rtol = 0, atol_over_rtol = 0;
-  bool in_plane = false, compensated = true;
-  const double *y = nullptr, *compensation = nullptr;
+  double h_s, rtol, atol_over_rtol;
+  bool in_plane, compensated;
+  const double *y, *compensation;
   // the rates of the step from which those of this one are extrapolated, and their errors then; null: none
-  const double *rate_from = nullptr, *error_from = nullptr;
-  const RadauReach<double>* reach_from = nullptr;
-  double offset = 0, ratio = 1;  // of the start and the length of this step, in units of that one
-  double *y_new = nullptr, *compensation_new = nullptr, *rate = nullptr, *prediction_error = nullptr, *ends = nullptr;
-  RadauReach<double> reach;
-  double contraction = 1;  // before, and after
-  double rate_size = 0;    // largest rate, as the first sweep knew it
-  SolveReport report;      // the rates at the nodes; its residual is the change that remains
+  const double *rate_from, *error_from;
+  const RadauReach<double>* reach_from;
+  double offset, ratio;  // of the start and the length of this step, in units of that one
+  double *y_new, *compensation_new, *rate, *prediction_error;
+  RadauReach<double>* reach;    // written where offset is 1
+  double contraction;           // before, and after
+  double rate_size = 0;         // largest rate, as the first sweep knew it
+  double last_coefficient = 0;  // largest last coefficient of the rates' polynomials
+  SolveReport report = {};      // the rates at the nodes; its residual is the change that remains
 };
 void step_gravitating_bodies(VectorWidth width, const GravitatingBodies& bodies, GravitatingStep& step);
 
