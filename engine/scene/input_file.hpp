@@ -31,8 +31,8 @@ std::string read_input_file(const std::string& path, const std::string& expected
 void require_shallow_toml(std::string_view text, const std::string& name);
 void require_shallow_json(std::string_view text, const std::string& name);
 
-// Where the value of `key` in [table] of a TOML file stands, for a message: "scene.toml:12:8". The file alone where the
-// key is not there. Throws InputError as reading a scenario does.
+// Where the value of `key` in [table] of a TOML file stands ("": above all tables), for a message: "scene.toml:12:8".
+// The file alone where the key is not there. Throws InputError as reading a scenario does.
 std::string place_of_key(const std::string& path, std::string_view table, std::string_view key);
 
 }  // namespace atwood

@@ -99,7 +99,7 @@ Value parse_toml(std::string_view text, const std::string& name) {
 
 std::string place_of_key(const std::string& path, std::string_view table, std::string_view key) {
   const Value document = parse_toml(read_input_file(path, "a scenario file (TOML)", largest::kScenario), path);
-  const Value* inside = document.find(table);
+  const Value* inside = table.empty() ? &document : document.find(table);
   const Value* value = inside ? inside->find(key) : nullptr;
   return value ? path + ":" + std::to_string(value->place.line) + ":" + std::to_string(value->place.column) : path;
 }

@@ -18,7 +18,9 @@
 #include "reports/command_line/command_line.hpp"
 #include "scene/files.hpp"
 #include "scene/input_file.hpp"
+#include "scene/named_metric.hpp"
 #include "scene/printable.hpp"
+#include "validation/metrics/metrics.hpp"
 #include "validation/study/process.hpp"
 
 namespace atwood {
@@ -108,6 +110,16 @@ void require_known_solution(const Place& place, const Scenario& scenario) {
                                fmt::join(known, ", "), near.empty() ? "" : " (did you mean " + near.front() + "?)"));
 }
 
+// The scene's reader knows no metrics, so that the name of its own is looked up here.
+void require_known_metric(const Scenario& scenario) {
+  const std::string metric = named_metric(scenario);
+  std::vector<std::string> known;
+  for (const MetricInfo& info : all_metrics()) known.push_back(info.name);
+  if (metric.empty() || std::find(known.begin(), known.end(), metric) != known.end()) return;
+  throw InputError(fmt::format("{}: `metric` is \"{}\"; expected a metric of `atwood list metrics`{}",
+                               place_of_key(scenario.path, "", "metric"), metric, nearest_hint(metric, known, 1)));
+}
+
 }  // namespace
 
 Place find_place() {
@@ -153,7 +165,10 @@ std::vector<Scenario> read_catalogue(const Place& place) {
   }
   std::sort(paths.begin(), paths.end());
   std::vector<Scenario> catalogue;
-  for (const auto& path : paths) catalogue.push_back(read_scenario(path));
+  for (const auto& path : paths) {
+    catalogue.push_back(read_scenario(path));
+    require_known_metric(catalogue.back());
+  }
   return catalogue;
 }
 
@@ -179,7 +194,11 @@ Scenario read_scene_argument(const Place& place, const std::string& id_or_file) 
   const fs::path in_catalogue = catalogue_file(place, id_or_file);
   const bool looks_like_file =
       id_or_file.find('/') != std::string::npos || id_or_file.find(".toml") != std::string::npos;
-  if (!looks_like_file && fs::exists(in_catalogue)) return read_scenario(in_catalogue.string());
+  if (!looks_like_file && fs::exists(in_catalogue)) {
+    Scenario scenario = read_scenario(in_catalogue.string());
+    require_known_metric(scenario);
+    return scenario;
+  }
   if (!looks_like_file && !fs::exists(id_or_file)) {
     std::vector<std::string> ids;
     for (const auto& scenario : read_catalogue(place)) ids.push_back(scenario.id);
@@ -190,6 +209,7 @@ Scenario read_scene_argument(const Place& place, const std::string& id_or_file) 
   if (!fs::exists(id_or_file)) throw no_such_scene(id_or_file);
   Scenario scenario = read_scenario(id_or_file);
   require_known_solution(place, scenario);
+  require_known_metric(scenario);
   for (const std::string& note : scenario.notes) fmt::print(stderr, "atwood: {}\n", printable(note));
   return scenario;
 }

@@ -105,6 +105,11 @@ class Scenes(OwnEngine):
         for words in (["run", "--scenario", scene, "--method", "atwood/rk4"], ["trace", scene, "--method", "truth"], ["describe", scene]):
             self.expect(self.run_in(*words), 2, "mine.toml:17:12: `solution` in [truth] is \"balistic\"", "did you mean ballistic?")
 
+    def test_an_unknown_metric_is_told_with_the_nearest(self):
+        scene = self.path("mine.toml", 'metric = "error-positon-end"\n' + SCENE)
+        for words in (["run", "--scenario", scene, "--method", "atwood/rk4"], ["describe", scene]):
+            self.expect(self.run_in(*words), 2, "mine.toml:1:10: `metric` is \"error-positon-end\"", "nearest: error-position-end")
+
     def test_rounded_vectors_are_normalised_with_a_note(self):
         scene = self.path("mine.toml", SCENE.replace("mass_kg", "orientation_wxyz = [0.7071, 0.7071, 0, 0]\nmass_kg"))
         for words in (["describe", scene], ["trace", scene, "--method", "truth"]):
