@@ -183,6 +183,7 @@ int prune(const Options& options) {
   const auto before = static_cast<double>(std::filesystem::file_size(path));
   const std::int64_t removed =
       history.prune(options.study, options.prune_keep, older_ns > 0 ? now_ns() - older_ns : 0, options.dry_run);
+  if (removed > 0 && !options.dry_run) renew_history_pages(options, history);
   const std::int64_t left = static_cast<std::int64_t>(history.runs("", kAllRuns).size());
   const auto bytes = static_cast<double>(std::filesystem::file_size(path));
   if (options.json)

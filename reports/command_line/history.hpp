@@ -49,6 +49,8 @@ std::string report_file(const std::string& study, const std::string& selection);
 // cells; OUT/index.html, which links to all; and what -o names. The path to tell the user.
 std::string write_reports(const Options& options, const Selection& selection, const ReportData& data,
                           const std::string& verdict);
+// Writes the index and each report's page of earlier runs anew, where they are: runs were removed from the history.
+void renew_history_pages(const Options& options, const RunHistory& history);
 std::string render_index(const std::vector<HistoryReport>& reports, const std::vector<HistoryRun>& runs);
 
 // What --against names: a run by its number, commit, `last` or `previous`, or a baseline's file.

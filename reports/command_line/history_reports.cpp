@@ -31,6 +31,27 @@ std::string with_links(std::string html, const std::string& to_index, const std:
 
 std::string trends_file(const std::string& report) { return report.substr(0, report.size() - 5) + ".trends.html"; }
 
+std::string reports_folder(const Options& options) { return options.out_dir + "/reports"; }
+
+// The reports whose files are not deleted.
+std::vector<HistoryReport> reports_there(const Options& options, std::vector<HistoryReport> reports) {
+  std::error_code ignored;
+  std::erase_if(reports, [&](const HistoryReport& one) {
+    return !fs::exists(reports_folder(options) + "/" + one.file, ignored);
+  });
+  return reports;
+}
+
+void write_index(const Options& options, const RunHistory& history) {
+  write_file(options.out_dir + "/index.html",
+             render_index(reports_there(options, history.reports()), history.runs("", kRunsOfIndex)));
+}
+
+void write_trends(const Options& options, const RunHistory& history, const HistoryReport& report) {
+  write_file(reports_folder(options) + "/" + trends_file(report.file),
+             study_trends(history, report.study, report.selection, report.file));
+}
+
 }  // namespace
 
 std::string report_file(const std::string& study, const std::string& selection) {
@@ -64,14 +85,10 @@ std::string write_reports(const Options& options, const Selection& selection, co
     tell_history(error, "the index of reports is not renewed");
     history = nullptr;
   }
-  const std::string folder = options.out_dir + "/reports", page = options.out_dir + "/report.html";
+  const std::string folder = reports_folder(options), page = options.out_dir + "/report.html";
   std::error_code ignored;
-  const auto there = [&](std::vector<HistoryReport> reports) {  // those whose files are not deleted
-    std::erase_if(reports, [&](const HistoryReport& one) { return !fs::exists(folder + "/" + one.file, ignored); });
-    return reports;
-  };
   if (fs::exists(page, ignored))
-    for (const HistoryReport& other : there(others))
+    for (const HistoryReport& other : reports_there(options, others))
       if (other.shown && other.file != report.file && other.cells > report.cells) report.shown = false;
   make_out_dir(folder);
   const std::string html = render_html(data), trends = trends_file(report.file);
@@ -79,16 +96,21 @@ std::string write_reports(const Options& options, const Selection& selection, co
   if (report.shown) write_file(page, history ? with_links(html, "index.html", "reports/" + trends) : html);
   if (history) {
     try {
-      write_file(folder + "/" + trends, study_trends(*history, report.study, report.selection, report.file));
+      write_trends(options, *history, report);
       history->put_report(report);
-      write_file(options.out_dir + "/index.html",
-                 render_index(there(history->reports()), history->runs("", kRunsOfIndex)));
+      write_index(options, *history);
     } catch (const std::runtime_error& error) {
       tell_history(error, "the index of reports is not renewed");
     }
   }
   write_named_outputs(options, data);
   return report.shown ? page : folder + "/" + report.file;
+}
+
+void renew_history_pages(const Options& options, const RunHistory& history) {
+  for (const HistoryReport& report : reports_there(options, history.reports())) write_trends(options, history, report);
+  std::error_code ignored;
+  if (fs::exists(options.out_dir + "/index.html", ignored)) write_index(options, history);
 }
 
 std::string render_index(const std::vector<HistoryReport>& reports, const std::vector<HistoryRun>& runs) {

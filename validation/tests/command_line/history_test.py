@@ -178,6 +178,8 @@ class History(Case):
         self.ask("history", "other", "--prune-keep", "1", told=["0 runs removed, 5 left"])
         self.ask("history", "--prune-keep", "1", told=["2 runs removed, 3 left"])
         self.assertEqual([run["run"] for run in self.runs()], [5, 4, 3])
+        for name, runs in (("index.html", ["5", "4", "3"]), ("reports/one.trends.html", ["4"])):
+            self.assertEqual(re.findall(r'data-name="run">(\d+)<', self.page(name)), runs, name)
         self.ask("report", one, "--against", "4", told=["0 worse, 0 better, 0 vanished, 0 appeared"])
         self.ask("report", one, "--against", "1", code=2, told=["found no such run"])
         self.ask("run", one, code=[0, 1])
