@@ -241,8 +241,7 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
   ATWOOD_INLINE void keep_plane() {
     for (int b = 0; b < bodies_; ++b) {
       const int i = b * kBodySize + 2;
-      for (double* array : {step_.rate, step_.prediction_error})
-        store<double>(P{}, array + (i + 3) * kNodes);
+      for (double* array : {step_.rate, step_.prediction_error}) store<double>(P{}, array + (i + 3) * kNodes);
       for (const int at : {i, i + 3}) {
         step_.y_new[at] = step_.y[at];
         if (step_.compensated) step_.compensation_new[at] = 0;
