@@ -158,6 +158,43 @@ def saves(browser):
         return [image.width - w, image.height, h, far, inked];""")
     check(wide == 0 and high > stage_high and far == 0, f"the picture differs from the stage in {far} values")
     check(inked > 200, f"the captions have {inked} dark pixels")
+    saves_lines(browser)
+
+
+# Draws the saved SVG at the size of the stage (or of a plot) and counts pixels that differ from `shown` by more than a quarter.
+DIFFERENCE = """const text = await saved.text(), parsed = new DOMParser().parseFromString(text, 'image/svg+xml');
+    const image = new Image(); await new Promise((good, bad) => { image.onload = good; image.onerror = bad; image.src = 'data:image/svg+xml,' + encodeURIComponent(text); });
+    const shown = arguments[0].map(s => document.querySelector(s)).filter(Boolean), box = shown[0].getBoundingClientRect(), w = Math.round(box.width), h = Math.round(box.height);
+    const read = draw => { const c = document.createElement('canvas'); c.width = w; c.height = h; const ink = c.getContext('2d'); draw(ink); return ink.getImageData(0, 0, w, h).data; };
+    const panel = getComputedStyle(document.documentElement).getPropertyValue('--panel').trim();
+    const a = read(ink => ink.drawImage(image, 0, 0)), b = read(ink => { ink.fillStyle = panel; ink.fillRect(0, 0, w, h); shown.forEach(l => ink.drawImage(l, 0, 0, w, h)); });
+    let far = 0, drawn = 0; for (let i = 0; i < a.length; i += 4) {
+      const apart = (x, y, j) => Math.max(Math.abs(x[i] - y[j]), Math.abs(x[i + 1] - y[j + 1]), Math.abs(x[i + 2] - y[j + 2])) > 64;
+      far += apart(a, b, i); drawn += apart(b, b, 0); }
+    return [parsed.querySelector('parsererror') ? 'not XML' : parsed.documentElement.nodeName, parsed.querySelectorAll('script, [onload], [onclick]').length,
+      parsed.querySelectorAll('path').length, [...parsed.querySelectorAll('text')].map(t => t.textContent), far, drawn, savedName];"""
+
+
+def saves_lines(browser):
+    """The view and the plots saved as SVG are XML and look like the page; a plot saves as PNG too."""
+    browser.run("window.saved = null;")
+    browser.click("#save-svg")
+    until("an SVG is saved", lambda: browser.run("return window.saved !== null"))
+    layers = [".stage canvas:nth-of-type(1)", ".stage canvas:nth-of-type(2)"]
+    kind, active, paths, texts, far, drawn, name = browser.run(DIFFERENCE, layers)
+    check(kind == "svg" and active == 0 and name.endswith(".svg"), f"the view saved as SVG is {kind} with {active} active parts, {name}")
+    check(any(HOSTILE in text for text in texts), f"the title is not among the texts {texts}")
+    lit = browser.run("return document.querySelector('.stage canvas').getContext('2d') === null")  # WebGL shades more finely
+    check(paths > 40 and drawn > 1000 and far < (0.4 if lit else 0.1) * drawn, f"the view's SVG, {paths} paths, differs in {far} pixels of {drawn} that are drawn")
+    browser.run("window.saved = null;")
+    browser.run("document.querySelector('#curve-position .save-curve[aria-label^=\"Save as SVG\"]').click()")
+    until("a plot is saved", lambda: browser.run("return window.saved !== null"))
+    kind, active, paths, texts, far, drawn, name = browser.run(DIFFERENCE, ["#curve-position canvas"])
+    check(kind == "svg" and active == 0 and drawn > 200 and far < 0.35 * drawn, f"the plot's SVG is {kind}, differs in {far} pixels of {drawn} that are drawn")
+    check(any("s" == text.strip()[-1:] for text in texts) and name.endswith(".svg"), f"the plot's SVG has the texts {texts}, {name}")
+    browser.run("window.saved = null; document.querySelector('#curve-energy .save-curve[aria-label^=\"Save as PNG\"]').click()")
+    until("a plot is saved as PNG", lambda: browser.run("return window.saved !== null"))
+    check(browser.run("return saved.type === 'image/png' && saved.size > 500 && savedName.endsWith('.png')"), "the plot's PNG is none")
 
 
 def moves_camera(browser):

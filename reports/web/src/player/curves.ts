@@ -1,7 +1,9 @@
 // Error and energy against time, with the cursor that the scene shares: a press or a drag sets the time.
 import { h } from '../dom';
+import { download, fileName } from '../save';
 import { look, token } from '../style';
 import { Motion } from './motion';
+import { Ink, SvgInk } from './svg_ink';
 
 const kHeight = 150, kLeft = 52, kRight = 12, kTop = 8, kBottom = 26;
 
@@ -16,6 +18,7 @@ export class Curve {
   private width = 360;
   private range: [number, number];
   private bar: ArrayLike<number> | undefined;
+  private shownAt = 0;  // [s]
 
   // `values`: one list a run; logarithmic, so values that are not positive are left out.
   constructor(private motion: Motion, name: string, title: string, private values: (ArrayLike<number> | undefined)[], bar: ArrayLike<number> | undefined,
@@ -33,7 +36,7 @@ export class Curve {
     if (this.range[1] <= this.range[0]) this.range[1] = this.range[0] + 1;
     this.canvas.setAttribute('role', 'img');
     this.canvas.setAttribute('aria-label', `${title} against time; press to set the time`);
-    this.element = h('figure', { class: 'curve', id: `curve-${name}` }, h('figcaption', {}, title), this.canvas);
+    this.element = h('figure', { class: 'curve', id: `curve-${name}` }, h('figcaption', {}, h('span', {}, title), this.saveButton('SVG', title), this.saveButton('PNG', title)), this.canvas);
     const take = (event: PointerEvent) => {
       const box = this.canvas.getBoundingClientRect();
       scrub(Math.min(Math.max((event.clientX - box.left - kLeft) / (this.width - kLeft - kRight), 0), 1) * motion.end);
@@ -49,10 +52,23 @@ export class Curve {
     this.canvas.height = Math.round(kHeight * ratio);
   }
 
-  draw(t: number): void {
-    const ink = this.canvas.getContext('2d')!, ratio = devicePixelRatio || 1, [low, high] = this.range, end = this.motion.end || 1;
+  private saveButton(kind: 'SVG' | 'PNG', title: string): HTMLElement {
+    const name = `${fileName(`${this.motion.page.id} ${title}`)}.${kind.toLowerCase()}`;
+    return h('button', { type: 'button', class: 'save-curve', 'aria-label': `Save as ${kind}: ${title}`, onclick: () => {
+      if (kind === 'PNG') return this.canvas.toBlob((blob) => { if (blob) download(name, blob); }, 'image/png');
+      const ink = new SvgInk();
+      ink.fillStyle = token('--panel');
+      ink.fillRect(0, 0, this.width, kHeight);
+      this.draw(this.shownAt, ink);
+      download(name, new Blob([ink.svg(this.width, kHeight)], { type: 'image/svg+xml' }));
+    } }, kind);
+  }
+
+  draw(t: number, ink: Ink = this.canvas.getContext('2d')!): void {
+    const ratio = devicePixelRatio || 1, [low, high] = this.range, end = this.motion.end || 1;
     const x = (time: number) => kLeft + (this.width - kLeft - kRight) * time / end;
     const y = (value: number) => kTop + (kHeight - kTop - kBottom) * (high - Math.max(Math.log10(value), low)) / (high - low);
+    this.shownAt = t;
     ink.setTransform(ratio, 0, 0, ratio, 0, 0);
     ink.clearRect(0, 0, this.width, kHeight);
     this.axes(ink, x, y, end);
@@ -88,7 +104,7 @@ export class Curve {
     this.canvas.dataset.cursor = `${x(t)}`;
   }
 
-  private axes(ink: CanvasRenderingContext2D, x: (t: number) => number, y: (value: number) => number, end: number): void {
+  private axes(ink: Ink, x: (t: number) => number, y: (value: number) => number, end: number): void {
     const [low, high] = this.range, every = Math.max(1, Math.ceil((high - low) / 6));
     ink.font = '11px system-ui, "DejaVu Sans", sans-serif';
     ink.fillStyle = token('--soft');

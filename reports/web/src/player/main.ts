@@ -280,15 +280,16 @@ class Player {
     const again = check('loop', 'loop', true, (on) => { this.loop = on; });
     return h('div', { class: 'choices' }, h('div', { class: 'row' }, speed.box, motion.runs.length > 1 ? magnify.box : null, motion.page.motion.moving.length ? follow.box : null, ...this.fluid(),
       h('button', { type: 'button', id: 'fit', onclick: () => this.stage.fit() }, 'fit'),
-      h('button', { type: 'button', id: 'save', title: 'Save the view as PNG', onclick: () => this.save() }, 'PNG')), h('div', { class: 'row boxes' }, again, wait, ...toggles));
+      h('button', { type: 'button', id: 'save', title: 'Save the view as PNG', onclick: () => this.save('png') }, 'PNG'),
+      h('button', { type: 'button', id: 'save-svg', title: 'Save the view as SVG', onclick: () => this.save('svg') }, 'SVG')), h('div', { class: 'row boxes' }, again, wait, ...toggles));
   }
 
-  private save(): void {
+  private save(kind: 'png' | 'svg'): void {
     const { page } = this.motion, text = (part: HTMLElement) => part.textContent!.trim();
     const drawn = this.motion.runs.map((run) => run.name).filter((_, i) => this.visible[i]).join(', ');
-    this.stage.picture([`${page.title || page.id}: ${drawn}`, [text(this.parts.clock), text(this.parts.note)].filter(Boolean).join('. ')]).toBlob((blob) => {
-      if (blob) download(`${fileName(`${page.id} ${this.t.toPrecision(4)} s`)}.png`, blob);
-    }, 'image/png');
+    const lines = [`${page.title || page.id}: ${drawn}`, [text(this.parts.clock), text(this.parts.note)].filter(Boolean).join('. ')], name = `${fileName(`${page.id} ${this.t.toPrecision(4)} s`)}.${kind}`;
+    if (kind === 'svg') download(name, new Blob([this.stage.svg(lines)], { type: 'image/svg+xml' }));
+    else this.stage.picture(lines).toBlob((blob) => { if (blob) download(name, blob); }, 'image/png');
   }
 
   private fluid(): HTMLElement[] {

@@ -3,6 +3,7 @@
 import { Camera } from './camera';
 import { Event, Force, Joint } from './data';
 import { Motion } from './motion';
+import { Ink } from './svg_ink';
 import { Quat, Vec, add, cross, dot, length, scale, sub, turn, unit } from './vectors';
 
 export interface Shown { trails: boolean; names: boolean; joints: boolean; contacts: boolean; forces: boolean; axes: boolean; grid: boolean }
@@ -19,7 +20,7 @@ export function metres(x: number): string {
 
 export class Overlay {
   readonly canvas = document.createElement('canvas');
-  private ink = this.canvas.getContext('2d')!;
+  private ink: Ink = this.canvas.getContext('2d')!;
   private ratio = 1;
   private trails: Vec[][][] = [];  // run, body, point
   private trailOf = NaN;           // the magnification that they were made for
@@ -40,6 +41,13 @@ export class Overlay {
     this.canvas.height = Math.round(height * ratio);
   }
 
+  // Once on `ink` instead of the screen.
+  drawOn(ink: Ink, frame: Frame): void {
+    const screen = this.ink;
+    this.ink = ink;
+    this.draw(frame);
+    this.ink = screen;
+  }
   draw(frame: Frame): void {
     const { camera, shown } = frame, ink = this.ink;
     ink.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);

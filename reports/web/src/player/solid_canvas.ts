@@ -1,5 +1,6 @@
 // Solids where WebGL is missing: triangles projected to a canvas, the farthest first.
 import { Picture, Solids, Thing, kFloorCells, particleAt, particleColour } from './solids';
+import { Ink } from './svg_ink';
 import { Vec, add, cross, dot, scale, sub, turn, unit } from './vectors';
 
 interface Patch { depth: number; draw: () => void }
@@ -12,10 +13,9 @@ function parts(colour: string): Vec {
 export class CanvasSolids implements Solids {
   readonly kind = 'canvas';
   readonly canvas = document.createElement('canvas');
-  private ink = this.canvas.getContext('2d')!;
   private ratio = 1;
 
-  constructor(private things: Thing[]) {}
+  constructor(private things: Thing[], private ink: Ink = null!) { this.ink ??= this.canvas.getContext('2d')!; }
 
   resize(width: number, height: number, ratio: number): void {
     this.ratio = ratio;

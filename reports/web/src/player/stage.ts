@@ -3,10 +3,11 @@ import { h } from '../dom';
 import { isDark, look, token } from '../style';
 import { Camera } from './camera';
 import { Motion } from './motion';
-import { Overlay, Shown } from './overlay';
+import { Frame, Overlay, Shown } from './overlay';
 import { meshOf } from './shapes';
 import { CanvasSolids } from './solid_canvas';
-import { Colours, Floor, Place, Points, Solids, Thing } from './solids';
+import { Colours, Floor, Picture, Place, Points, Solids, Thing } from './solids';
+import { SvgInk } from './svg_ink';
 import { WebglSolids } from './solid_webgl';
 import { Vec, add, cross, dot, length, scale, sub, unit } from './vectors';
 
@@ -21,6 +22,7 @@ export class Stage {
   private planes: { normal: Vec; offset: number }[] = [];
   private follow = -1;
   private followed: Vec | null = null;
+  private last: { solids: Picture; lines: Frame } | null = null;  // what the screen shows
   size = 1;  // of the scene [m]
   changed: () => void = () => {};
 
@@ -100,6 +102,22 @@ export class Stage {
     ink.font = `${size}px system-ui, sans-serif`;
     lines.forEach((line, i) => ink.fillText(line, size, height + (i + 1) * size * 1.5, width - 2 * size));
     return canvas;
+  }
+  // The same as SVG, the solids projected as triangles, the farthest first.
+  svg(lines: string[]): string {
+    const { width, height } = this.camera, size = Math.round(width / 70) + 6, foot = lines.length * size * 1.5 + size, ink = new SvgInk();
+    ink.fillStyle = token('--panel');
+    ink.fillRect(0, 0, width, height + foot);
+    if (this.last) {
+      new CanvasSolids(this.things, ink).draw(this.last.solids);
+      this.overlay.drawOn(ink, this.last.lines);
+    }
+    ink.fillStyle = token('--ink');
+    ink.font = `${size}px system-ui, sans-serif`;
+    ink.textAlign = 'left';
+    ink.textBaseline = 'alphabetic';
+    lines.forEach((line, i) => ink.fillText(line, size, height + (i + 1) * size * 1.5));
+    return ink.svg(width, height + foot);
   }
   fit(): void {
     const balls = this.balls();
@@ -189,8 +207,9 @@ export class Stage {
       if (mesh.radius === 0 || pixels < kDot) return { p, q, size: depth > 0 ? kDot * depth / f / radius : 0 };
       return { p, q, size: 1 };
     });
-    this.solids.draw({ camera, places, floors: this.floors(), points: this.points(t, field, cloudRun), side: this.particleSide(cloudRun), colours });
-    this.overlay.draw({ camera, motion, t, visible: this.visible, shown: this.shown, size: this.size, hold, colour: runColour, ink: colours.ink, soft: token('--soft'), panel: colours.panel, force: token('--fail') });
+    this.last = { solids: { camera, places, floors: this.floors(), points: this.points(t, field, cloudRun), side: this.particleSide(cloudRun), colours }, lines: { camera, motion, t, visible: this.visible, shown: this.shown, size: this.size, hold, colour: runColour, ink: colours.ink, soft: token('--soft'), panel: colours.panel, force: token('--fail') } };
+    this.solids.draw(this.last.solids);
+    this.overlay.draw(this.last.lines);
     this.element.dataset.camera = [camera.yaw, camera.pitch, camera.distance, ...camera.target].map((x) => x.toPrecision(6)).join(' ');
   }
 
