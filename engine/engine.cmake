@@ -25,6 +25,7 @@ add_library(atwood_engine STATIC
   smooth/prepare.cpp
   smooth/run.cpp
   smooth/stops.cpp
+  math/elementary.cpp
   math/elliptic.cpp
   math/principal_axes.cpp
   math/scalar.cpp

@@ -160,7 +160,7 @@ template <class S> void add_point_normals(const Source& source, TriangleMesh<S>&
       const Long3 at = wide(source.points[source.corner[t][k]]);
       const Long3 u = wide(source.points[source.corner[t][(k + 1) % 3]]) - at,
                   v = wide(source.points[source.corner[t][(k + 2) % 3]]) - at;
-      sum[source.corner[t][k]] += std::atan2(norm(cross(u, v)), dot(u, v)) * source.normal[t];
+      sum[source.corner[t][k]] += real::atan2(norm(cross(u, v)), dot(u, v)) * source.normal[t];
     }
   for (const Long3& normal : sum)
     mesh.point_pseudonormals.push_back(narrow<S>(dot(normal, normal) > 0 ? unit_of(normal) : normal));

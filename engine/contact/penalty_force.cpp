@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "math/elementary.hpp"
 
 #include "math/bracketed_root.hpp"
 #include "scene/joined.hpp"
@@ -40,9 +41,9 @@ template <class S> std::array<double, 3> double3(const Vec3<S>& v) {
 
 double damping_ratio_of(double restitution) {
   const auto restitution_of = [](double z) {
-    if (std::fabs(z - 1) < 1e-6) return std::exp(-2 * z);  // acos(z) / sqrt(1 - z^2) -> 1
-    return z < 1 ? std::exp(-2 * z * std::acos(z) / std::sqrt(1 - z * z))
-                 : std::exp(-2 * z * std::acosh(z) / std::sqrt(z * z - 1));
+    if (std::fabs(z - 1) < 1e-6) return real::exp(-2 * z);  // acos(z) / sqrt(1 - z^2) -> 1
+    return z < 1 ? real::exp(-2 * z * real::arc_tangent(std::sqrt((1 - z) * (1 + z)), z) / std::sqrt(1 - z * z))
+                 : real::exp(-2 * z * real::log(z + std::sqrt((z - 1) * (z + 1))) / std::sqrt(z * z - 1));
   };
   double low = 0, high = 1;
   while (restitution_of(high) > restitution) high *= 2;
@@ -161,8 +162,8 @@ template <class S> typename PenaltyForce<S>::Stiffest PenaltyForce<S>::stiffest(
         const ContactSpring<S> spring = spring_of(std::min(body, other), std::max(body, other));
         double k = static_cast<double>(spring.stiffness), c = static_cast<double>(spring.damping);
         if (spring.law == ContactLaw::hertz) {
-          const double v = static_cast<double>(speed_), depth = std::pow(1.25 * v * v / (inverse_mass * k), 0.4);
-          c = k * std::pow(depth, 1.5) * c;
+          const double v = static_cast<double>(speed_), depth = real::power(1.25 * v * v / (inverse_mass * k), 0.4);
+          c = k * real::power(depth, 1.5) * c;
           k = 1.5 * k * std::sqrt(depth);
         }
         const double more = rocking_factor(shapes_[body].kind, shapes_[other].kind),

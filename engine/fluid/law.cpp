@@ -4,21 +4,23 @@
 
 #include <cmath>
 
+#include "math/elementary.hpp"
+
 namespace atwood::fluid {
 namespace {
 
 constexpr int kLargestWholeGamma = 16;
 
-float power(float x, float y) { return std::pow(x, y); }
-double power(double x, double y) { return std::pow(x, y); }
+float power(float x, float y) { return static_cast<float>(real::power(x, y)); }
+double power(double x, double y) { return real::power(x, y); }
 long double power(long double x, long double y) { return std::pow(x, y); }
 Quad power(Quad x, Quad y) { return powq(x, y); }
-float exponential(float x) { return std::exp(x); }
-double exponential(double x) { return std::exp(x); }
+float exponential(float x) { return static_cast<float>(real::exp(x)); }
+double exponential(double x) { return real::exp(x); }
 long double exponential(long double x) { return std::exp(x); }
 Quad exponential(Quad x) { return expq(x); }
-float logarithm(float x) { return std::log(x); }
-double logarithm(double x) { return std::log(x); }
+float logarithm(float x) { return static_cast<float>(real::log(x)); }
+double logarithm(double x) { return real::log(x); }
 long double logarithm(long double x) { return std::log(x); }
 Quad logarithm(Quad x) { return logq(x); }
 

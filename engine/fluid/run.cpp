@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <type_traits>
+#include "math/elementary.hpp"
 
 #include "fluid/kick_drift.hpp"
 #include "fluid/options.hpp"
@@ -149,7 +150,7 @@ ModeRates mode_rates(const Scene& scene, const SphOptions& options, const Kernel
     double speed = law.sound_speed;
     if (law.tait)
       for (const double density : fluid.particles.density_kg_per_m3)
-        speed = std::max(speed, law.sound_speed * std::pow(density / law.density0, (law.gamma - 1) / 2));
+        speed = std::max(speed, law.sound_speed * real::power(density / law.density0, (law.gamma - 1) / 2));
     rates.sound_speed_m_per_s = std::max(rates.sound_speed_m_per_s, speed);
     const double nu = fluid.viscosity_m2_per_s;
     if (options.viscosity == Viscosity::morris) {

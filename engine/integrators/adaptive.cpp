@@ -1,5 +1,6 @@
 #include "integrators/adaptive.hpp"
 
+#include "math/elementary.hpp"
 #include "math/scalar.hpp"
 
 namespace atwood {
@@ -15,13 +16,13 @@ template <class S> S StepControl<S>::next_step(S h_s, S error) {
   const bool rejected_before = !accepted_;
   accepted_ = now <= 1;
   if (!accepted_) {  // NaN too
-    const double factor = now > 1 ? safety * std::pow(now, -static_cast<double>(exponent_)) : least;
+    const double factor = now > 1 ? safety * real::step_power(now, -static_cast<double>(exponent_)) : least;
     return h_s * S(real::max(factor, least));
   }
   double factor = most;
   if (now > 0)
-    factor =
-        safety * std::pow(now, -static_cast<double>(exponent_)) * std::pow(static_cast<double>(error_before_), beta);
+    factor = safety * real::step_power(now, -static_cast<double>(exponent_)) *
+             real::step_power(static_cast<double>(error_before_), beta);
   factor = real::min(real::max(factor, least), rejected_before ? 1.0 : most);
   error_before_ = real::max(error, S(1e-4));
   return h_s * S(factor);

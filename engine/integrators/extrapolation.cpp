@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "math/elementary.hpp"
 
 #include "math/scalar.hpp"
 
@@ -119,7 +120,7 @@ template <class S> double Extrapolation<S>::factor(int column) const {
   const auto& [safety, beta, least, most] = options_.limits;
   const double error = error_[column];
   if (!(error < std::numeric_limits<double>::infinity())) return least;
-  return error > 0 ? std::clamp(safety * std::pow(error, -1.0 / (2 * column - 1)), least, most) : most;
+  return error > 0 ? std::clamp(safety * real::step_power(error, -1.0 / (2 * column - 1)), least, most) : most;
 }
 
 template <class S> double Extrapolation<S>::work(int column) const { return evaluations_of(column) / factor(column); }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "math/elementary.hpp"
 
 #include "integrators/radau15_kernels.hpp"
 #include "integrators/radau15_point_masses.hpp"
@@ -381,10 +382,10 @@ template <class S> double Radau15<S>::published_factor() const {
   const double none = std::numeric_limits<double>::infinity();
   if (options_.criterion == StepCriterion::prs23) {
     const double timescale = static_cast<double>(least_timescale());
-    return timescale > 0 ? timescale * std::pow(5040 * options_.epsilon, 1.0 / 7) : none;
+    return timescale > 0 ? timescale * real::step_power(5040 * options_.epsilon, 1.0 / 7) : none;
   }
   const double b6 = static_cast<double>(roughness());
-  return b6 > 0 ? std::pow(options_.epsilon / b6, 1.0 / 7) : none;
+  return b6 > 0 ? real::step_power(options_.epsilon / b6, 1.0 / 7) : none;
 }
 
 // The rates' coefficients fall about as q^k h^k, so the last one, over the rates, is q^7; the local error of order 16
@@ -400,7 +401,7 @@ template <class S> auto Radau15<S>::advise(S rtol, S) -> typename Stepper<S>::Ad
     return {true, h_s * S(real::min(factor, 4.0))};
   }
   const float rough = static_cast<float>(roughness()), wanted = static_cast<float>(S(100) * rtol);
-  const float factor = rough > 0 ? std::pow(wanted / (rough * rough), 1.0f / 14) : 2.0f;
+  const float factor = rough > 0 ? static_cast<float>(real::step_power(wanted / (rough * rough), 1.0 / 14)) : 2.0f;
   if (factor < 0.75) return {false, h_s * S(real::max(factor, 0.1f))};
   const float most = kept_ < 0 ? 16.0f : 2.0f;  // the first step was a guess
   kept_ = last_;

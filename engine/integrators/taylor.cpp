@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "math/elementary.hpp"
 
 #include "integrators/taylor_series.hpp"
 
@@ -17,7 +18,7 @@ template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const S* v_at) {
 }
 
 // Jorba and Zou, section 3.1: with this order successive terms of the series decrease by a factor of e^2.
-int order_of_tolerance(double rtol) { return std::clamp(static_cast<int>(std::ceil(1 - std::log(rtol) / 2)), 4, 60); }
+int order_of_tolerance(double rtol) { return std::clamp(static_cast<int>(std::ceil(1 - real::log(rtol) / 2)), 4, 60); }
 
 }  // namespace
 
@@ -249,9 +250,9 @@ template <class S> S Taylor<S>::longest_step() const {
       const double wanted = static_cast<double>(rtol_) * size[kind] + static_cast<double>(atol_);
       if (last[n][kind] > 0) ratio = std::min(ratio, wanted / last[n][kind]);
     }
-    if (std::isfinite(ratio)) most = std::min(most, std::pow(ratio, 1.0 / (order_ - 1 + n)));
+    if (std::isfinite(ratio)) most = std::min(most, real::step_power(ratio, 1.0 / (order_ - 1 + n)));
   }
-  return S(most * std::exp(-0.7 / (order_ - 1))) * real::abs(unit_s_);
+  return S(most * real::exp(-0.7 / (order_ - 1))) * real::abs(unit_s_);
 }
 
 // increment_ = the series at theta units minus its value at 0.

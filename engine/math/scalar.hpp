@@ -1,7 +1,8 @@
 // The scalars the engine computes in: float, double, long double, and __float128 ("quad").
 //
 // std:: has no overloads for quad, and argument-dependent lookup finds nothing for built-in types, so the functions
-// that the engine needs are declared here for all four.
+// that the engine needs are declared here for all four. Those of float and double have the same bits on every processor,
+// which the C library's have not (math/elementary.hpp, math/sin_cos.hpp).
 #pragma once
 
 #include <cmath>
@@ -17,24 +18,24 @@ inline double sqrt(double x) { return std::sqrt(x); }
 inline long double sqrt(long double x) { return std::sqrt(x); }
 Quad sqrt(Quad x);
 
-inline float sin(float x) { return std::sin(x); }
-inline double sin(double x) { return std::sin(x); }
+float sin(float x);
+double sin(double x);
 inline long double sin(long double x) { return std::sin(x); }
 Quad sin(Quad x);
 
-inline float cos(float x) { return std::cos(x); }
-inline double cos(double x) { return std::cos(x); }
+float cos(float x);
+double cos(double x);
 inline long double cos(long double x) { return std::cos(x); }
 Quad cos(Quad x);
 
 // Both at once, for the price of one and a little (sincos is an extension of glibc).
-inline void sin_cos(float x, float& sine, float& cosine) { ::sincosf(x, &sine, &cosine); }
-inline void sin_cos(double x, double& sine, double& cosine) { ::sincos(x, &sine, &cosine); }
+void sin_cos(float x, float& sine, float& cosine);
+void sin_cos(double x, double& sine, double& cosine);
 inline void sin_cos(long double x, long double& sine, long double& cosine) { ::sincosl(x, &sine, &cosine); }
 void sin_cos(Quad x, Quad& sine, Quad& cosine);
 
-inline float atan2(float y, float x) { return std::atan2(y, x); }
-inline double atan2(double y, double x) { return std::atan2(y, x); }
+float atan2(float y, float x);
+double atan2(double y, double x);
 inline long double atan2(long double y, long double x) { return std::atan2(y, x); }
 Quad atan2(Quad y, Quad x);
 

@@ -27,8 +27,10 @@ enum class VectorWidth { narrow, v3, v4 };  // the plain target; x86-64-v3 (AVX2
 // The scalars that vector registers hold.
 template <class S> inline constexpr bool has_vector_lanes = std::is_same_v<S, float> || std::is_same_v<S, double>;
 
-// The widest that this machine runs.
+// The widest that this machine runs, or a narrower one that the environment asks for: ATWOOD_VECTOR_WIDTH=narrow, v3 or
+// v4. The bits are the same; the variable shows it.
 VectorWidth widest_vectors();
+bool knows_asked_width();  // false: the variable has another value
 
 #if defined(__x86_64__)
 #if defined(__clang__)  // has no prefer-vector-width in a function's target

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "text.hpp"
 #include "validation/metrics/metrics.hpp"
@@ -13,7 +14,7 @@ namespace atwood {
 namespace {
 
 // In the order in which they are shown.
-constexpr std::array<const char*, 11> kShown = {"growth-exponent-round-off-energy",
+constexpr std::array<const char*, 13> kShown = {"growth-exponent-round-off-energy",
                                                 "growth-exponent-round-off-position",
                                                 "growth-exponent-round-off-attitude",
                                                 "reversal-over-round-off",
@@ -21,6 +22,8 @@ constexpr std::array<const char*, 11> kShown = {"growth-exponent-round-off-energ
                                                 "poisson-defect",
                                                 "lyapunov-exponent",
                                                 "horizon",
+                                                "state-differences",
+                                                "state-hash",
                                                 "round-off-best-error",
                                                 "round-off-best-step",
                                                 "tolerance-exponent"};
@@ -35,6 +38,7 @@ std::vector<const Row*> of_metric(const std::vector<Row>& rows, const std::strin
 std::string value_words(const Row& row) {
   if (row.status != Status::ok) return to_string(row.status);
   if (std::isnan(row.value)) return "inconclusive";
+  if (row.metric == "state-hash") return fmt::format("{:012x}", static_cast<std::uint64_t>(row.value));
   const bool fitted = row.metric.find("exponent") != std::string::npos;
   const std::string text = fitted ? fmt::format("{} +/- {}", figure(row.value, 3), figure(row.truth_bar, 2))
                                   : format_measure(row.value, row.truth_bar);

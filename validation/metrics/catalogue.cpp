@@ -127,6 +127,12 @@ std::vector<MetricInfo> common_metrics() {
       {"lyapunov-exponent", "1/s",
        "Mean exponential rate at which two neighbouring runs separate, their distance reset after each sample "
        "(Benettin et al. 1980); bar = 95 % from means of ten blocks."},
+      {"state-differences", "1",
+       "How many numbers of the samples (instants, bodies, particles, joints) differ in any bit between the run and the "
+       "same run repeated, or made by another number of threads."},
+      {"state-hash", "1",
+       "The upper 48 bits of the 64-bit hash (xxHash, XXH64) of the last sample's numbers, widened to quadruple "
+       "precision, in the order of the scene: equal on every machine, compiler and thread count, or the bits differ."},
       {"tolerance-ratio", "1",
        "Relative position error (error-position-max over size-position) divided by the relative tolerance of the run."},
       {"tolerance-exponent", "1",

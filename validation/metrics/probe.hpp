@@ -14,6 +14,7 @@ enum class Probe : unsigned char {
   reversal,
   symplecticity,
   lyapunov,
+  determinism,
   round_off_v,
   tolerance,
   contact_sweep,

@@ -40,5 +40,6 @@ std::vector<Row> probe_ensemble(const ProbeRequest& request);
 std::vector<Row> probe_reversal(const ProbeRequest& request);
 std::vector<Row> probe_symplecticity(const ProbeRequest& request);
 std::vector<Row> probe_lyapunov(const ProbeRequest& request);
+std::vector<Row> probe_determinism(const ProbeRequest& request);
 
 }  // namespace atwood::metrics

@@ -20,6 +20,9 @@ const std::vector<ProbeInfo>& all_probes() {
        "The end state's derivatives with respect to the initial canonical variables: |M^T J M - J|."},
       {Probe::lyapunov, "lyapunov",
        "Two runs that start 1e-10 of the scale apart: the predictability horizon and the exponent of their separation."},
+      {Probe::determinism, "determinism",
+       "The run repeated, and repeated by 1, 2, 4 and 16 threads where the method names a number of threads: how many "
+       "numbers differ in any bit, and a hash of the end state."},
       {Probe::round_off_v, "round-off-v",
        "The ladder in float, double and long double, with and without compensated summation: the step of least error."},
       {Probe::tolerance, "tolerance",
@@ -56,7 +59,8 @@ std::vector<Row> run_probe(Probe probe, const ProbeRequest& request) {
   static constexpr Entry entries[] = {{Probe::ensemble, "growth-exponent-round-off-energy", probe_ensemble},
                                       {Probe::reversal, "reversal-over-round-off", probe_reversal},
                                       {Probe::symplecticity, "symplecticity-defect", probe_symplecticity},
-                                      {Probe::lyapunov, "lyapunov-exponent", probe_lyapunov}};
+                                      {Probe::lyapunov, "lyapunov-exponent", probe_lyapunov},
+                                      {Probe::determinism, "state-differences", probe_determinism}};
   for (const Entry& entry : entries) {
     if (probe != entry.probe) continue;
     try {

@@ -190,7 +190,7 @@ template <class S> void apply_joint_forces(World<S>& world, S sub_s) {
                       return i.from_s <= middle_s && middle_s < i.to_s;
                     });
     const double angle = motor.angular_frequency_rad_per_s * middle_s + motor.phase_rad;
-    if (on) apply(motor.joint, motor.coordinate, S(motor.torque * std::cos(angle)));
+    if (on) apply(motor.joint, motor.coordinate, S(motor.torque * real::cos(angle)));
   }
 }
 

@@ -10,6 +10,7 @@ const groups: [string, string[]][] = [
   ['Reversal', ['reversal-over-round-off', 'reversal-error-position', 'reversal-error-velocity', 'reversal-error-attitude', 'reversal-error-body-rate']],
   ['Symplecticity', ['symplecticity-defect', 'poisson-defect']],
   ['Chaos', ['lyapunov-exponent', 'horizon']],
+  ['The same bits', ['state-differences', 'state-hash']],
   ['The step of least error', ['round-off-best-error', 'round-off-best-step']],
   ['Error and tolerance', ['tolerance-exponent', 'tolerance-ratio']],
   ['Without a truth: grid convergence', ['richardson-order-position', 'gci-position', 'gci-effectivity']],
@@ -19,6 +20,7 @@ interface Figure { scenario: string; method: string; steps: number; metric: stri
 
 function words(f: Figure): string {
   if (f.status !== 'ok') return f.status;
+  if (f.metric === 'state-hash') return f.value.toString(16).padStart(12, '0');
   if (isFit(f.metric)) return `${fitted(f.metric, f.value, f.bar)} ${unitWord(f.unit)}`.trim();
   if (Number.isNaN(f.value)) return 'inconclusive';
   const value = withBar(f.value, f.bar);

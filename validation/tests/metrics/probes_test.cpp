@@ -86,6 +86,43 @@ const Row& find(const std::vector<Row>& rows, const std::string& metric) {
 
 }  // namespace
 
+TEST_CASE("probe: a run that depends on the number of threads, or changes when it is repeated, has other bits") {
+  const Scenario scenario = oscillator();
+  const Truth none;
+  int runs = 0;
+  const auto differing = [&](const std::string& method, const std::function<bool(const std::string&)>& differs) {
+    runs = 0;
+    return run_probe(Probe::determinism, {scenario,
+                                          method,
+                                          {scenario.t_end_s, 600, scenario.samples, {}},
+                                          none,
+                                          [&](const std::string& id, const Scene& scene, const Plan& plan) {
+                                            Recording run = oscillate(id, scene, plan);
+                                            ++runs;
+                                            if (differs(id))
+                                              run.values[7].bodies[0].v_m_per_s[1] +=
+                                                  Wide(0x1p-80);  // lost in a double
+                                            return run;
+                                          }});
+  };
+  const auto same = differing("atwood/verlet{threads=2}", [](const std::string&) { return false; });
+  CHECK(find(same, "state-differences").value == 0);
+  CHECK(runs == 6);
+  const auto threads =
+      differing("atwood/verlet{threads=2}", [](const std::string& id) { return id.ends_with("=16}"); });
+  CHECK(find(threads, "state-differences").value == 1);
+  CHECK(find(threads, "state-differences").reason.find("threads=16") != std::string::npos);
+  const auto repeated = differing("atwood/verlet", [&](const std::string&) { return runs == 2; });
+  CHECK(runs == 2);
+  CHECK(find(repeated, "state-differences").value == 1);
+  // The hash is of the end state, and of all its bits.
+  const double hash = find(same, "state-hash").value;
+  CHECK(hash == find(repeated, "state-hash").value);
+  CHECK(hash == std::floor(hash));
+  CHECK(hash < 0x1p48);
+  CHECK(hash != find(ask(Probe::determinism, scenario, "atwood/euler", 600), "state-hash").value);
+}
+
 TEST_CASE("probe: Verlet returns to its start, explicit Euler does not") {
   const Scenario scenario = oscillator();
   const auto verlet = ask(Probe::reversal, scenario, "atwood/velocity-verlet", 600),
