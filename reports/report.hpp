@@ -118,6 +118,11 @@ struct ReportData {
   std::vector<ClaimedOrder> claimed_orders;
   std::string baseline_path;  // empty: no baseline was judged
   std::vector<BaselineChange> baseline;
+  // Beside no baseline: the last run of the same study and selection, in words, and what changed since. Empty: none is
+  // known, and `first_run` says whether there was none.
+  std::string last_run;
+  std::vector<BaselineChange> since_last_run;
+  bool first_run = false;
 };
 
 std::string render_html(const ReportData& data);  // one self-contained file

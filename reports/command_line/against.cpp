@@ -171,6 +171,26 @@ Against hold_against(const Place& place, const Options& options, const Selection
   return against;
 }
 
+void add_last_run(const Place& place, const Options& options, const Selection& selection, int skip, ReportData& data) {
+  try {
+    const RunHistory history(history_path(options), RunHistory::Mode::read);
+    const std::string part = selection_words(options);
+    for (const HistoryRun& run : history.runs(selection.study, kAllRuns)) {
+      if (!has_ended(run) || run.selection != part || skip-- > 0) continue;
+      const std::vector<HistoryFigure> figures = history.figures(run.id);
+      if (figures.empty() || figures.front().method == kAllMethods) continue;
+      Against against = hold_against(place, options, selection, std::to_string(run.id), data.rows);
+      data.last_run = std::move(against.words);
+      data.since_last_run = std::move(against.changes);
+      data.notes.insert(data.notes.end(), against.notes.begin(), against.notes.end());
+      return;
+    }
+    data.first_run = skip == 0;
+  } catch (const std::exception& error) {
+    data.notes.push_back(std::string("What changed since the last run is not known: ") + error.what());
+  }
+}
+
 std::string against_text(const Against& against, bool colour) {
   const Palette& palette = colour ? kColours : kPlain;
   std::string out = fmt::format("Against {}:\n", one_line(against.words));

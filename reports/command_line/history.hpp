@@ -63,6 +63,9 @@ bool names_baseline_file(const std::string& named);
 Against hold_against(const Place& place, const Options& options, const Selection& selection, const std::string& named,
                      const std::vector<Row>& rows);
 std::string against_text(const Against& against, bool colour);
+// What changed since an earlier run of the same study and selection: the newest finished one that has figures, or with
+// `skip` = 1 the one before it. Where the history cannot be read, a note says so; it ends nothing.
+void add_last_run(const Place& place, const Options& options, const Selection& selection, int skip, ReportData& data);
 
 // ---- one figure over runs (history.cpp, trend_page.cpp, study_trends.cpp) ----
 struct TrendPoint {

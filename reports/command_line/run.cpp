@@ -15,6 +15,7 @@
 #include "reports/command_line/many_cells.hpp"
 #include "reports/command_line/shard.hpp"
 #include "reports/command_line/verdicts.hpp"
+#include "reports/render/baseline_table.hpp"
 #include "reports/render/solver_table.hpp"
 #include "reports/render/statistics_text.hpp"
 #include "reports/render/text.hpp"
@@ -105,7 +106,9 @@ void print_result(const Options& options, const Selection& selection, const Repo
   fmt::print("\n{}{}, {} row{}", why_nothing_words(data.rows), work_words(result, count_absent(selection)),
              data.rows.size(), data.rows.size() == 1 ? "" : "s");
   const auto statuses = count_statuses(data.rows);
-  fmt::print("{}{}\n{}report: {}\n", statuses.empty() ? "" : "; ", statuses, unconverged_words(data.rows), report);
+  fmt::print("{}{}\n{}", statuses.empty() ? "" : "; ", statuses, unconverged_words(data.rows));
+  if (!data.last_run.empty()) fmt::print("{}\n", change_counts(data.last_run, data.since_last_run));
+  fmt::print("report: {}\n", report);
 }
 
 std::string verdict_of(int code, const std::vector<Verdict>& verdicts) {
@@ -209,6 +212,7 @@ int run_and_report(const Place& place, const Options& options, const Selection& 
                                      same_call(options, "bless", selection.baseline)));
   const int code = exit_of(result, judged.verdicts);
   const std::string verdict = verdict_of(code, judged.verdicts);
+  if (data.baseline_path.empty()) add_last_run(place, options, selection, 0, data);
   end_history(place, options, kept, data.rows, count(judged.verdicts), verdict);
   const std::string report = write_reports(options, selection, data, verdict);
   print_result(options, selection, data, result, report);
@@ -290,6 +294,8 @@ int command_report(const Place& place, const Options& asked) {
     data.baseline_path = against->words;
     data.baseline = against->changes;
     data.notes.insert(data.notes.end(), against->notes.begin(), against->notes.end());
+  } else if (data.baseline_path.empty()) {
+    add_last_run(place, options, selection, 1, data);  // the newest run measured what is shown
   }
   const std::string verdict = verdict_of(exit_of(result, judged.verdicts), judged.verdicts);
   std::optional<HistoryRun> merged = merged_entry(options, selection);

@@ -277,11 +277,14 @@ std::string embedded_json(const ReportData& data, const Detail& detail) {
   json.member("left_out", left_out_words(data, rows_left_out, data.series.size() - series.size(), detail));
   append_provenance(json.key("provenance"), data.provenance);
   append_verdicts(json.key("verdicts"), data.verdicts);
-  if (!data.baseline_path.empty()) {
-    json.member("changes_against", data.baseline_path);
-    append_change_counts(json.key("change_counts"), data.baseline);
-    append_baseline(json.key("changes"), chosen_changes(data.baseline));
+  const bool judged = !data.baseline_path.empty();
+  if (judged || !data.last_run.empty()) {
+    const std::vector<BaselineChange>& changes = judged ? data.baseline : data.since_last_run;
+    json.member("changes_against", judged ? data.baseline_path : data.last_run);
+    append_change_counts(json.key("change_counts"), changes);
+    append_baseline(json.key("changes"), chosen_changes(changes));
   }
+  if (!judged && data.first_run) json.key("first_run").boolean(true);
   append_laws(json.key("laws"), data.laws);
   append_scenarios(json.key("scenarios"), data.scenarios);
   json.key("own_files").begin_object();

@@ -65,6 +65,7 @@ export interface Change {
 }
 export interface Report {
   changes_against?: string; changes?: Change[];  // against an earlier run or a baseline: the first ones
+  first_run?: boolean;  // no earlier run of this study and selection is known
   change_counts?: Record<Change['kind'], number>;  // of all changes
   title: string; command: string; program: string; left_out: string; provenance: Record<string, string>;
   verdicts: Verdict[]; laws: Law[]; scenarios: Scenario[]; engines: Engine[]; ran: RanMethod[];

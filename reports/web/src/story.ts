@@ -162,7 +162,7 @@ export function story(report: Report, index: RowIndex): HTMLElement | null {
   const judged = bad.length ? h('p', {}, h('b', {}, 'Not passed'), ': ', ...[...new Set(bad.map((v) => v.scenario))].slice(0, 4).flatMap((id, i): Child[] => [i ? ', ' : '', toScene(id, id)]), '. ', h('a', { href: '#failing' }, 'Each with its bound and command'), '.') : null;
   const changed = report.changes ? h('p', {}, h('b', {}, 'What changed'),
     ` against ${report.changes_against}: ${changeCounts(report)}.`,
-    ...(report.changes.length ? [' ', h('a', { href: '#changes' }, 'Each figure before and now'), '.'] : [])) : null;
+    ...(report.changes.length ? [' ', h('a', { href: '#changes' }, 'Each figure before and now'), '.'] : [])) : report.first_run ? h('p', {}, h('b', {}, 'What changed'), ': nothing yet, this is the first run of these cells.') : null;
   const one = ids.length === 1 ? ` on ${inSentence(titleOf(report, ids[0]))}` : ` on ${ids.length} scenes`;
   const table = losses(report, index, telling);
   const counts = h('p', { class: 'soft' }, `${index.names('method').length} methods of ${engines.length === 1 ? '1 engine' : `${engines.length} engines`}${one}.`);

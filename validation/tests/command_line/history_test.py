@@ -1,4 +1,5 @@
 """Runs that are kept: their list, comparisons with one, metrics over runs, reports by study, the index."""
+import base64
 import csv
 import json
 import os
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import time
 import unittest
+import zlib
 
 from case import ATWOOD, Case
 
@@ -102,6 +104,39 @@ class History(Case):
         self.assertRegex(told, r"better    kepler-e0.6  atwood/explicit-euler  error-position-end at 480 steps: .*, 2 x")
         self.assertRegex(told, r"vanished  kepler-e0.6: 1 figure of")
         self.assertIn("1 worse, 1 better, 1 vanished, 0 appeared", told)
+
+    def changes(self, name):
+        """What a report embeds: against which run, the counts, whether it was the first run."""
+        coded = re.search('<script[^>]*id="data"[^>]*>(.*?)</script>', self.page(name), re.S).group(1)
+        data = json.loads(zlib.decompress(base64.b64decode(coded), -15))
+        return data.get("changes_against", ""), data.get("change_counts", {}), data.get("first_run", False)
+
+    def test_a_report_says_what_changed_since_the_last_run(self):
+        study = self.study("mine.toml", "mine")
+        self.ask("run", study, code=[0, 1])
+        self.assertEqual(self.changes("report.html"), ("", {}, True))
+        told = self.ask("run", study, code=[0, 1])
+        against, counts, first = self.changes("report.html")
+        self.assertIn("run 1 (mine", against)
+        self.assertEqual(set(counts.values()), {0})
+        self.assertFalse(first)
+        self.assertIn("against run 1 (mine", told.stdout)
+        self.study("mine.toml", "mine", methods='"atwood/rk4", "atwood/heun"')
+        self.ask("run", study, code=[0, 1])
+        against, counts, first = self.changes("report.html")
+        self.assertIn("run 2 (mine", against)
+        self.assertEqual((counts["regression"], counts["improvement"], counts["missing"]), (0, 0, 0))
+        self.assertGreater(counts["added"], 3)
+        self.ask("report", study)  # shows what run 3 measured: against run 2
+        self.assertIn("run 2 (mine", self.changes("report.html")[0])
+        self.ask("bless", study, "--reason", "test", "--baseline", "b.tsv")
+        self.ask("run", study, "--baseline", "b.tsv", code=[0, 1])  # a baseline is what the reader chose
+        self.assertIn("b.tsv", self.changes("report.html")[0])
+        with self.database() as file:
+            file.execute("update contents set bytes = x'00'")
+        self.ask("run", study, code=[0, 1])  # a damaged history ends no run
+        self.assertEqual(self.changes("report.html")[0], "")
+        self.assertIn("What changed since the last run is not known", self.page("report.html"))
 
     def test_a_part_is_compared_with_its_part_of_a_whole(self):
         whole = self.study("w.toml", "w", '"atwood/rk4", "atwood/explicit-euler"')

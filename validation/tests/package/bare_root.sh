@@ -28,6 +28,9 @@ mounted=yes
 inside apt-get update -qq
 inside apt-get install -y -qq --no-install-recommends $(cd "$root" && ls ./packages/atwood_*.deb) >/dev/null
 echo "installed: $(inside dpkg-query -W | wc -l) packages, $(inside atwood --version)"
+for page in index.html reference/methods.html; do  # the manual as a site, the program's own pages in it
+  [ "$(wc -c <"$root/usr/share/atwood/manual/$page")" -gt 5000 ] || { echo "the manual's $page is missing or a stub" >&2; exit 1; }
+done
 inside sh -c 'rm -rf /work && mkdir /work && cd /work && atwood doctor && atwood run --quiet --limit 300 '"${ATWOOD_BARE_RUN:-}"  # the machine may be busy
 test -s "$root/work/atwood-out/report.html"
 

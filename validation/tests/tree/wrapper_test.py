@@ -174,6 +174,7 @@ class Wrapper(unittest.TestCase):
         ended = self.machine.run("package", ATWOOD_NO_INSTALL="1")
         self.assertEqual(ended.returncode, 5, ended.stderr)
         self.assertIn(" dpkg-dev ", ended.stderr)
+        self.assertIn(" mkdocs-material", ended.stderr)  # the manual is packed as a site
         self.assertNotIn(" dpkg-dev ", self.machine.run("run", ATWOOD_NO_INSTALL="1").stderr)
 
     def test_a_bare_machine_gets_what_the_build_requires(self):

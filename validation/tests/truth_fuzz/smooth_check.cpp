@@ -151,7 +151,11 @@ struct Loads {
 void rate(const Equations& of, const Long& t_s, const State& y, State& dydt) {
   const int n = static_cast<int>(of.scene.bodies.size());
   Loads loads{of, t_s, {}, std::vector<Long3>(n), std::vector<Long3>(n)};
-  for (int i = 0; i < n; ++i) loads.bodies.push_back(body_at(y, i));
+  for (int i = 0; i < n; ++i) {
+    loads.bodies.push_back(body_at(y, i));
+    if (of.held(i) && !of.scene.bodies[i].fixed)
+      loads.bodies.back().v = loads.bodies.back().w = {};  // until its release
+  }
   for (const Force& force : of.acting) std::visit(loads, force);
   std::fill(dydt.begin(), dydt.end(), Long(0));
   for (int i = 0; i < n; ++i) {
