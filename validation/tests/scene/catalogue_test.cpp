@@ -6,6 +6,7 @@
 #include <set>
 
 #include "scene/files.hpp"
+#include "scene/named_metric.hpp"
 
 using namespace atwood;
 namespace fs = std::filesystem;
@@ -151,6 +152,7 @@ TEST_CASE("each scenario is complete and follows the rules") {
     REQUIRE(!s.title.empty());
     REQUIRE(!s.claim.empty());
     REQUIRE(!s.source.empty());
+    REQUIRE(!named_metric(s).empty());    // what reports open it with
     if (has(s, "statistics")) continue;   // for statistics only: a truth or a ladder may be missing
     if (has(s, "many-bodies")) continue;  // its studies look at sums and conservation, not along a ladder
     if (has(s, "geometry")) continue;     // poses, not motion
