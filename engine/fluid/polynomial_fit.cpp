@@ -1,7 +1,7 @@
 #include "fluid/polynomial_fit.hpp"
 
 #include "fluid/polynomial_basis.hpp"
-#include "math/pack.hpp"
+#include "fluid/registers.hpp"
 
 namespace atwood::fluid {
 namespace {
@@ -18,6 +18,40 @@ template <class S> struct OneLane {
   template <class Of> ATWOOD_INLINE S gather(const Of& of) const { return of(lane); }
   ATWOOD_INLINE S root_of(S a) const { return real::sqrt(a); }
   template <class Write> ATWOOD_INLINE void each(S value, const Write& write) const { write(lane, value); }
+};
+// Four lanes in one register of AVX2, from `lane` on: with all eight in two registers each, half of the values of a fit are
+// moved to memory and back.
+template <VectorWidth width> struct HalfLanes {
+  using Value = RegisterOf<double>::Type;
+  int lane;
+  // Four records of eight numbers, transposed by halves.
+  ATWOOD_INLINE void read(const double* records, const int* row, Value* out) const {
+    for (int h = 0; h < kFitRecord; h += 4) {
+      Value of[4];
+      for (int k = 0; k < 4; ++k)
+        __builtin_memcpy(&of[k], records + static_cast<std::ptrdiff_t>(row[lane + k]) * kFitRecord + h, sizeof(Value));
+      const Value ab_even = __builtin_shufflevector(of[0], of[1], 0, 4, 2, 6);
+      const Value ab_odd = __builtin_shufflevector(of[0], of[1], 1, 5, 3, 7);
+      const Value ce_even = __builtin_shufflevector(of[2], of[3], 0, 4, 2, 6);
+      const Value ce_odd = __builtin_shufflevector(of[2], of[3], 1, 5, 3, 7);
+      out[h] = __builtin_shufflevector(ab_even, ce_even, 0, 1, 4, 5);
+      out[h + 1] = __builtin_shufflevector(ab_odd, ce_odd, 0, 1, 4, 5);
+      out[h + 2] = __builtin_shufflevector(ab_even, ce_even, 2, 3, 6, 7);
+      out[h + 3] = __builtin_shufflevector(ab_odd, ce_odd, 2, 3, 6, 7);
+    }
+  }
+  ATWOOD_INLINE Value read_own(const double* at) const {
+    Value own;
+    __builtin_memcpy(&own, at + lane, sizeof(own));
+    return own;
+  }
+  template <class Of> ATWOOD_INLINE Value gather(const Of& of) const {
+    return Value{of(lane), of(lane + 1), of(lane + 2), of(lane + 3)};
+  }
+  ATWOOD_INLINE Value root_of(const Value& a) const { return square_root(WholePack<width>{}, a); }
+  template <class Write> ATWOOD_INLINE void each(const Value& value, const Write& write) const {
+    for (int k = 0; k < 4; ++k) write(lane + k, value[k]);
+  }
 };
 template <class S, VectorWidth width> struct AllLanes {
   using Value = Pack<S>;
@@ -223,10 +257,18 @@ void fit_blocks(const PolynomialFits<S>& fits, const Neighbours<S>& lists, const
       const NeighbourBlock block = lists.block(b);
       const std::size_t needed = std::size_t(block.longest) * (1 + d + fits.fields);
       if (scratch.size() < needed) scratch.resize(needed + needed / 2);
-      if constexpr (has_vector_lanes<S>) {
+      constexpr VectorWidth here = decltype(width)::value;
+      if constexpr (std::is_same_v<S, double> && here == VectorWidth::v3) {
         if (!fits.lane_by_lane) {
-          fit_block<d, p>(fits, lists, block, records, supports, weights, b * kLaneCount,
-                          AllLanes<S, decltype(width)::value>{}, reinterpret_cast<Pack<S>*>(scratch.data()), out);
+          for (int lane = 0; lane < kLaneCount; lane += 4)
+            fit_block<d, p>(fits, lists, block, records, supports, weights, b * kLaneCount, HalfLanes<here>{lane},
+                            reinterpret_cast<RegisterOf<double>::Type*>(scratch.data()), out);
+          continue;
+        }
+      } else if constexpr (has_vector_lanes<S>) {
+        if (!fits.lane_by_lane) {
+          fit_block<d, p>(fits, lists, block, records, supports, weights, b * kLaneCount, AllLanes<S, here>{},
+                          reinterpret_cast<Pack<S>*>(scratch.data()), out);
           continue;
         }
       }

@@ -310,7 +310,9 @@ std::string Process::ending() {
 }
 
 bool Process::killed_from_outside() const {
-  return ending_ && !we_killed_ && ending_->by_signal && ending_->code == SIGKILL;
+  if (!ending_ || we_killed_ || !ending_->by_signal) return false;
+  constexpr int kSent[] = {SIGKILL, SIGTERM, SIGINT, SIGHUP, SIGQUIT};  // a fault of the program raises others
+  return std::find(std::begin(kSent), std::end(kSent), ending_->code) != std::end(kSent);
 }
 
 std::string Process::error_text() {

@@ -64,7 +64,9 @@ class Process {
   std::string unasked();  // the beginning of output that no request has asked for, without waiting; empty: none
   void kill();            // the process group, at once
   std::string ending();   // "exited with code 3", "killed by signal 11 (Segmentation fault)"; waits shortly
-  bool killed_from_outside() const;  // by a SIGKILL from another process: out of memory, an administrator
+  // By a SIGKILL, SIGTERM, SIGINT, SIGHUP or SIGQUIT from another process: out of memory, an administrator, a scheduler
+  // that takes its processors back.
+  bool killed_from_outside() const;
   void forget_errors() { errors_.clear(); }
   std::string error_text();  // the end of standard error: at most the last 64 KiB, without control characters
 
