@@ -152,8 +152,7 @@ class Judge {
   }
 
   Outcome run(std::size_t worker, const MethodId& id, const SmallScene& scene) {
-    WorkerClient& client =
-        clients_.try_emplace(worker, workers_[worker].command, false, workers_[worker].foreign).first->second;
+    WorkerClient& client = clients_.try_emplace(worker, workers_[worker]).first->second;
     return client.run(to_string(id), scene.json, scene.bodies, {1e-6, 1, 1, {}}, 0, kLimitS).outcome;
   }
 

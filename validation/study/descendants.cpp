@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <set>
 #include <thread>
 #include <vector>
@@ -54,18 +55,21 @@ std::string read_of_process(pid_t pid, const char* name) {
 struct Stat {
   pid_t pid = -1, parent = -1, session = -1;
   bool zombie = false;
+  long long resident_pages = 0;
 };
 
-// proc(5): pid (name) state parent group session ...; the name may hold anything.
+// proc(5): pid (name) state parent group session, seventeen more, resident pages; the name may hold anything.
 Stat stat_of(pid_t pid) {
   const std::string text = read_of_process(pid, "stat");
   const std::size_t name_end = text.rfind(')');
   Stat stat;
   char state = 0;
   int parent = 0, group = 0, session = 0;
+  long long pages = 0;
   if (name_end == std::string::npos) return stat;
-  if (std::sscanf(text.c_str() + name_end + 1, " %c %d %d %d", &state, &parent, &group, &session) != 4) return stat;
-  return {pid, parent, session, state == 'Z' || state == 'X'};
+  const char* const form = " %c %d %d %d %*s %*s %*s %*s %*s %*s %*s %*s %*s %*s %*s %*s %*s %*s %*s %*s %*s %lld";
+  if (std::sscanf(text.c_str() + name_end + 1, form, &state, &parent, &group, &session, &pages) != 5) return stat;
+  return {pid, parent, session, state == 'Z' || state == 'X', pages};
 }
 
 std::vector<pid_t> all_processes() {
@@ -127,6 +131,41 @@ bool sweep(pid_t worker, const std::string& mark, bool last) {
   return found;
 }
 
+// The worker, the processes of its session, all that descend from one of these, and adopted orphans with its mark.
+std::vector<Stat> family(pid_t worker, const std::string& mark) {
+  std::vector<Stat> others, found;
+  std::set<pid_t> members;
+  const auto take = [&](const Stat& stat) { found.push_back(stat), members.insert(stat.pid); };
+  for (const pid_t pid : all_processes()) {
+    const Stat stat = stat_of(pid);
+    if (stat.pid < 0 || stat.zombie || pid == getpid()) continue;
+    const bool orphan = stat.parent == getpid() && stat.session != getsid(0) && pid != worker;
+    if (pid == worker || stat.session == worker || (orphan && carries(pid, mark))) take(stat);
+    else others.push_back(stat);
+  }
+  for (std::size_t before = 0; before != found.size();) {
+    before = found.size();
+    std::erase_if(others, [&](const Stat& stat) {
+      if (!members.contains(stat.parent)) return false;
+      take(stat);
+      return true;
+    });
+  }
+  return found;
+}
+
+// Memory that only this process has, and its share of what it has with others; without mapped files where the kernel
+// tells them apart. -1: unknown.
+std::int64_t own_bytes(pid_t pid) {
+  const std::string text = read_of_process(pid, "smaps_rollup");
+  const auto value = [&](const char* name) -> std::int64_t {
+    const std::size_t at = text.find(name);
+    return at == std::string::npos ? -1 : 1024 * std::atoll(text.c_str() + at + std::strlen(name));
+  };
+  const std::int64_t anonymous = value("\nPss_Anon:"), shared = value("\nPss_Shmem:");
+  return anonymous >= 0 && shared >= 0 ? anonymous + shared : value("\nPss:");
+}
+
 }  // namespace
 
 std::string next_worker_mark() {
@@ -150,6 +189,29 @@ void kill_descendants(pid_t worker, const std::string& mark) {
   const bool last = live().pids.empty();
   for (int round = 0; round < kRounds && sweep(worker, mark, last); ++round)
     std::this_thread::sleep_for(std::chrono::microseconds(500));
+}
+
+std::int64_t resident_bytes(pid_t process) { return stat_of(process).resident_pages * sysconf(_SC_PAGESIZE); }
+
+std::int64_t family_bytes(pid_t worker, const std::string& mark, std::int64_t most) {
+  const std::vector<Stat> members = family(worker, mark);
+  std::int64_t sum = 0, own_sum = 0;
+  for (const Stat& stat : members) sum += stat.resident_pages * sysconf(_SC_PAGESIZE);
+  if (sum <= most) return sum;
+  for (const Stat& stat : members) {
+    const std::int64_t own = own_bytes(stat.pid);
+    own_sum += own >= 0 ? own : stat.resident_pages * sysconf(_SC_PAGESIZE);
+  }
+  return own_sum;
+}
+
+void kill_family(pid_t worker, const std::string& mark) {
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<Stat> members = family(worker, mark);
+    if (members.empty()) return;
+    for (const Stat& stat : members) kill_if_still(stat);
+    std::this_thread::sleep_for(std::chrono::microseconds(500));
+  }
 }
 
 }  // namespace atwood

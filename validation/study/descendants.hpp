@@ -7,6 +7,7 @@
 
 #include <sys/types.h>
 
+#include <cstdint>
 #include <mutex>
 #include <string>
 
@@ -27,5 +28,13 @@ void adopt_orphans();
 // and was not waited for: as long as it is a zombie, no other process gets its number. Descendants with another
 // environment are found when the last worker is removed.
 void kill_descendants(pid_t worker, const std::string& mark);
+
+// Resident memory of one process, with what it shares; 0: it has ended.
+std::int64_t resident_bytes(pid_t process);
+// Memory of the worker and its descendants, as far as they are known. What several of them share, and files that they have
+// mapped, are taken out where the sum is above `most`.
+std::int64_t family_bytes(pid_t worker, const std::string& mark, std::int64_t most);
+// Kills the worker and its descendants, and leaves them to be waited for.
+void kill_family(pid_t worker, const std::string& mark);
 
 }  // namespace atwood

@@ -74,7 +74,7 @@ std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::stri
     worker.command = command;
     worker.build_id = hashes.of(worker.path);  // a script is an executable too
     Outcome outcome;
-    WorkerClient client(worker.command);
+    WorkerClient client(worker);
     try {
       worker.engine = client.hello(outcome);
       if (outcome.status == Status::ok) identify(worker, client.process_id(), hashes, outcome);
@@ -92,14 +92,14 @@ std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::stri
 Recording run_once(const Worker& worker, const std::string& method, const Scene& scene, const Plan& plan,
                    double limit_s) {
   const BrokenPipeGuard guard;
-  WorkerClient client(worker.command, false, worker.foreign);
+  WorkerClient client(worker);
   return client.run(method, scene_to_json(scene), sampled_bodies(scene), plan, 0, limit_s);
 }
 
 ContactAnswer contacts_once(const Worker& worker, const Scene& scene, const ContactQuery& query, double limit_s,
                             const std::string& test) {
   const BrokenPipeGuard guard;
-  WorkerClient client(worker.command);
+  WorkerClient client(worker);
   return client.contacts(scene_to_json(scene), scene.bodies.size(), query, limit_s, test);
 }
 

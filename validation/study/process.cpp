@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <filesystem>
 #include <stdexcept>
 #include <thread>
 
@@ -83,34 +84,43 @@ void close_others_on_exec() {
   for (int descriptor = STDERR_FILENO + 1; descriptor < 4096; ++descriptor) fcntl(descriptor, F_SETFD, FD_CLOEXEC);
 }
 
-// The environment with one more entry, for execve.
-std::vector<char*> environment_with(std::string& entry) {
+// The environment with one more entry and those of the confinement, for execve.
+std::vector<char*> environment_with(std::string& entry, const PreparedConfinement& confined) {
   std::vector<char*> all;
   const std::string name = entry.substr(0, entry.find('=') + 1);
   for (char** each = environ; each && *each; ++each)
-    if (std::strncmp(*each, name.c_str(), name.size()) != 0) all.push_back(*each);
+    if (std::strncmp(*each, name.c_str(), name.size()) != 0 && confined.keeps_variable(*each)) all.push_back(*each);
+  for (const std::string& more : confined.environment()) all.push_back(const_cast<char*>(more.c_str()));
   all.push_back(entry.data());
   all.push_back(nullptr);
   return all;
 }
 
+// Why a child did not become the worker.
+struct Failure {
+  int error = 0;
+  const char* step = nullptr;  // of the confinement; of this program's text, which the child shares
+};
+
 // Between fork and exec only async-signal-safe calls.
 [[noreturn]] void become(char* const* arguments, char* const* environment, int in, int out, int err, int failure,
-                         pid_t parent, bool pinned) {
+                         pid_t parent, bool pinned, const PreparedConfinement& confined) {
   setsid();  // Ctrl-C at the terminal goes to this program alone; descendants are found by the session
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(127);
   for (const int signal : {SIGPIPE, SIGXFSZ, SIGINT, SIGTERM}) ::signal(signal, SIG_DFL);
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
   if (pinned) pin_to_last_processor();
-  if (dup2(in, STDIN_FILENO) >= 0 && dup2(out, STDOUT_FILENO) >= 0 && dup2(err, STDERR_FILENO) >= 0) {
+  Failure why{0, confined.apply()};
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // after the confinement: a change of rights clears it
+  if (getppid() != parent) _exit(127);
+  if (why.step == nullptr && dup2(in, STDIN_FILENO) >= 0 && dup2(out, STDOUT_FILENO) >= 0 &&
+      dup2(err, STDERR_FILENO) >= 0) {
     close_others_on_exec();
     execve(arguments[0], arguments, environment);
   }
-  const int error = errno;
-  [[maybe_unused]] const auto written = ::write(failure, &error, sizeof error);
+  why.error = errno;
+  [[maybe_unused]] const auto written = ::write(failure, &why, sizeof why);
   _exit(127);
 }
 
@@ -149,15 +159,15 @@ InterruptGuard::~InterruptGuard() {
 BrokenPipeGuard::BrokenPipeGuard() : before_(::signal(SIGPIPE, SIG_IGN)) {}
 BrokenPipeGuard::~BrokenPipeGuard() { ::signal(SIGPIPE, before_); }
 
-Process::Process(const std::vector<std::string>& command, bool pinned) {
+Process::Process(const std::vector<std::string>& command, bool pinned, const Confinement& confinement)
+    : confined_(confinement) {
   Pipe in, out, err, failure;
-  std::string program = command.at(0);
-  if (program.find('/') == std::string::npos) program = "./" + program;
+  std::string program = std::filesystem::absolute(command.at(0)).string();  // the worker has another working directory
   std::vector<char*> arguments{program.data()};
   for (std::size_t i = 1; i < command.size(); ++i) arguments.push_back(const_cast<char*>(command[i].c_str()));
   arguments.push_back(nullptr);
   mark_ = next_worker_mark();
-  const std::vector<char*> environment = environment_with(mark_);
+  const std::vector<char*> environment = environment_with(mark_, confined_);
   const pid_t parent = getpid();
   adopt_orphans();
   {
@@ -165,19 +175,23 @@ Process::Process(const std::vector<std::string>& command, bool pinned) {
     pid_ = fork();
     if (pid_ < 0) throw std::runtime_error(std::string("no process: ") + std::strerror(errno));
     if (pid_ == 0)
-      become(arguments.data(), environment.data(), in.read, out.write, err.write, failure.write, parent, pinned);
+      become(arguments.data(), environment.data(), in.read, out.write, err.write, failure.write, parent, pinned,
+             confined_);
     enter_worker(pid_);
   }
   close_end(failure.write);
-  int error = 0;
+  Failure why;
   ssize_t size;
-  do size = read(failure.read, &error, sizeof error);
+  do size = read(failure.read, &why, sizeof why);
   while (size < 0 && errno == EINTR);
-  if (size == static_cast<ssize_t>(sizeof error)) {
+  if (size == static_cast<ssize_t>(sizeof why)) {
     ended(std::chrono::seconds(5));
     bury();
-    throw std::runtime_error(program + " cannot be started: " + std::strerror(error));
+    throw std::runtime_error(command.at(0) + " cannot be " +
+                             (why.step ? "confined (" + std::string(why.step) + "): " : "started: ") +
+                             std::strerror(why.error));
   }
+  memory_ = std::make_unique<MemoryWatch>(pid_, mark_, confinement.memory_bytes);
   std::swap(in_, in.write);
   std::swap(out_, out.read);
   std::swap(err_, err.read);
@@ -299,6 +313,7 @@ bool Process::ended(std::chrono::milliseconds patience) {
 void Process::bury() {
   if (buried_) return;
   buried_ = true;
+  if (memory_) memory_->end();
   kill_descendants(pid_, mark_);
   while (waitpid(pid_, nullptr, ending_ ? 0 : WNOHANG) < 0 && errno == EINTR) {}
 }

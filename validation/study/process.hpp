@@ -4,11 +4,13 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "scene/printable.hpp"
+#include "validation/study/confinement.hpp"
 
 namespace atwood {
 
@@ -49,9 +51,9 @@ enum class Wait { line, end_of_output, timeout, too_long, interrupted };
 // The process has its own session and inherits only its three pipes. When it ends, its descendants are killed.
 class Process {
  public:
-  // Throws std::runtime_error with the system's message where the program cannot be started. `pinned`: on one
-  // processor.
-  Process(const std::vector<std::string>& command, bool pinned);
+  // Throws std::runtime_error with the system's message where the program cannot be started, or cannot be confined.
+  // `pinned`: on one processor.
+  Process(const std::vector<std::string>& command, bool pinned, const Confinement& confinement = {});
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
   ~Process();  // closes its input, waits shortly, then kills it and its descendants
@@ -67,6 +69,8 @@ class Process {
   // By a SIGKILL, SIGTERM, SIGINT, SIGHUP or SIGQUIT from another process: out of memory, an administrator, a scheduler
   // that takes its processors back.
   bool killed_from_outside() const;
+  bool took_too_much_memory() const { return memory_ && memory_->exceeded(); }
+  const std::string& scratch() const { return confined_.scratch(); }  // its directory; empty: not confined
   void forget_errors() { errors_.clear(); }
   std::string error_text();  // the end of standard error: at most the last 64 KiB, without control characters
 
@@ -77,6 +81,8 @@ class Process {
   bool ended(std::chrono::milliseconds patience);
   void bury();
 
+  PreparedConfinement confined_;         // its scratch directory goes after the process
+  std::unique_ptr<MemoryWatch> memory_;  // goes before the process is reaped
   pid_t pid_ = -1;
   std::string mark_;  // in its environment; identifies its descendants
   int in_ = -1, out_ = -1, err_ = -1;

@@ -316,7 +316,7 @@ MeasuredRecord StudyRun::measured(const Cell& cell, const Truth& truth, const st
 
 WorkerClient& StudyRun::client_of(const Cell& cell, std::map<int, WorkerClient>& clients) const {
   const Worker& worker = workers_[static_cast<std::size_t>(cell.worker)];
-  return clients.try_emplace(cell.worker, worker.command, false, worker.foreign).first->second;
+  return clients.try_emplace(cell.worker, worker).first->second;
 }
 
 // A probe's runs, of which only the rows are kept. Each run has the cell's time limit, all together ten times that.
@@ -411,7 +411,7 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
 void StudyRun::work() {
   try {
     std::map<int, WorkerClient> clients;
-    WorkerClient truth_client({options_.truth_worker});
+    WorkerClient truth_client({options_.truth_worker}, false, false, options_.truth_confinement);
     for (Task task = next(); task.kind != Task::Kind::none; task = next()) {
       if (task.kind == Task::Kind::truth) solve_truth(truths_[task.index], truth_client);
       else run_ladder(ladders_[task.index], clients, truth_client);

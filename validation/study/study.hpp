@@ -17,6 +17,7 @@
 #include "validation/metrics/metrics.hpp"
 #include "validation/metrics/probe.hpp"
 #include "validation/row.hpp"
+#include "validation/study/confinement.hpp"
 #include "validation/study/machine.hpp"
 
 namespace atwood {
@@ -58,6 +59,7 @@ struct Worker {                        // an executable that answered hello, or 
   std::vector<std::string> code = {};  // files that were mapped as code after hello, sorted
   Status status = Status::ok;          // not_built, crashed, timeout: with the reason
   std::string reason;
+  Confinement confinement = {};
 };
 // Starts each worker, sends `hello` and reads the answer (limit 10 s each).
 std::vector<Worker> find_workers(const std::vector<std::string>& paths);
@@ -129,6 +131,7 @@ struct ShardOfPlan {
 struct StudyOptions {
   std::string store_path;  // atwood-out/store.db
   std::string truth_worker;
+  Confinement truth_confinement = {};  // of its worker
   int jobs = 2;
   double cell_limit_s = 20;
   double truth_limit_s = 120;  // truths are solved several times in quad

@@ -50,7 +50,7 @@ void StudyRun::timed_pass() {
       worker = cell->worker;
       client.reset();
       const Worker& next = workers_[static_cast<std::size_t>(worker)];
-      client.emplace(next.command, true, next.foreign);
+      client.emplace(next, true);
     }
     const std::string id = cell->scenario->id + "\n" + resolution_text(resolution_of(*cell));
     if (scene_id != id) {

@@ -100,7 +100,7 @@ Outcome WorkerClient::give_up(Status status, const std::string& reason) {
   outcome.status = status;
   outcome.reason = reason;
   if (process_) {
-    killed_from_outside_ = process_->killed_from_outside();
+    killed_from_outside_ = process_->killed_from_outside() || process_->took_too_much_memory();
     process_->kill();
     const std::string errors = process_->error_text();
     if (!errors.empty()) outcome.reason += ": " + errors;
@@ -119,6 +119,8 @@ Outcome WorkerClient::explain(Wait wait, double limit_s) {
     default: break;
   }
   const std::string ending = process_->ending();
+  if (process_->took_too_much_memory())
+    return give_up(Status::crashed, "took more than " + memory_text(confinement_.memory_bytes) + " of memory");
   const char* when = process_->half_a_line()          ? " in the middle of a line"
                      : ending == "exited with code 0" ? " before the end of its answer"
                                                       : "";
@@ -127,7 +129,7 @@ Outcome WorkerClient::explain(Wait wait, double limit_s) {
 
 Outcome WorkerClient::start() {
   try {
-    process_ = std::make_unique<Process>(command_, pinned_);
+    process_ = std::make_unique<Process>(command_, pinned_, confinement_);
   } catch (const std::runtime_error& error) {
     return give_up(Status::not_built, error.what());
   }

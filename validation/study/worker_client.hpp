@@ -7,6 +7,7 @@
 #pragma once
 
 #include <chrono>
+#include <concepts>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -27,8 +28,12 @@ struct Interrupted {};
 class WorkerClient {
  public:
   // `foreign`: the engine was not built with this program; more of its answers is checked.
-  explicit WorkerClient(std::vector<std::string> command, bool pinned = false, bool foreign = false)
-      : command_(std::move(command)), pinned_(pinned), foreign_(foreign) {}
+  explicit WorkerClient(std::vector<std::string> command, bool pinned = false, bool foreign = false,
+                        Confinement confinement = {})
+      : command_(std::move(command)), pinned_(pinned), foreign_(foreign), confinement_(std::move(confinement)) {}
+  template <std::same_as<Worker> Known>  // a template, so that a list of words is a command
+  explicit WorkerClient(const Known& worker, bool pinned = false)
+      : WorkerClient(worker.command, pinned, worker.foreign, worker.confinement) {}
 
   // All throw Interrupted. `limit_s` counts from the request; the start has its own limit.
   Engine hello(Outcome& outcome);
@@ -56,7 +61,8 @@ class WorkerClient {
   std::int64_t wall_ns() const { return wall_ns_; }
   // The process id of the running worker; 0: none runs.
   pid_t process_id() const { return process_ ? process_->id() : 0; }
-  // Whether the last failure was a kill from outside (out of memory, an administrator), not a fault of the engine.
+  // Whether the last failure was a kill from outside (out of memory, an administrator), not a fault of the engine; or at
+  // the limit of memory, which may be another one in the next run.
   bool killed_from_outside() const { return killed_from_outside_; }
 
  private:
@@ -77,6 +83,7 @@ class WorkerClient {
 
   std::vector<std::string> command_;
   bool pinned_, foreign_;
+  Confinement confinement_;
   std::unique_ptr<Process> process_;
   Engine engine_;
   std::int64_t cell_ = 0, wall_ns_ = 0;

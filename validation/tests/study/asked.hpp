@@ -15,7 +15,9 @@ inline const Scenario scenario = free_flight("straight");
 // A request to the worker faulty.py, which has the named fault.
 struct Asked {
   BrokenPipeGuard guard;
-  WorkerClient client{{workers + "/faulty.py"}};
+  WorkerClient client;
+  explicit Asked(Confinement confinement = {})
+      : client({workers + "/faulty.py"}, false, false, std::move(confinement)) {}
   Recording operator()(const std::string& fault, double limit_s = 20, int repeats = 0) {
     return client.run("faulty/" + fault, scene_to_json(scenario.scene), sampled_bodies(scenario.scene),
                       {scenario.t_end_s, 16, 8}, repeats, limit_s);

@@ -26,10 +26,17 @@ inline std::vector<Cell> cells_of(const std::vector<Worker>& workers, const std:
 // A store, the workers of Python scripts and a truth in a folder of their own.
 struct Lab {
   Folder folder;
-  std::vector<Worker> workers = find_workers({fakes + "/sound.py", fakes + "/faulty.py"});
+  std::vector<Worker> workers = found({fakes + "/sound.py", fakes + "/faulty.py"});
   StudyOptions options;
 
+  // They write their logs in the folder of the laboratory.
+  std::vector<Worker> found(const std::vector<std::string>& paths) const {
+    std::vector<Worker> all = find_workers(paths);
+    for (Worker& worker : all) worker.confinement.writable = {folder.path};
+    return all;
+  }
   Lab() {
+    options.truth_confinement.writable = {folder.path};
     options.store_path = folder / "store.db";
     options.truth_worker = fakes + "/exact_truth.py";
     options.provenance.run_id = "run";

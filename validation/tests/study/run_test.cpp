@@ -78,14 +78,14 @@ TEST_CASE("a new rung runs alone, and a changed engine runs its cells again and 
   const std::string copy = lab.folder / "sound.py";
   std::filesystem::copy_file(fakes + "/sound.py", copy);
   std::filesystem::copy_file(fakes + "/speak.py", lab.folder / "speak.py");
-  lab.workers = find_workers({copy, fakes + "/faulty.py"});
+  lab.workers = lab.found({copy, fakes + "/faulty.py"});
   lab.run(lab.cells({"sound/straight", "faulty/well"}, {scenario}));
   CHECK(lab.lines("sound.log") == 4);
   scenario.steps = {8, 16, 32};
   CHECK(lab.run(lab.cells({"sound/straight", "faulty/well"}, {scenario})).skipped == 4);
   CHECK(lab.lines("sound.log") == 6);
   std::ofstream(copy, std::ios::app) << "# changed\n";
-  lab.workers = find_workers({copy, fakes + "/faulty.py"});
+  lab.workers = lab.found({copy, fakes + "/faulty.py"});
   const StudyResult after = lab.run(lab.cells({"sound/straight", "faulty/well"}, {scenario}));
   CHECK(after.skipped == 3);  // faulty's
   CHECK(lab.lines("sound.log") == 12);
@@ -173,4 +173,32 @@ TEST_CASE("a study tells its progress") {
                      free_flight("five", 7), free_flight("six", 8), free_flight("seven", 9)}));
   for (const std::string& line : said) CHECK_THAT(line, Catch::Contains(" of 35, ") && Catch::Contains(" s left"));
   CHECK_FALSE(said.empty());  // each of its cells sleeps
+}
+
+TEST_CASE("hostile cells leave the rows of the others as they are") {
+  std::vector<Scenario> scenarios{free_flight("one")};
+  scenarios.front().steps = {8, 16};
+  const auto rows_of_others = [](const StudyResult& result) {
+    std::vector<std::string> rows;
+    for (const Row& row : result.rows)
+      if (row.method == "sound/straight" || row.method == "faulty/well") rows.push_back(text(row));
+    return rows;
+  };
+  std::vector<std::string> expected;
+  {
+    Lab lab;
+    lab.options.timing = false;
+    expected = rows_of_others(lab.run(lab.cells({"sound/straight", "faulty/well"}, scenarios)));
+  }
+  Lab lab;
+  lab.options.timing = false;
+  lab.workers = lab.found({fakes + "/sound.py", fakes + "/faulty.py", fakes + "/hostile.py"});
+  for (Worker& worker : lab.workers) worker.confinement.memory_bytes = std::int64_t{256} << 20;
+  lab.options.cell_limit_s = 1;
+  const StudyResult result = lab.run(
+      lab.cells({"hostile/takes_memory", "sound/straight", "hostile/drips", "faulty/well", "hostile/ignores_signals"},
+                scenarios));
+  CHECK(expected.size() > 8);
+  CHECK(rows_of_others(result) == expected);
+  CHECK(result.failed_cells > 0);
 }

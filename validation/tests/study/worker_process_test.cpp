@@ -25,7 +25,7 @@ TEST_CASE("whatever a worker started ends with it and has none of our descriptor
   const int ours = open("/dev/null", O_RDONLY);  // inheritable
   REQUIRE(fcntl(ours, F_DUPFD, 100) >= 100);
   {
-    Asked ask;
+    Asked ask({.writable = {folder.path}});
     const Outcome outcome = ask("leaves_children").outcome;
     CAPTURE(outcome.reason);
     REQUIRE(outcome.status == Status::ok);
@@ -107,7 +107,7 @@ TEST_CASE("a line of 60 MB costs the parent little more than itself") {
 TEST_CASE("a worker that hangs is stopped at the limit, its children with it") {
   const Folder folder;
   setenv("CHILD_LOG", (folder / "child").c_str(), 1);
-  Asked ask;
+  Asked ask({.writable = {folder.path}});
   CHECK(ask("well").outcome.status == Status::ok);
   const auto start = std::chrono::steady_clock::now();
   const Recording recording = ask("hangs", 0.5);

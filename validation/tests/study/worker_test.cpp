@@ -176,7 +176,7 @@ TEST_CASE("a sample given twice is told as that") {
 TEST_CASE("an answer before its question is refused by name") {
   const Folder folder;
   setenv("EARLY_LOG", (folder / "early").c_str(), 1);
-  Asked ask;
+  Asked ask({.writable = {folder.path}});
   CHECK(ask("early").outcome.status == Status::ok);
   for (int i = 0; i < 1000 && !std::filesystem::exists(folder / "early"); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
