@@ -32,10 +32,12 @@ struct Options {
   std::vector<std::string> scenarios;  // ids, globs or files
   std::vector<std::string> methods;
   std::vector<std::int64_t> steps;
-  std::vector<double> hz;                      // steps a second, instead of `steps`
-  std::vector<double> spacings, sound_speeds;  // of fluids, instead of the scenario's own
-  std::vector<std::string> engines;            // executables that speak the worker protocol
-  std::vector<std::string> outputs;            // "csv:rows.csv"
+  std::vector<double> hz;                                              // steps a second, instead of `steps`
+  std::vector<double> spacings, sound_speeds;                          // of fluids, instead of the scenario's own
+  std::vector<std::string> engines;                                    // executables that speak the worker protocol
+  bool no_sandbox = false;                                             // of these executables
+  double memory_GiB = static_cast<double>(kDefaultMemoryBytes >> 30);  // of each worker; 0: no limit
+  std::vector<std::string> outputs;                                    // "csv:rows.csv"
   std::string out_dir = "atwood-out";
   std::string tolerances, baseline, junit, reason, as_method = "check";
   std::vector<std::string> limits;  // check: METRIC=VALUE
@@ -101,6 +103,8 @@ void note_shared_id(const Place& place, const Scenario& scenario);
 // An --engine that is not an executable file is an InputError.
 std::vector<Worker> require_workers(const Place& place, const Options& options, const Study* study = nullptr,
                                     const std::vector<std::string>& methods = {});
+// "The engine `mine` runs without confinement (sandbox = false).": a sentence on each such engine.
+std::vector<std::string> unconfined_engines(const std::vector<Worker>& workers);
 // Foreign engines must have answered `hello`: their methods are not known otherwise. Those of --engine that did not end
 // the command: WorkerFailure, or InputError where the program cannot be started.
 void require_answers(const std::vector<Worker>& workers, const Study* study = nullptr);
@@ -128,6 +132,7 @@ std::string own_file(const Place& place,
 std::vector<std::string> with_own_files(const Place& place, const Options& options, const Selection& selection,
                                         const std::string& scenario_id, std::vector<std::string> words);
 std::vector<Gate> read_all_gates(const Place& place);                    // the catalogue's own, file by file
+std::int64_t memory_limit_of(const Options& options);                    // bytes; InputError
 StudyOptions study_options(const Place& place, const Options& options);  // without progress
 Selection select_cells(const Place& place, const Options& options);
 Selection without_cells(const Selection& selection);  // there may be a million

@@ -122,7 +122,7 @@ int command_compare(const Place& place, const Options& options) {
   const std::vector<Row> ranked = rates.same ? ranked_rows(data.rows, notes) : data.rows;
   data.dominance = find_dominance(ranked, question);
   if (!rates.words.empty()) notes.insert(notes.begin(), rates.words);
-  data.notes = notes;
+  data.notes.insert(data.notes.end(), notes.begin(), notes.end());
   if (!options.no_timing) {
     const InterruptGuard guard;
     try {

@@ -46,6 +46,16 @@ int check_store_of(const Options& options) {
 
 }  // namespace
 
+namespace {
+
+json confinement_json(const std::vector<ConfinementLine>& lines) {
+  json out = json::object();
+  for (const ConfinementLine& line : lines) out[line.what] = {{"how", line.how}, {"full", line.full}};
+  return out;
+}
+
+}  // namespace
+
 int command_doctor(const Place& place, const Options& options) {
   if (options.check_store) return check_store_of(options);
   const auto workers = require_workers(place, options);
@@ -54,6 +64,7 @@ int command_doctor(const Place& place, const Options& options) {
   const double free_GiB =
       disk_known ? static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize) / (1 << 30) : 0;
   const bool truth_here = fs::exists(place.truth_worker);
+  const auto confinement = describe(kernel_means(), memory_limit_of(options));
   if (options.json) {
     json out = {{"commit", place.provenance.commit},
                 {"compiler", place.provenance.compiler},
@@ -63,6 +74,7 @@ int command_doctor(const Place& place, const Options& options) {
                 {"libm", place.provenance.libm},
                 {"truth", truth_here},
                 {"free_GiB", free_GiB},
+                {"confinement", confinement_json(confinement)},
                 {"engines", json::array()}};
     for (const auto& w : workers) {
       out["engines"].push_back({{"path", w.path},
@@ -71,7 +83,8 @@ int command_doctor(const Place& place, const Options& options) {
                                 {"name", w.engine.name},
                                 {"version", w.engine.version},
                                 {"scalar", w.engine.scalar},
-                                {"build_id", w.build_id}});
+                                {"build_id", w.build_id},
+                                {"sandbox", w.confinement.sandbox}});
     }
     fmt::print("{}\n", out.dump(2));
   } else {
@@ -80,6 +93,9 @@ int command_doctor(const Place& place, const Options& options) {
                from.compiler, from.flags, from.cpu, from.cpu_features, from.libm);
     fmt::print("disk      {:.1f} GiB free for {}\ntruth     {}\n\n", free_GiB, options.out_dir,
                truth_here ? place.truth_worker : "missing: " + place.truth_worker);
+    fmt::print("Workers are confined:\n");
+    for (const ConfinementLine& line : confinement) fmt::print("{:<9} {}\n", line.what, line.how);
+    fmt::print("\n");
     for (const auto& worker : workers) fmt::print("{}\n", worker_line(worker));
   }
   const bool broken = std::any_of(workers.begin(), workers.end(), [](const Worker& w) {

@@ -60,6 +60,18 @@ struct Parser {
         ->expected(1)
         ->take_all();
   }
+  void confining(CLI::App* sub) {
+    sub->add_flag("--no-sandbox", options.no_sandbox,
+                  "Engines of --engine may use the network and write anywhere (a study's engine: sandbox = false)");
+    sub->add_option("--memory", options.memory_GiB, "Memory of each worker with its descendants [GiB]; 0: no limit")
+        ->capture_default_str();
+  }
+  void other_engines(CLI::App* sub) {
+    sub->add_option("--engine", options.engines, "Another engine: an executable that speaks the worker protocol")
+        ->expected(1)
+        ->take_all();
+    confining(sub);
+  }
   void narrowing(CLI::App* sub) {
     sub->add_option("--scenario,--filter", options.scenarios, "Only these scenarios: ids, globs or files")
         ->expected(1)
@@ -67,9 +79,7 @@ struct Parser {
     sub->add_option("--method", options.methods, "Only these methods: ids or globs")->expected(1)->take_all();
     counts(sub, "Only these step counts");
     resolution(sub);
-    sub->add_option("--engine", options.engines, "Another engine: an executable that speaks the worker protocol")
-        ->expected(1)
-        ->take_all();
+    other_engines(sub);
     sub->add_option("--out", options.out_dir, "Where the store and the report go")->capture_default_str();
     sub->add_option("--max-cells", options.max_cells, "Refuse a study that plans more cells than this")
         ->capture_default_str();
@@ -111,9 +121,7 @@ void declare_commands(Parser& p) {
   list->add_option("KIND", o.input, "scenarios, methods, metrics, gates or studies (all but studies unless given)");
   list->add_flag("--long", o.long_list, "Methods with their documentation, source and settings");
   list->add_flag("--names", o.names, "Names alone, one a line, as completion reads them")->group("");
-  list->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
-      ->expected(1)
-      ->take_all();
+  p.other_engines(list);
 
   auto* describe =
       p.add("describe", "A scene, a method with its claims and settings, or a metric's definition", command_describe);
@@ -122,9 +130,7 @@ void declare_commands(Parser& p) {
   describe->add_flag("--program", o.evidence,
                      "Of a library's method: print a program without Atwood that shows its executed order");
   describe->add_option("--scenario", o.scenarios, "The scene of that program (kepler-e0.6 unless given)")->expected(1);
-  describe->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
-      ->expected(1)
-      ->take_all();
+  p.other_engines(describe);
 
   auto* run = p.add("run", "Run a study: measure, judge, report", command_run);
   run->add_option("STUDY", o.study, "A study file, or the id of a study of the catalogue (default unless given)");
@@ -153,9 +159,7 @@ void declare_commands(Parser& p) {
   trace->add_option("--method", o.methods, "A method id, or truth")->required()->expected(1);
   p.counts(trace, "Step count (the scenario's last rung unless given)");
   trace->add_option("--samples", o.samples, "Samples (the scenario's unless given)");
-  trace->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
-      ->expected(1)
-      ->take_all();
+  p.other_engines(trace);
   trace->add_option("--limit", o.cell_limit_s, "Seconds that the run may take")->capture_default_str();
   trace->add_flag("--events", o.events, "Print impacts and changes of regime instead of the motion");
   auto* particles = trace->add_flag("--particles", o.particles, "The particles of fluids instead of the bodies");
@@ -178,9 +182,7 @@ void declare_commands(Parser& p) {
       ->take_all();
   p.counts(play, "Step count of every method (the scenario's last rung unless given)");
   play->add_option("--samples", o.samples, "Frames, each the pose at one instant (up to 600 unless given)");
-  play->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
-      ->expected(1)
-      ->take_all();
+  p.other_engines(play);
   play->add_option("--limit", o.cell_limit_s, "Seconds that a run may take")->capture_default_str();
   p.resolution(play);
   play->add_option("--out", o.out_dir, "Where the page goes unless -o names it")->capture_default_str();
@@ -225,9 +227,7 @@ void declare_commands(Parser& p) {
       "native times beside. The default where every compared method can do so");
   compare->add_flag("--native-rate", o.native_rate, "Rank each method by times with its engine's own right-hand side")
       ->excludes("--same-rate");
-  compare->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
-      ->expected(1)
-      ->take_all();
+  p.other_engines(compare);
   compare->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   compare->add_option("-j,--jobs", o.jobs, "Cells run at once (default: one per core)");
   compare->add_option("--limit", o.cell_limit_s, "Seconds a cell may take; a truth six times that")
@@ -254,9 +254,7 @@ void declare_commands(Parser& p) {
   advise->add_flag(
       "--same-rate", o.same_rate,
       "Judge methods that all evaluate the reference's right-hand side: ours and those of odeint, ARKODE, CVODE");
-  advise->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
-      ->expected(1)
-      ->take_all();
+  p.other_engines(advise);
   advise->add_option("--time", o.search_s, "Seconds after which no further method is started")->capture_default_str();
   p.shown_progress(advise);
   advise->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
@@ -326,6 +324,7 @@ void declare_commands(Parser& p) {
                    "Another engine: an executable that speaks the worker protocol (goals, frame-budget)")
       ->expected(1)
       ->take_all();
+  p.confining(bench);
   bench->add_option("--limit", o.cell_limit_s, "Seconds that a run may take (goals, frame-budget)")
       ->capture_default_str();
   bench->add_option("-j,--jobs", o.jobs, "Cells run at once in the accuracy pass (goals)");
@@ -371,9 +370,7 @@ void declare_commands(Parser& p) {
   costs->add_option("-o,--output", o.outputs, "The file (standard output unless given)")->expected(1);
 
   auto* doctor = p.add("doctor", "The installation: engines, versions, precisions, the machine", command_doctor);
-  doctor->add_option("--engine", o.engines, "Another engine: an executable that speaks the worker protocol")
-      ->expected(1)
-      ->take_all();
+  p.other_engines(doctor);
   doctor->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   doctor->add_flag("--check-store", o.check_store,
                    "Compare the store's entries with their checksums; exit code 5 where it is damaged");

@@ -36,6 +36,7 @@ const std::map<std::string, std::string>& value_names() {
                                                         {"--max", "METRIC=VALUE"},
                                                         {"--reason", "WORDS"},
                                                         {"--limit", "SECONDS"},
+                                                        {"--memory", "GIB"},
                                                         {"--jobs", "COUNT"},
                                                         {"--hz", "HZ"},
                                                         {"--time", "SECONDS"},

@@ -255,10 +255,28 @@ std::set<std::string> engines_of(const std::vector<std::string>& methods) {
   return engines;
 }
 
-// Starts our own engines and the rivals with these names, all of them where `names` is empty, and foreign engines by their
-// argv.
+struct ForeignEngine {
+  std::vector<std::string> command;
+  bool sandbox = true;
+};
+
+// Of each command; the first `own` are this project's. PySPH compiles schemes when they are first used, and keeps them.
+std::vector<Confinement> confinements(const Place& place, const std::vector<std::vector<std::string>>& commands,
+                                      const std::vector<ForeignEngine>& foreign, std::int64_t memory_bytes) {
+  const std::size_t own = commands.size() - foreign.size();
+  std::vector<Confinement> all(commands.size());
+  for (std::size_t i = 0; i < commands.size(); ++i) {
+    all[i].memory_bytes = memory_bytes;
+    if (i >= own) all[i].sandbox = foreign[i - own].sandbox;
+    else if (fs::path(commands[i].front()).filename() == "atwood-pysph")
+      all[i].writable = {place.worker_dir + "/../reference/pysph/cache"};
+  }
+  return all;
+}
+
+// Starts our own engines and the rivals with these names, all of them where `names` is empty, and foreign engines.
 std::vector<Worker> start_workers(const Place& place, const std::set<std::string>& names,
-                                  const std::vector<std::vector<std::string>>& foreign, bool with_same_rate) {
+                                  const std::vector<ForeignEngine>& foreign, const Options& options) {
   std::vector<std::vector<std::string>> commands;
   std::set<std::string> not_started;
   const auto add_own = [&](const std::string& name, const std::string& program) {
@@ -269,13 +287,16 @@ std::vector<Worker> start_workers(const Place& place, const std::set<std::string
   for (const std::string name : {"cvode", "bullet64", "bullet32", "ode", "arkode", "ida", "odeint", "fcl", "libccd"})
     add_own(name, "atwood-" + name);
   for (const auto& engine : kOptionalEngines) add_own(engine.name, fmt::format("atwood-{}", engine.name));
-  if (with_same_rate) commands.push_back({place.worker_dir + "/atwood-same-rate"});
+  if (options.with_same_rate) commands.push_back({place.worker_dir + "/atwood-same-rate"});
   const std::size_t own = commands.size();
-  commands.insert(commands.end(), foreign.begin(), foreign.end());
-  std::vector<Worker> workers = find_workers_by_argv(commands);
+  for (const ForeignEngine& engine : foreign) commands.push_back(engine.command);
+  std::vector<Worker> workers =
+      find_workers_by_argv(commands, confinements(place, commands, foreign, memory_limit_of(options)));
   for (std::size_t i = 0; i < workers.size(); ++i) {
     workers[i].foreign = i >= own;
     if (workers[i].foreign) make_printable(workers[i]);
+    // A part of the version is in the hashes, in each row, and wherever the engine is named.
+    if (!workers[i].confinement.sandbox) workers[i].engine.version += kUnconfined;
     if (workers[i].foreign && workers[i].status == Status::ok && not_started.contains(workers[i].engine.name)) {
       workers[i].status = Status::crashed;
       workers[i].reason = fmt::format(
@@ -304,23 +325,34 @@ bool all_there(const std::set<std::string>& names, const std::vector<Worker>& wo
 
 std::vector<Worker> require_workers(const Place& place, const Options& options, const Study* study,
                                     const std::vector<std::string>& methods) {
-  std::vector<std::vector<std::string>> foreign;
-  if (study) foreign = study->engines;
+  std::vector<ForeignEngine> foreign;
+  if (study)
+    for (const auto& command : study->engines) foreign.push_back({command, !study->unconfined.contains(command)});
   for (const auto& path : options.engines) {
     if (!fs::exists(path)) throw InputError(fmt::format("--engine {}: no such file", path));
     if (!fs::is_regular_file(path)) throw InputError(fmt::format("--engine {}: not a file", path));
     if (access(path.c_str(), X_OK) != 0) throw InputError(fmt::format("--engine {}: not executable (chmod +x?)", path));
-    const auto same = [&](const std::vector<std::string>& command) {
+    const auto same = [&](const ForeignEngine& known) {
       std::error_code error;
-      return command.size() == 1 && fs::equivalent(command.front(), path, error);
+      return known.command.size() == 1 && fs::equivalent(known.command.front(), path, error);
     };
-    if (std::none_of(foreign.begin(), foreign.end(), same)) foreign.push_back({path});
+    if (std::none_of(foreign.begin(), foreign.end(), same)) foreign.push_back({{path}, !options.no_sandbox});
   }
   const std::set<std::string> names = engines_of(methods);
-  std::vector<Worker> workers = start_workers(place, names, foreign, options.with_same_rate);
+  std::vector<Worker> workers = start_workers(place, names, foreign, options);
   const bool failed = std::ranges::any_of(workers, [](const Worker& w) { return w.foreign && w.status != Status::ok; });
   if (failed || all_there(names, workers)) return workers;
-  return start_workers(place, {}, foreign, options.with_same_rate);  // a message names all that there are
+  return start_workers(place, {}, foreign, options);  // a message names all that there are
+}
+
+std::vector<std::string> unconfined_engines(const std::vector<Worker>& workers) {
+  std::vector<std::string> sentences;
+  for (const Worker& worker : workers)
+    if (worker.status == Status::ok && !worker.confinement.sandbox)
+      sentences.push_back(fmt::format(
+          "The engine `{}` runs without confinement (sandbox = false): it may use the network and write anywhere.",
+          worker.engine.name));
+  return sentences;
 }
 
 bool is_terminal(int fd) { return isatty(fd) == 1; }

@@ -46,6 +46,7 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
       data.missing_engines.emplace_back(fs::path(worker.path).filename().string(),
                                         to_string(worker.status) + ": " + worker.reason);
   }
+  data.notes = unconfined_engines(selection.workers);
   data.metrics = all_metrics();
   data.rows = result.rows;
   data.verdicts = verdicts;

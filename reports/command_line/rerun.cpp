@@ -44,6 +44,8 @@ std::vector<std::string> with_own_files(const Place& place, const Options& optio
     if (!value.empty()) words.insert(words.end(), {flag, value});
   };
   for (const auto& engine : options.engines) add("--engine", absolute_if_file(engine));
+  if (options.no_sandbox) words.push_back("--no-sandbox");
+  if (options.memory_GiB != Options{}.memory_GiB) add("--memory", fmt::format("{:g}", options.memory_GiB));
   add("--tolerances", absolute_words(options.tolerances));
   add("--baseline", absolute_words(options.baseline));
   if (options.limit_given) add("--limit", fmt::format("{}", options.cell_limit_s));
@@ -75,6 +77,9 @@ std::vector<std::string> same_call_words(const Options& options, const std::stri
   for (std::size_t i = 0; i + 1 < filters.size(); i += 2)
     add(filters[i].c_str(), filters[i] == "--scenario" ? absolute_if_file(filters[i + 1]) : filters[i + 1]);
   for (const std::string& engine : options.engines) add("--engine", absolute_if_file(engine));
+  if (options.no_sandbox) words.push_back("--no-sandbox");
+  if (command == "run" && options.memory_GiB != Options{}.memory_GiB)
+    add("--memory", fmt::format("{:g}", options.memory_GiB));
   if (command == "run") add("--tolerances", absolute_words(options.tolerances));
   if (command == "run" && options.limit_given) add("--limit", fmt::format("{}", options.cell_limit_s));
   if (command == "bless") {

@@ -220,6 +220,13 @@ int run_and_report(const Place& place, const Options& options, const Selection& 
   return code;
 }
 
+// What confines workers less than elsewhere, once for the run.
+void tell_confinement(const std::vector<Worker>& workers) {
+  if (const std::string gaps = confinement_gaps(kernel_means()); !gaps.empty())
+    fmt::print(stderr, "atwood: workers are confined in part: {}\n", gaps);
+  for (const std::string& sentence : unconfined_engines(workers)) fmt::print(stderr, "atwood: {}\n", sentence);
+}
+
 }  // namespace
 
 int command_run(const Place& place, const Options& options) {
@@ -233,6 +240,7 @@ int command_run(const Place& place, const Options& options) {
     const InterruptGuard guard;  // run_study has its own
     selection = select_cells(place, options);
     if (options.dry_run) return dry_run(selection, options, share);
+    tell_confinement(selection.workers);
     standards = read_standards(place, selection, true);
     if (!options.baseline.empty() && !standards.baseline) return no_baseline(options, options.baseline);
     make_out_dir(options.out_dir);

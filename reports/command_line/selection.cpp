@@ -433,10 +433,18 @@ std::string own_file(const Place& place, const Scenario& scenario) {
   return scenario.path;
 }
 
+std::int64_t memory_limit_of(const Options& options) {
+  const double gibibytes = options.memory_GiB;
+  if (!(gibibytes == 0 || (gibibytes >= 0.0625 && gibibytes <= 1e6)))
+    throw InputError(fmt::format("--memory {:g}: expected GiB from 0.0625 to 1e6, or 0 for no limit", gibibytes));
+  return static_cast<std::int64_t>(gibibytes * (1 << 30));
+}
+
 StudyOptions study_options(const Place& place, const Options& options) {
   StudyOptions how;
   how.store_path = options.out_dir + "/store.db";
   how.truth_worker = place.truth_worker;
+  how.truth_confinement.memory_bytes = memory_limit_of(options);
   how.jobs = options.jobs > 0 ? options.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   how.cell_limit_s = options.cell_limit_s;
   // A truth is solved several times in quad.

@@ -64,7 +64,8 @@ void refuse_taken_names(std::vector<Worker>& workers) {
 
 }  // namespace
 
-std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::string>>& commands) {
+std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::string>>& commands,
+                                         const std::vector<Confinement>& confinements) {
   const BrokenPipeGuard guard;
   FileHashes hashes;
   std::vector<Worker> workers;
@@ -72,6 +73,7 @@ std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::stri
     Worker& worker = workers.emplace_back();
     worker.path = command.at(0);
     worker.command = command;
+    if (!confinements.empty()) worker.confinement = confinements.at(workers.size() - 1);
     worker.build_id = hashes.of(worker.path);  // a script is an executable too
     Outcome outcome;
     WorkerClient client(worker);

@@ -44,6 +44,7 @@ struct Study {
   std::vector<StudyCells> cells;
   std::string path = {};                               // the file; relative paths inside it start at its folder
   std::vector<std::vector<std::string>> engines = {};  // argv of each foreign engine, its first word resolved
+  std::set<std::vector<std::string>> unconfined = {};  // those of them with sandbox = false
   std::string tolerances = {}, baseline = {};          // files, resolved; empty: none
 };
 Study read_study(const std::string& path);  // InputError
@@ -65,7 +66,11 @@ struct Worker {                        // an executable that answered hello, or 
 std::vector<Worker> find_workers(const std::vector<std::string>& paths);
 // The settings of a method's response, the id's over the standard ones; empty: it has no response.
 Settings response_settings(const Worker& worker, const MethodId& id);
-std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::string>>& commands);
+// `confinements`: of each command; empty: the default one.
+std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::string>>& commands,
+                                         const std::vector<Confinement>& confinements = {});
+// A part of the version of an engine that runs without confinement.
+inline constexpr const char* kUnconfined = " (sandbox = false)";
 
 // ---- one cell ---------------------------------------------------------------------------------------------------
 struct Cell {

@@ -229,13 +229,33 @@ struct StudyFile {
     return word.find('/') != std::string::npos || fs::exists(full, error) ? full.string() : word;
   }
 
-  std::vector<std::vector<std::string>> engines(const toml::node& node) const {
+  // The program of { command = ..., sandbox = false }, and whether it is confined.
+  std::pair<const toml::node*, bool> unwrapped(const toml::node& node) const {
+    const toml::table* table = node.as_table();
+    if (!table) return {&node, true};
+    check_keys(*table, std::array{"command", "sandbox"}, "an engine of `engines`");
+    const toml::node* command = table->get("command");
+    if (!command || command->is_table())
+      refuse(node.source(), "`engines`: expected `command` in an engine's table: a program, or a list of its words");
+    bool sandbox = true;
+    if (const toml::node* flag = table->get("sandbox")) {
+      const auto value = flag->value_exact<bool>();
+      if (!value) refuse(flag->source(), "`sandbox` is " + found_text(*flag) + "; expected true or false");
+      sandbox = *value;
+    }
+    return {command, sandbox};
+  }
+
+  void read_engines(const toml::node& node, Study& study) const {
     const char* const expected =
-        "`engines`: expected a list of programs, as in [\"./my-engine\", [\"python3\", \"engine.py\", \"--fast\"]]";
+        "`engines`: expected a list of programs, as in [\"./my-engine\", [\"python3\", \"engine.py\", \"--fast\"], "
+        "{ command = \"./other\", sandbox = false }]";
     const toml::array* list = node.as_array();
     if (!list) refuse(node.source(), expected);
-    std::vector<std::vector<std::string>> engines;
-    for (const toml::node& each : *list) {
+    std::vector<std::vector<std::string>>& engines = study.engines;
+    for (const toml::node& entry : *list) {
+      const auto [command, sandbox] = unwrapped(entry);
+      const toml::node& each = *command;
       std::vector<std::string> words;
       const auto add = [&](const toml::node& word) {
         const auto text = word.value_exact<std::string>();
@@ -249,9 +269,9 @@ struct StudyFile {
       if (words.empty()) refuse(each.source(), expected);
       if (std::find(engines.begin(), engines.end(), words) != engines.end())
         refuse(each.source(), "`engines`: found the same engine twice");
+      if (!sandbox) study.unconfined.insert(words);
       engines.push_back(std::move(words));
     }
-    return engines;
   }
 
   std::string file_beside(const toml::table& table, const char* key) const {
@@ -359,7 +379,7 @@ Study read_study(const std::string& path) {
   const auto id = root["id"].value_exact<std::string>();
   if (!id || id->empty()) throw InputError(path + ": missing key `id`; expected the name of the study");
   study.id = file.id = *id;
-  if (const toml::node* engines = root.get("engines")) study.engines = file.engines(*engines);
+  if (const toml::node* engines = root.get("engines")) file.read_engines(*engines, study);
   study.tolerances = file.file_beside(root, "tolerances");
   study.baseline = file.file_beside(root, "baseline");
   if (!blocks && root.get("scenarios")) {

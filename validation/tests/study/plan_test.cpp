@@ -81,7 +81,7 @@ TEST_CASE("a study's own scenes, engines and files start at its folder") {
   std::ofstream(folder / "study.toml")
       << "id = \"s\"\nscenarios = [\"mine.toml\", \"tag:smooth\"]\ntolerances = \"gates.toml\"\n"
          "baseline = \"../b.tsv\"\nengines = [[\"./engine.sh\", \"data.txt\", \"--a/b\", \"other\"], "
-         "\"engine.sh\", [\"sh\", \"x/y\"]]\n";
+         "\"engine.sh\", { command = [\"sh\", \"x/y\"], sandbox = false }]\n";
   const Study study = read_study(folder / "study.toml");
   const auto in = [&](const char* name) { return std::filesystem::path(folder / name).lexically_normal().string(); };
   REQUIRE(study.engines.size() == 3);
@@ -90,6 +90,7 @@ TEST_CASE("a study's own scenes, engines and files start at its folder") {
   CHECK(study.engines[2][0].ends_with("/sh"));
   CHECK(study.engines[2][0].front() == '/');
   CHECK(study.engines[2][1] == in("x/y"));
+  CHECK(study.unconfined == std::set<std::vector<std::string>>{study.engines[2]});
   CHECK(study.tolerances == in("gates.toml"));
   CHECK(study.baseline == in("../b.tsv"));
   REQUIRE(study.cells.size() == 1);
