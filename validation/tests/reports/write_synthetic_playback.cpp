@@ -4,6 +4,10 @@
 //                further in z and turned by 1e-7 t rad about its own x; `m/ends` has diverged at half the time; the truth
 //                ends at 3/4 of it, and from there on methods stand alone.
 // bounces.html   a ball released at 0.5 s from 1 m over a floor, with one impact; no truth.
+// forces.html    a cart that moves along x at 0.2 m/s with an arm on a hinge, and one of everything that is drawn: a
+//                thruster (0.5 s to 1.5 s), a point force, a drive, a spring, an attractor, a contact with friction, at 1 s
+//                an impact and the begin of slip; 64 particles whose speeds and densities differ. Method `m/two` is 0.1 m
+//                further in y.
 #include <cmath>
 #include <iostream>
 
@@ -79,6 +83,53 @@ Playback bounces() {
   return playback;
 }
 
+Scene scene_of_forces() {
+  Scene scene;
+  scene.gravity_m_per_s2 = {0, 0, -9.81};
+  scene.bodies = {body_of("cart", Box{{0.3, 0.2, 0.1}}, false), body_of("arm", Box{{0.05, 0.05, 0.3}}, false)};
+  Joint hinge;
+  hinge.name = "hinge", hinge.parent = 0, hinge.child = 1;
+  hinge.anchors_body_m = {{{0, 0, 0.1}, {0, 0, -0.3}}}, hinge.axis_body = {0, 1, 0};
+  scene.joints = {hinge};
+  Spring spring;
+  spring.bodies = {0}, spring.anchor_m = {-1, 0, 0.1};
+  scene.forces = {Thruster{0, {-0.3, 0, 0}, {1, 0, 0}, 5, {{0.5, 1.5}}}, PointForce{0, {0, 0.2, 0}, {0, 0, 4}, {}},
+                  Drive{{1}, {3, 0, 0}, 0.5, 0}, spring, Attractor{{0}, {1, 0, 1}, 1}};
+  return scene;
+}
+
+PlayedRun run_of_forces(const std::string& name, double off_y) {
+  PlayedRun run;
+  run.name = name, run.steps = kSamples;
+  for (std::int64_t k = 0; k <= kSamples; ++k) {
+    const double t = 2.0 * static_cast<double>(k) / kSamples;
+    BodySample cart, arm;
+    cart.p_m = {Wide(0.2 * t), Wide(off_y), Wide(0.1)}, arm.p_m = {Wide(0.2 * t), Wide(off_y), Wide(0.5)};
+    Sample sample{Wide(t), {cart, arm}};
+    sample.contacts.push_back({0, 1, {0.2 * t, off_y, 0}, {0, 0, 1}, 0, 8, {-3, 0, 0}});
+    for (int i = 0; i < 64; ++i) {
+      ParticleSample particle;
+      particle.p_m = {Wide(0.1 * (i % 8)), Wide(0.6 + off_y), Wide(0.1 * (i / 8))};
+      particle.v_m_per_s = {Wide(0.1 * (i % 8)), Wide(0), Wide(0)};
+      particle.density_kg_per_m3 = Wide(1000 + i / 8);
+      sample.particles.push_back(particle);
+    }
+    run.values.push_back(sample), run.energy.push_back(1e-6 * t);
+  }
+  run.events.push_back({Wide(1), EventKind::impact, 0, 1, {0.2, Wide(off_y), 0}, {0, 0, 1}, 8, 0, -4, 4});
+  run.events.push_back({Wide(1), EventKind::slip, 0, 1, {0.3, Wide(off_y), 0}, {0, 0, 1}, 0, 0, 0, 0});
+  return run;
+}
+
+Playback forces() {
+  Playback playback;
+  playback.scenario.id = "forces", playback.scenario.title = "One of everything", playback.scenario.t_end_s = 2;
+  playback.scenario.claim = "everything is drawn", playback.scenario.scene = scene_of_forces();
+  playback.samples = kSamples, playback.command = "atwood play forces";
+  playback.runs = {run_of_forces("m/one", 0), run_of_forces("m/two", 0.1)};
+  return playback;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -86,7 +137,7 @@ int main(int argc, char** argv) {
     std::cerr << "usage: write_synthetic_playback FOLDER\n";
     return 2;
   }
-  for (const Playback& playback : {smooth(), bounces()}) {
+  for (const Playback& playback : {smooth(), bounces(), forces()}) {
     const PlaybackPage page = render_playback(playback);
     write_file(std::string(argv[1]) + "/" + playback.scenario.id + ".html", page.html);
     std::cout << playback.scenario.id << ": " << page.html.size() << " bytes, " << page.frames << " frames\n";

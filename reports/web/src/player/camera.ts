@@ -2,6 +2,7 @@
 import { Vec, add, cross, dot, length, scale, sub, unit } from './vectors';
 
 export const kField = 32 * Math.PI / 180;  // vertical field of view [rad]
+export const kMostPitch = 1.55;            // short of straight down, where up has no direction [rad]
 
 export class Camera {
   target: Vec = [0, 0, 0];
@@ -38,7 +39,7 @@ export class Camera {
 
   orbit(dx: number, dy: number): void {
     this.yaw -= dx * 0.008;
-    this.pitch = Math.min(Math.max(this.pitch + dy * 0.008, -1.55), 1.55);
+    this.pitch = Math.min(Math.max(this.pitch + dy * 0.008, -kMostPitch), kMostPitch);
   }
   pan(dx: number, dy: number): void {
     const [right, up] = this.axes(), metre = 1 / this.pixels;

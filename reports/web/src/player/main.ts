@@ -1,16 +1,16 @@
-// The playback page: the clock, the controls, the list of runs. The address after # keeps time, magnification, hidden runs
-// and camera, so that a link shows what its sender saw.
-import { copyButton, h, labelledSelect, option } from '../dom';
+// The playback page: the clock, the controls, the list of runs, and what of them the address keeps.
+import { h, labelledSelect, option } from '../dom';
 import { download, fileName } from '../save';
 import { isDark, look, token } from '../style';
+import { View, readAddress, written } from './address';
+import { about, checkBox, choose, speeds, tick } from './controls';
 import { Curve, number } from './curves';
 import { readPage } from './data';
 import { Motion } from './motion';
-import { Shown, metres } from './overlay';
+import { metres } from './overlay';
 import { fieldColour } from './solids';
 import { Stage } from './stage';
-
-const kSpeeds: [number, string][] = [[0.01, '1/100'], [0.03, '1/30'], [0.1, '1/10'], [0.3, '1/3'], [1, '1'], [3, '3'], [10, '10']];
+import { Shown, kSwitches, shownAtFirst, switchesOf } from './switches';
 
 class Player {
   private t = 0;
@@ -24,6 +24,10 @@ class Player {
   private field = 0;
   private cloudRun: number;
   private readonly visible: boolean[];
+  private readonly boxes = new Map<string, HTMLInputElement>();     // check boxes, by name
+  private readonly selects = new Map<string, HTMLSelectElement>();  // by the name in the address
+  private readonly first: string;                                   // speed, as the select has it
+  private readonly canvas: boolean;
   private readonly shown: Shown;
   private readonly stage: Stage;
   private readonly curves: Curve[] = [];
@@ -31,19 +35,20 @@ class Player {
   private readonly parts: Record<'play' | 'slider' | 'clock' | 'frame' | 'letGo' | 'note', HTMLElement>;
   private readonly values: HTMLElement[] = [];
   private magnify!: HTMLSelectElement;
-  private follow!: HTMLSelectElement;
 
   constructor(private motion: Motion) {
-    const { page } = motion, heavy = page.motion.moving.length > 30;
+    const { page } = motion, view = readAddress(location.hash);
     this.visible = motion.runs.map((run) => run.frames > 1);
-    this.shown = { trails: !heavy, names: false, joints: true, contacts: !heavy, forces: true, axes: true, grid: false };
+    this.shown = shownAtFirst(motion);
     // In real time where that takes from two seconds to a minute; else the whole in ten seconds.
     this.speed = motion.end >= 2 && motion.end <= 60 ? 1 : motion.end / 10;
+    this.first = this.speed === 1 ? '1' : 'whole';
+    this.canvas = view.canvas === true;
     const released = page.scene.bodies.map((body) => body.release ?? 0).filter((t) => t > 0);
     this.releases = [...new Set(released)].sort((a, b) => a - b);
     if (!this.releases.length) this.releases.push(0);
     this.cloudRun = motion.clouds.findIndex((cloud) => cloud);
-    this.stage = new Stage(motion, this.visible, this.shown, location.hash.includes('canvas'));
+    this.stage = new Stage(motion, this.visible, this.shown, view.canvas === true);
     this.stage.changed = () => this.redraw(true);
     this.parts = {
       play: h('button', { type: 'button', id: 'play', class: 'primary', onclick: () => this.toggle() }, 'play'),
@@ -52,17 +57,15 @@ class Player {
       letGo: h('button', { type: 'button', id: 'let-go', class: 'primary', hidden: true, onclick: () => this.letGo() }, 'let go'),
       note: h('p', { id: 'note', class: 'note', role: 'status' }),
     };
+    if (view.theme) document.documentElement.dataset.theme = view.theme;
     this.build();
-    this.restore();
     new ResizeObserver(() => this.resize()).observe(this.stage.element);
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.restyle());
+    // Another link into the open page; what the page itself writes there is no such event.
+    addEventListener('hashchange', () => location.reload());
     this.resize();
-    if (!location.hash.includes('view=')) {
-      this.stage.fit();
-      const lone = this.stage.lone();
-      if (lone >= 0) { this.stage.closeTo(lone, this.t); this.follow.value = String(lone); }
-    }
-    if (!matchMedia('(prefers-reduced-motion: reduce)').matches && !location.hash.includes('t=')) this.toggle();
+    this.restore(view);
+    if (!matchMedia('(prefers-reduced-motion: reduce)').matches && view.t === undefined) this.toggle();
     requestAnimationFrame((now) => this.tick(now));
   }
 
@@ -79,20 +82,24 @@ class Player {
     if (this.waits) {
       const release = this.releases.find((t) => t > this.waitedFor && t >= this.t && t < next);
       if (release !== undefined) {
-        this.waitedFor = release;
         next = release;
-        this.playing = false;
-        this.parts.letGo.hidden = false;
-        this.parts.note.textContent = 'Held until you let go.';
-        this.name();
+        this.hold(release);
       }
     }
     if (next > this.motion.end) {
       next = this.loop ? 0 : this.motion.end;
       this.waitedFor = -1;
-      if (!this.loop) { this.playing = false; this.name(); }
+      if (!this.loop) { this.playing = false; this.name(); this.keep(); }
     }
     this.set(next, false);
+  }
+  private hold(release: number): void {
+    this.waitedFor = release;
+    this.playing = false;
+    this.parts.letGo.hidden = false;
+    this.parts.note.textContent = 'Held until you let go.';
+    this.name();
+    this.keep();
   }
   private letGo(): void {
     this.parts.letGo.hidden = true;
@@ -100,6 +107,7 @@ class Player {
     this.playing = true;
     this.name();
     this.say();
+    this.keep();
   }
   private toggle(): void {
     if (!this.playing && this.t >= this.motion.end) { this.t = 0; this.waitedFor = -1; }
@@ -107,6 +115,7 @@ class Player {
     this.last = performance.now();
     this.parts.letGo.hidden = true;
     this.name();
+    this.say();
     this.keep();
   }
   private name(): void {
@@ -118,6 +127,7 @@ class Player {
     this.t = Math.min(Math.max(t, 0), this.motion.end);
     if (asked) {
       this.waitedFor = this.releases.filter((release) => release < this.t).pop() ?? -1;
+      if (!this.parts.letGo.hidden) this.say();
       this.parts.letGo.hidden = true;
       this.keep();
     }
@@ -176,28 +186,46 @@ class Player {
   private keeping = 0;
   private keep(): void {
     clearTimeout(this.keeping);
-    this.keeping = setTimeout(() => {
-      const { camera } = this.stage, words = new URLSearchParams();
-      if (!this.playing) words.set('t', number6(this.t));
-      if (this.motion.magnified !== 1) words.set('k', String(this.motion.magnified));
-      const hidden = this.visible.flatMap((on, run) => on ? [] : [run]);
-      if (hidden.length) words.set('hide', hidden.join('.'));
-      words.set('view', [camera.yaw, camera.pitch, camera.distance, ...camera.target].map(number6).join('_'));
-      if (location.hash.includes('canvas')) words.set('canvas', '1');
-      history.replaceState(null, '', `#${words}`);
-    }, 200) as unknown as number;
+    this.keeping = setTimeout(() => history.replaceState(null, '', written(this.view())), 200) as unknown as number;
   }
-  private restore(): void {
-    const words = new URLSearchParams(location.hash.slice(1)), { camera } = this.stage;
-    const t = Number(words.get('t') ?? 0), k = Number(words.get('k') ?? 1), view = (words.get('view') ?? '').split('_').map(Number);
-    if (Number.isFinite(t)) this.t = Math.min(Math.max(t, 0), this.motion.end);
-    if (Number.isFinite(k) && k >= 1 && this.motion.runs.length > 1) this.magnifyBy(k);
-    for (const run of (words.get('hide') ?? '').split('.').filter((w) => w).map(Number)) if (run in this.visible) this.show(run, false);
-    if (view.length === 6 && view.every(Number.isFinite) && view[2] > 0) {
-      this.stage.fit();
-      [camera.yaw, camera.pitch, camera.distance] = view;
-      camera.target = [view[3], view[4], view[5]];
+  private view(): View {
+    const value = (name: string, first: string) => { const select = this.selects.get(name); return select && select.value !== first ? select.value : undefined; };
+    const atFirst = shownAtFirst(this.motion), changed = kSwitches.filter((name) => this.shown[name] !== atFirst[name]);
+    const asAtFirst = this.visible.every((on, run) => on === this.motion.runs[run].frames > 1);
+    return {
+      t: this.playing ? undefined : this.t,
+      k: this.motion.magnified !== 1 ? this.motion.magnified : undefined,
+      hidden: asAtFirst ? undefined : this.visible.flatMap((on, run) => on ? [] : [run]),
+      camera: this.stage.view(),
+      speed: value('speed', this.first), follow: value('follow', '-1'), field: value('field', this.selects.get('field')?.options[0]?.value ?? ''),
+      particles: value('particles', this.selects.get('particles')?.options[0]?.value ?? ''),
+      loop: this.loop ? undefined : false,
+      wait: this.waits ? (this.parts.letGo.hidden ? 'wait' : 'held') : undefined,
+      on: changed.filter((name) => this.shown[name]), off: changed.filter((name) => !this.shown[name]),
+      theme: document.documentElement.dataset.theme as View['theme'], canvas: this.canvas,
+    };
+  }
+  private restore(view: View): void {
+    const { motion, stage } = this;
+    this.t = Math.min(view.t ?? 0, motion.end);
+    this.waitedFor = this.releases.filter((release) => release < this.t).pop() ?? -1;
+    if (view.k !== undefined && motion.runs.length > 1) this.magnifyBy(view.k);
+    if (view.hidden) motion.runs.forEach((_, run) => this.show(run, !view.hidden!.includes(run)));
+    for (const [name, select] of this.selects) choose(select, view[name as 'speed' | 'follow' | 'field' | 'particles']);
+    for (const name of kSwitches) if (view.on!.includes(name) || view.off!.includes(name)) tick(this.boxes.get(name), view.on!.includes(name));
+    if (view.loop !== undefined) tick(this.boxes.get('loop'), view.loop);
+    stage.fit();
+    const lone = stage.lone();
+    if (!(view.camera && stage.look(view.camera, this.t)) && lone >= 0 && view.follow === undefined) {
+      stage.closeTo(lone, this.t);
+      choose(this.selects.get('follow')!, String(lone));
     }
+    if (!view.wait) return;
+    this.waits = this.boxes.get('wait')!.checked = true;
+    const release = this.releases.find((t) => Math.abs(t - this.t) <= 1e-6 * motion.end);
+    if (view.wait !== 'held' || view.t === undefined || release === undefined) return;
+    this.t = release;
+    this.hold(release);
   }
 
   // ---- what the reader chooses ---------------------------------------------------------------------------------------------
@@ -243,7 +271,7 @@ class Player {
       slider, this.parts.clock, this.parts.frame);
     const scene = h('section', { class: 'scene', 'aria-label': 'Scene' }, this.stage.element, this.parts.note, bar, this.choices());
     if (this.stage.solids.kind === 'canvas') scene.append(h('p', { class: 'hint' }, 'Drawn without WebGL, which this browser does not offer: a simpler picture of the same motion.'));
-    app.replaceChildren(scene, h('aside', { 'aria-label': 'Runs and errors' }, this.runs(), ...this.plots(), this.about()));
+    app.replaceChildren(scene, h('aside', { 'aria-label': 'Runs and errors' }, this.runs(), ...this.plots(), about(this.motion)));
     document.getElementById('tools')!.append(this.theme());
     document.addEventListener('keydown', (event) => this.key(event));
     this.say();
@@ -260,24 +288,27 @@ class Player {
 
   private choices(): HTMLElement {
     const { motion } = this, { scene } = motion.page;
-    const speed = labelledSelect('speed', 'speed', (value) => { this.speed = value === 'whole' ? motion.end / 10 : Number(value); });
-    speed.select.append(option('whole', 'whole run in 10 s', this.speed !== 1), ...kSpeeds.map(([value, name]) => option(String(value), `${name} of real time`.replace('1 of real time', name === '1' ? 'real time' : '1 of real time').replace(/^(3|10) of real time/, '$1 \u00d7 real time'), value === this.speed)));
+    const speed = labelledSelect('speed', 'speed', (value) => { this.speed = value === 'whole' ? motion.end / 10 : Number(value); this.keep(); });
+    speed.select.append(...speeds(this.speed));
+    this.selects.set('speed', speed.select);
     const magnify = labelledSelect('magnify the error', 'magnify', (value) => this.magnifyBy(value === 'auto' ? this.fitting() : Number(value)));
     magnify.select.append(option('1', 'as it is'), option('auto', 'fitting'), ...Array.from({ length: 15 }, (_, i) => option(String(10 ** (i + 1)), times(10 ** (i + 1)))));
     this.magnify = magnify.select;
     const follow = labelledSelect('follow', 'follow', (value) => this.stage.followBody(Number(value)));
     follow.select.append(option('-1', 'nothing'), ...motion.page.motion.moving.slice(0, 300).map((body) => option(String(body), scene.bodies[body].name)));
-
-    this.follow = follow.select;
-    const boxes: [keyof Shown, string, boolean][] = [['trails', 'trails', true], ['contacts', 'contacts and impulses', motion.runs.some((run) => run.events.length > 0 || run.contacts)],
-      ['forces', 'forces', scene.forces.some((force) => force.kind !== 'spring' && force.kind !== 'attractor')], ['joints', 'joints', scene.joints.length > 0], ['names', 'names', true], ['axes', 'axes', true], ['grid', 'grid', !scene.bodies.some((body) => body.shape.kind === 'plane')]];
-    const toggles = boxes.filter(([, , there]) => there).map(([key, name]) => check(`show-${key}`, name, this.shown[key], (on) => { this.shown[key] = on; this.redraw(); }));
-    const wait = check('wait', scene.bodies.some((body) => body.release) ? 'wait at each release' : 'wait at the start', false, (on) => {
+    if (motion.page.motion.moving.length) this.selects.set('follow', follow.select);
+    const box = (name: string, id: string, label: string, on: boolean, changed: (on: boolean) => void) => {
+      const made = checkBox(id, label, on, (now) => { changed(now); this.redraw(true); });
+      this.boxes.set(name, made.box);
+      return made.label;
+    };
+    const toggles = switchesOf(motion).map(([name, label]) => box(name, `show-${name}`, label, this.shown[name], (on) => { this.shown[name] = on; }));
+    const wait = box('wait', 'wait', scene.bodies.some((body) => body.release) ? 'wait at each release' : 'wait at the start', false, (on) => {
       this.waits = on;
       this.waitedFor = -1;
-      if (on) { this.set(0); this.playing = true; this.last = performance.now(); }
+      if (on) { this.set(0); this.playing = true; this.last = performance.now(); this.name(); } else { this.parts.letGo.hidden = true; this.say(); }
     });
-    const again = check('loop', 'loop', true, (on) => { this.loop = on; });
+    const again = box('loop', 'loop', 'loop', true, (on) => { this.loop = on; });
     return h('div', { class: 'choices' }, h('div', { class: 'row' }, speed.box, motion.runs.length > 1 ? magnify.box : null, motion.page.motion.moving.length ? follow.box : null, ...this.fluid(),
       h('button', { type: 'button', id: 'fit', onclick: () => this.stage.fit() }, 'fit'),
       h('button', { type: 'button', id: 'save', title: 'Save the view as PNG', onclick: () => this.save('png') }, 'PNG'),
@@ -301,12 +332,13 @@ class Player {
       scaleBar.replaceChildren(h('span', {}, number(low!)), h('i', {}), h('span', {}, `${number(high!)} ${unit}`));
       scaleBar.querySelector('i')!.style.background = `linear-gradient(90deg, ${Array.from({ length: 10 }, (_, i) => `rgb(${fieldColour(i / 9).join(',')})`).join(', ')})`;
     };
-    const field = labelledSelect('colour', 'field', (value) => { this.field = Number(value); tell(); this.redraw(); });
+    const field = labelledSelect('colour', 'field', (value) => { this.field = Number(value); tell(); this.redraw(true); });
     fields.forEach(([name, , low], i) => { if (low !== undefined) field.select.append(option(String(i), name)); });
     this.field = Number(field.select.value || 0);
     if (fields[this.field][2] !== undefined) tell();
-    const which = labelledSelect('particles of', 'particles-of', (value) => { this.cloudRun = Number(value); this.redraw(); });
+    const which = labelledSelect('particles of', 'particles-of', (value) => { this.cloudRun = Number(value); this.redraw(true); });
     motion.clouds.forEach((cloud, run) => { if (cloud) which.select.append(option(String(run), `${motion.runs[run].name}${cloud.count < cloud.all ? `, ${cloud.count} of ${cloud.all}` : ''}`)); });
+    this.selects.set('field', field.select).set('particles', which.select);
     return [field.box, which.box, scaleBar];
   }
 
@@ -339,32 +371,15 @@ class Player {
     return this.curves.map((curve) => curve.element);
   }
 
-  private about(): HTMLElement {
-    const { page } = this.motion, lost = this.motion.runs.reduce((sum, run) => sum + (run.events_left_out ?? 0), 0);
-    return h('details', { class: 'about' }, h('summary', {}, 'About this page'),
-      page.claim ? h('p', {}, page.claim) : null, page.source ? h('p', {}, `Source: ${page.source}`) : null,
-      page.truth ? h('p', {}, `Truth: ${this.motion.runs[0].source}. The dotted line is its bar.`) : null,
-      h('p', {}, `${page.samples} samples, ${this.motion.frames} frames here. Positions keep 16 bits of each body\u2019s range, differences from the truth 16 bits of their own. Between frames positions follow a cubic (straight lines where there are contacts) and attitudes a constant rate. Points and bodies too small to be seen are drawn as dots.`),
-      lost ? h('p', {}, `${lost} events are left out.`) : null,
-      h('p', {}, h('code', {}, page.command), ' ', copyButton(page.command)),
-      h('p', { class: 'hint' }, 'Drag turns, shift and drag moves, the wheel zooms, a double click fits. Space plays, arrow keys step. three.js draws (MIT licence).'));
-  }
-
   private theme(): HTMLElement {
     const button = h('button', { type: 'button', id: 'theme' }), name = () => { button.textContent = isDark() ? 'light' : 'dark'; button.setAttribute('aria-label', `Switch to ${button.textContent} colours`); };
-    button.addEventListener('click', () => { document.documentElement.dataset.theme = isDark() ? 'light' : 'dark'; name(); this.restyle(); });
+    button.addEventListener('click', () => { document.documentElement.dataset.theme = isDark() ? 'light' : 'dark'; name(); this.restyle(); this.keep(); });
     name();
     return button;
   }
 }
 
-function check(id: string, name: string, on: boolean, changed: (on: boolean) => void): HTMLElement {
-  const box = h('input', { type: 'checkbox', id, checked: on });
-  box.addEventListener('change', () => changed(box.checked));
-  return h('label', { class: 'check', for: id }, box, name);
-}
 function times(k: number): string { return k >= 1e4 ? `1e${Math.round(Math.log10(k))}` : String(k); }
-function number6(x: number): string { return String(Number(x.toPrecision(7))); }
 function metres0(x: number): string { return x > 0 ? metres(x) : '0 m'; }
 
 async function start(): Promise<void> {

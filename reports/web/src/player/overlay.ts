@@ -4,9 +4,9 @@ import { Camera } from './camera';
 import { Event, Force, Joint } from './data';
 import { Motion } from './motion';
 import { Ink } from './svg_ink';
+import { Shown, switchOf } from './switches';
 import { Quat, Vec, add, cross, dot, length, scale, sub, turn, unit } from './vectors';
 
-export interface Shown { trails: boolean; names: boolean; joints: boolean; contacts: boolean; forces: boolean; axes: boolean; grid: boolean }
 export interface Frame { camera: Camera; motion: Motion; t: number; visible: boolean[]; shown: Shown; size: number; hold: number; colour: (run: number) => string; ink: string; soft: string; panel: string; force: string }
 
 const kTrailPoints = 60_000;
@@ -74,8 +74,8 @@ export class Overlay {
     };
     if (shown.trails) this.drawTrails(frame, line);
     this.drawLinks(frame, line, project);
-    if (shown.contacts) this.drawContacts(frame, project);
-    if (shown.forces) this.drawForces(frame, project);
+    this.drawContacts(frame, project);
+    this.drawForces(frame, project);
     if (shown.names) this.drawNames(frame, project);
     if (shown.axes) this.drawAxes(frame);
     this.drawScale(frame);
@@ -121,14 +121,14 @@ export class Overlay {
         line(ropePath(from, to, rope.over), tint, 1.6, [], 0.9);
         for (const { r: radius, axle, axis } of rope.over) if (radius > 0) line(circle(axle, axis, radius), frame.soft, 1.5);
       }
-      for (const force of scene.forces) {
+      if (frame.shown['other-forces']) for (const force of scene.forces) {
         if (force.kind !== 'spring') continue;
         line(zigzag(this.anchor(frame, r, force.a, force.pa).p, this.anchor(frame, r, force.b, force.pb).p, frame.size * 0.018, frame.camera), tint, 1.3, [], 0.85);
       }
       if (!frame.shown.joints) return;
       for (const joint of scene.joints) this.drawJoint(frame, r, joint, tint, line, project);
     });
-    for (const force of scene.forces) if (force.kind === 'attractor') this.disc(project(force.pa), 5, frame.soft);
+    if (frame.shown['other-forces']) for (const force of scene.forces) if (force.kind === 'attractor') this.disc(project(force.pa), 5, frame.soft);
   }
 
   private drawJoint(frame: Frame, r: number, joint: Joint, tint: string, line: (p: Vec[], colour: string, width: number, dash?: number[], opacity?: number) => void, project: (p: Vec) => Vec): void {
@@ -175,7 +175,7 @@ export class Overlay {
   }
 
   private drawContacts(frame: Frame, project: (p: Vec) => Vec): void {
-    const { motion, t, hold, camera } = frame;
+    const { motion, t, hold, camera, shown } = frame;
     motion.runs.forEach((run, r) => {
       if (!frame.visible[r]) return;
       const tint = r ? frame.colour(r) : frame.force, every = run.contacts_every ?? 1;
@@ -183,14 +183,14 @@ export class Overlay {
       if (motion.reaches(r, t)) for (const c of run.contacts ?? []) {
         if (c[0] !== now) continue;
         const at: Vec = [c[1], c[2], c[3]];
-        this.disc(project(at), 2.5, tint);
-        this.arrow(project, camera, at, [c[4], c[5], c[6]], 14 + 46 * Math.sqrt(Math.abs(c[7]) / (this.largest.force || 1)), tint, 0.9);
+        if (shown.contacts) this.disc(project(at), 2.5, tint);
+        if (shown.normals) this.arrow(project, camera, at, [c[4], c[5], c[6]], 14 + 46 * Math.sqrt(Math.abs(c[7]) / (this.largest.force || 1)), tint, 0.9);
         const friction: Vec = [c[8], c[9], c[10]], size = length(friction);
-        if (size > 1e-3 * this.largest.force) this.arrow(project, camera, at, friction, 10 + 46 * Math.sqrt(size / (this.largest.force || 1)), tint, 0.55);
+        if (shown.friction && size > 1e-3 * this.largest.force) this.arrow(project, camera, at, friction, 10 + 46 * Math.sqrt(size / (this.largest.force || 1)), tint, 0.55);
       }
       for (const event of run.events) {
         const age = t - event[0];
-        if (age < 0 || age > hold) continue;
+        if (age < 0 || age > hold || !(event[1] === 'impact' ? shown.impulses : shown.contacts)) continue;
         this.drawImpulse(frame, project, event, tint, 1 - 0.8 * age / hold);
       }
     });
@@ -207,7 +207,7 @@ export class Overlay {
     this.ink.globalAlpha = 1;
     const share = Math.sqrt(Math.hypot(event[10], event[11]) / (this.largest.impulse || 1));
     if (event[1] === 'impact') this.arrow(project, frame.camera, at, [event[7], event[8], event[9]], 16 + 50 * share, tint, opacity);
-    else this.label(event[1], seen[0] + 10, seen[1] - 8, tint);
+    else this.label(event[1], seen[0] + 10, seen[1] - 8, frame.ink, frame.panel);  // the ring has the run's colour
   }
 
   private drawForces(frame: Frame, project: (p: Vec) => Vec): void {
@@ -215,7 +215,7 @@ export class Overlay {
     motion.runs.forEach((_, r) => {
       if (!frame.visible[r] || !motion.reaches(r, t)) return;
       for (const force of motion.page.scene.forces) {
-        if (force.kind === 'spring' || force.kind === 'attractor') continue;
+        if (force.kind === 'spring' || force.kind === 'attractor' || !frame.shown[switchOf(force)]) continue;
         if (force.on?.length && !force.on.some(([from, to]) => t >= from && t < to)) continue;
         const { p, q } = motion.pose(r, force.a, t), vector = forceNow(force, q, t), size = length(vector);
         if (!(size > 0)) continue;

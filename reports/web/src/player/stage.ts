@@ -1,17 +1,19 @@
 // The scene on the screen: solids, lines over them, the camera and how it follows the pointer.
 import { h } from '../dom';
 import { isDark, look, token } from '../style';
-import { Camera } from './camera';
+import { Camera, kMostPitch } from './camera';
 import { Motion } from './motion';
-import { Frame, Overlay, Shown } from './overlay';
+import { Frame, Overlay } from './overlay';
 import { meshOf } from './shapes';
 import { CanvasSolids } from './solid_canvas';
 import { Colours, Floor, Picture, Place, Points, Solids, Thing } from './solids';
 import { SvgInk } from './svg_ink';
 import { WebglSolids } from './solid_webgl';
+import { Shown } from './switches';
 import { Vec, add, cross, dot, length, scale, sub, unit } from './vectors';
 
 const kDot = 4.5;  // the least radius of a body on the screen [px]
+const kKeyTurn = 15, kKeyMove = 30, kKeyZoom = 0.15;  // of one key press: a drag of so many pixels, a zoom by e^x
 
 export class Stage {
   readonly element: HTMLElement;
@@ -38,7 +40,7 @@ export class Stage {
     this.overlay = new Overlay(motion);
     const webgl = !forceCanvas && document.createElement('canvas').getContext('webgl2');
     this.solids = webgl ? new WebglSolids(this.things, Math.max(1, this.planes.length)) : new CanvasSolids(this.things);
-    this.element = h('div', { class: 'stage', tabindex: 0, role: 'application', 'aria-label': 'The scene: drag to turn, shift and drag to move, wheel to zoom', 'data-kind': this.solids.kind }, this.solids.canvas, this.overlay.canvas);
+    this.element = h('div', { class: 'stage', tabindex: 0, role: 'application', 'aria-label': 'The scene: drag to turn, shift and drag to move, wheel to zoom. Keys: Shift and arrows turn, W A S D move, plus and minus zoom, F fits, left and right step the time', 'data-kind': this.solids.kind }, this.solids.canvas, this.overlay.canvas);
     this.orient();
     this.listen();
   }
@@ -132,6 +134,36 @@ export class Stage {
     this.changed();
   }
 
+  // Yaw, pitch and distance of the camera, and its target: of a camera that follows a body, from that body.
+  view(): number[] {
+    const { yaw, pitch, distance, target } = this.camera;
+    return [yaw, pitch, distance, ...(this.follow < 0 ? target : this.followed ? sub(target, this.followed) : [0, 0, 0])];
+  }
+  // Takes what `view` gave, at time t; false, and nothing is done, where it is out of all proportion to the scene.
+  look([yaw, pitch, distance, ...from]: number[], t: number): boolean {
+    const { camera } = this, reach = 1e9 * (this.size + length(camera.target));
+    if (distance < 1e-9 * this.size || distance > reach || from.some((x) => Math.abs(x) > reach)) return false;
+    this.followed = this.follow < 0 ? null : this.motion.pose(0, this.follow, t).p;
+    Object.assign(camera, { yaw, distance, pitch: Math.min(Math.max(pitch, -kMostPitch), kMostPitch), target: this.followed ? add(this.followed, from as Vec) : from as Vec });
+    return true;
+  }
+
+  // Of the camera alone; others, and the arrows without Shift, are the page's.
+  private key(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const { camera } = this, turns: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+    const moves: Record<string, [number, number]> = { w: [0, 1], a: [1, 0], s: [0, -1], d: [-1, 0] }, zooms: Record<string, number> = { '+': -1, '=': -1, '-': 1, _: 1 };
+    const key = event.key.toLowerCase(), turned = event.shiftKey && turns[event.key], moved = moves[key], zoomed = zooms[key];
+    if (turned) camera.orbit(turned[0] * kKeyTurn, turned[1] * kKeyTurn);
+    else if (moved) camera.pan(moved[0] * kKeyMove, moved[1] * kKeyMove);
+    else if (zoomed) camera.zoom(Math.exp(zoomed * kKeyZoom));
+    else if (key === 'f') this.fit();
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.changed();
+  }
+
   private listen(): void {
     const pointers = new Map<number, [number, number]>();
     const spread = () => { const [a, b] = [...pointers.values()]; return Math.hypot(a[0] - b[0], a[1] - b[1]); };
@@ -161,6 +193,7 @@ export class Stage {
       this.changed();
     }, { passive: false });
     this.element.addEventListener('dblclick', () => this.fit());
+    this.element.addEventListener('keydown', (event) => this.key(event));
   }
 
   resize(): void {
