@@ -66,7 +66,8 @@ class Campaign:
         names = [f"drift{i}" for i in range(SCENES)]
         for i, name in enumerate(names):
             self.write(name + ".toml", SCENE.replace("NAME", name).replace("MASS", str(1.0 + i)))
-        self.write("study.toml", 'id = "kills"\nengines = [["./engine.py"]]\n[[cells]]\nscenarios = %s\n'
+        self.write("study.toml", 'id = "kills"\nengines = [{ command = "./engine.py", sandbox = false }]\n'  # it writes a log
+                                 '[[cells]]\nscenarios = %s\n'
                                  'methods = ["slow/one", "atwood/rk4"]\n' % [name + ".toml" for name in names])
         self.done = collections.Counter()
         self.finish("calm")

@@ -63,7 +63,7 @@ class OwnEngine(Case):
         self.write_engine()
         self.path("gain.py", "GAIN = 1.0\n")
         self.path("mine.toml", SCENE)
-        self.words = ["--engine", "./engine.py", "--method", "mine/one", "--method", "atwood/rk4", "--scenario", "mine.toml"]
+        self.words = ["--engine", "./engine.py", "--no-sandbox", "--method", "mine/one", "--method", "atwood/rk4", "--scenario", "mine.toml"]
 
     def write_engine(self, **more):
         self.path("engine.py", ENGINE.replace("MORE", repr(more)), 0o755)
@@ -114,7 +114,7 @@ class Stale(OwnEngine):
         self.atwood(*gate, code=1)
         # Another command's measurements are not a run's.
         self.path("gain.py", "GAIN = 1.0\n")
-        self.atwood("compare", "mine/one", "atwood/rk4", "--engine", "./engine.py", "--scenario", "mine.toml", "--no-timing")
+        self.atwood("compare", "mine/one", "atwood/rk4", "--engine", "./engine.py", "--no-sandbox", "--scenario", "mine.toml", "--no-timing")
         self.atwood(*gate, code=1)
 
     def test_a_fingerprint_answers_for_all_of_the_code(self):

@@ -72,7 +72,7 @@ class Whole(Case):
         self.path("mine.toml", SCENE)
         self.path("gates.toml", GATES)
         # The whole: the ladder of one scene; narrowed by --steps.
-        self.words = ["--engine", "./engine.py", "--method", "mine/one", "--scenario", "mine.toml"]
+        self.words = ["--engine", "./engine.py", "--no-sandbox", "--method", "mine/one", "--scenario", "mine.toml"]
 
     def atwood(self, *words, code=0, told=(), untold=()):
         result = self.ask(*words, code=code, told=told)
