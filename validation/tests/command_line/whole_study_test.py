@@ -96,7 +96,7 @@ class Whole(Case):
         missing = 3 - len(self.steps_run())
         self.assertGreater(missing, 0)
         of_three = f"{missing} of its 3 cells"
-        command = (f"{ATWOOD} run --scenario {self.here}/mine.toml --method mine/one --engine {self.here}/engine.py "
+        command = (f"{ATWOOD} run --scenario {self.here}/mine.toml --method mine/one --engine {self.here}/engine.py --no-sandbox "
                    f"--tolerances {self.here}/gates.toml --out {self.here}/atwood-out")
         self.atwood("gate", *self.words, "--tolerances", "gates.toml", code=1, told=[of_three, "not run", command])
         self.atwood("gate", *self.words, "--tolerances", "gates.toml", "--quiet", code=1, told=[of_three])
