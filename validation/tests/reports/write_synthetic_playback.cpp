@@ -1,4 +1,4 @@
-// Writes pages of known motion for player_test.py: write_synthetic_playback FOLDER
+// Writes pages of known motion for player_test.py and player_choices_test.py: write_synthetic_playback FOLDER
 //
 // smooth.html    a box on a circle of radius 1 m, w = 2 rad/s, that turns about z at 3 rad/s. Method `m/near` is 1e-9 t m
 //                further in z and turned by 1e-7 t rad about its own x; `m/ends` has diverged at half the time; the truth
