@@ -42,7 +42,7 @@ template <class S> std::array<double, 3> double3(const Vec3<S>& v) {
 double damping_ratio_of(double restitution) {
   const auto restitution_of = [](double z) {
     if (std::fabs(z - 1) < 1e-6) return real::exp(-2 * z);  // acos(z) / sqrt(1 - z^2) -> 1
-    return z < 1 ? real::exp(-2 * z * real::arc_tangent(std::sqrt((1 - z) * (1 + z)), z) / std::sqrt(1 - z * z))
+    return z < 1 ? real::exp(-2 * z * real::atan2(std::sqrt((1 - z) * (1 + z)), z) / std::sqrt(1 - z * z))
                  : real::exp(-2 * z * real::log(z + std::sqrt((z - 1) * (z + 1))) / std::sqrt(z * z - 1));
   };
   double low = 0, high = 1;

@@ -107,7 +107,7 @@ double step_power(double x, double y) {
   return (even + odd) * std::bit_cast<double>(std::uint64_t(1023 + static_cast<int>(whole)) << 52);
 }
 
-double arc_tangent(double y, double x) {
+double atan2(double y, double x) {
   if (x == 0 || y == 0 || !std::isfinite(x) || !std::isfinite(y)) return std::atan2(y, x);  // exact values and NaN
   const long double across = std::fabs(y), along = std::fabs(x);
   long double angle = across <= along ? arc_of(across / along) : kPi / 2 - arc_of(along / across);

@@ -8,10 +8,10 @@
 
 namespace atwood::real {
 
-double log(double x);                    // x > 0; NaN below 0, -infinity at 0
-double exp(double x);                    // 0 below -745.2, infinity above 709.8
-double power(double x, double y);        // x > 0; x = 0: 0, 1 or infinity as the sign of y; NaN below 0
-double arc_tangent(double y, double x);  // the angle of (x, y) in (-pi, pi]; atan2's values at zeros and infinities
+double log(double x);              // x > 0; NaN below 0, -infinity at 0
+double exp(double x);              // 0 below -745.2, infinity above 709.8
+double power(double x, double y);  // x > 0; x = 0: 0, 1 or infinity as the sign of y; NaN below 0
+double atan2(double y, double x);  // the angle of (x, y) in (-pi, pi]; atan2's values at zeros and infinities
 
 // x^y for the factor of a step size: relative error below 1e-6 for |y| <= 1.
 double step_power(double x, double y);

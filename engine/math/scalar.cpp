@@ -24,7 +24,6 @@ double cos(double x) {
   sin_cos(x, sine, cosine);
   return cosine;
 }
-double atan2(double y, double x) { return arc_tangent(y, x); }
 
 void sin_cos(float x, float& sine, float& cosine) {
   double s, c;
@@ -34,7 +33,7 @@ void sin_cos(float x, float& sine, float& cosine) {
 }
 float sin(float x) { return static_cast<float>(sin(static_cast<double>(x))); }
 float cos(float x) { return static_cast<float>(cos(static_cast<double>(x))); }
-float atan2(float y, float x) { return static_cast<float>(arc_tangent(y, x)); }
+float atan2(float y, float x) { return static_cast<float>(atan2(double(y), double(x))); }
 
 Quad sqrt(Quad x) { return sqrtq(x); }
 Quad sin(Quad x) { return sinq(x); }
