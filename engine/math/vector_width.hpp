@@ -28,7 +28,7 @@ enum class VectorWidth { narrow, v3, v4 };  // the plain target; x86-64-v3 (AVX2
 template <class S> inline constexpr bool has_vector_lanes = std::is_same_v<S, float> || std::is_same_v<S, double>;
 
 // The widest that this machine runs, or a narrower one that the environment asks for: ATWOOD_VECTOR_WIDTH=narrow, v3 or
-// v4. The bits are the same; the variable shows it.
+// v4, with which tests compare the bits of all widths on one machine.
 VectorWidth widest_vectors();
 bool knows_asked_width();  // false: the variable has another value
 
