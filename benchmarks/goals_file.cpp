@@ -1,5 +1,5 @@
 // Reads files of goals.
-#include <toml++/toml.h>
+#include "scene/toml_parser.hpp"
 
 #include <cmath>
 #include <set>

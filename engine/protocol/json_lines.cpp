@@ -1,5 +1,6 @@
 #include "protocol/json_lines.hpp"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -9,9 +10,11 @@ namespace {
 
 constexpr std::size_t kExcerpt = 120;
 
-// Counts brackets in one pass and without a stack, so that the recursive parser only gets lines of limited depth.
+// Counts brackets and members in one pass, so that the recursive parser only gets lines of limited depth, and its objects,
+// which look for each new member among those before, are small.
 void refuse_deep(std::string_view line) {
-  int depth = 0;
+  std::array<std::size_t, kDeepestLine + 1> members{};  // of the bracket that is open at each depth
+  std::size_t depth = 0;
   bool in_string = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
     const char c = line[i];
@@ -23,8 +26,11 @@ void refuse_deep(std::string_view line) {
     } else if (c == '[' || c == '{') {
       if (++depth > kDeepestLine)
         throw Garbage("nested deeper than " + std::to_string(kDeepestLine) + " levels: " + cut(line));
+      members[depth] = 0;
     } else if (c == ']' || c == '}') {
-      --depth;
+      if (depth > 0) --depth;
+    } else if (c == ':' && ++members[depth] > kMostMembers) {
+      throw Garbage("more than " + std::to_string(kMostMembers) + " members in an object: " + cut(line));
     }
   }
 }

@@ -141,8 +141,8 @@ std::string to_string(const MethodId& id) {
   if (!id.response.empty()) text += "+" + id.response;
   if (!id.scalar.empty()) text += "@" + id.scalar;
   if (id.overrides.empty()) return text;
-  text += "{";
-  for (const auto& [key, value] : id.overrides) text += (text.back() == '{' ? "" : ",") + key + "=" + value_text(value);
+  char before = '{';
+  for (const auto& [key, value] : id.overrides) text += before + key + "=" + value_text(value), before = ',';
   return text + "}";
 }
 

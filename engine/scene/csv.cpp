@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "scene/files.hpp"
+
 namespace atwood {
 namespace {
 
@@ -42,7 +44,12 @@ bool CsvReader::next(std::vector<std::string>& cells) {
       comments_.emplace_back(line);
       continue;
     }
-    for (bool more = true; more;) more = take_cell(line, cells.emplace_back());
+    for (bool more = true; more;) {
+      if (cells.size() == kMostCells)
+        throw InputError(name_ + ":" + std::to_string(line_) + ":1: found more than " + std::to_string(kMostCells) +
+                         " cells; expected fewer");
+      more = take_cell(line, cells.emplace_back());
+    }
     return true;
   }
   return false;

@@ -1,6 +1,7 @@
 // Reading of comma-separated tables: quotes as in RFC 4180, no line breaks inside cells.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,14 +12,17 @@ namespace atwood {
 // around a cell do not count unless they stand in quotes.
 class CsvReader {
  public:
-  explicit CsvReader(std::string text) : text_(std::move(text)) {}
+  static constexpr std::size_t kMostCells = 4096;
+  // `name` stands for the file in messages.
+  CsvReader(std::string text, std::string name) : text_(std::move(text)), name_(std::move(name)) {}
 
-  bool next(std::vector<std::string>& cells);  // false: the table has ended, and `cells` is empty
-  int line() const { return line_; }           // of the last cells, from 1
+  // False: the table has ended, and `cells` is empty. InputError: a row of more than kMostCells.
+  bool next(std::vector<std::string>& cells);
+  int line() const { return line_; }                                      // of the last cells, from 1
   const std::vector<std::string>& comments() const { return comments_; }  // up to here, with their #
 
  private:
-  std::string text_;
+  std::string text_, name_;
   std::size_t at_ = 0;
   int line_ = 0;
   std::vector<std::string> comments_;

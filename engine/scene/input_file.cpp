@@ -15,6 +15,8 @@ namespace atwood {
 namespace {
 
 constexpr int kDeepestText = 64;
+// A scene of 200 000 bodies written out has 4 million values; a parser's tree takes about 150 bytes for each.
+constexpr std::size_t kMostValues = 5'000'000;
 
 class Descriptor {
  public:
@@ -40,11 +42,12 @@ const char* kind_words(mode_t mode) {
 
 std::string size_words(std::size_t bytes) { return std::to_string(bytes / largest::kMebibyte) + " MiB"; }
 
-// Follows brackets and dotted keys through a text. `open_` holds, for each bracket that is open, how many levels it
-// stands for: itself, and the dots of the key in front of it.
+// Follows brackets and dotted keys through a text, and counts values by what stands before or between them. `open_` holds,
+// for each bracket that is open, how many levels it stands for: itself, and the dots of the key in front of it.
 class Nesting {
  public:
-  Nesting(std::string_view text, const std::string& name, bool toml) : text_(text), name_(name), toml_(toml) {}
+  Nesting(std::string_view text, const std::string& name, bool toml, std::size_t most_members)
+      : text_(text), name_(name), toml_(toml), most_members_(most_members) {}
 
   void check() {
     while (at_ < text_.size()) {
@@ -57,19 +60,28 @@ class Nesting {
 
  private:
   void take(char c) {
+    if (c == '[' || c == '{' || c == ',') ++values_;
+    if (toml_ && (c == '=' || c == ']')) values_ += 1 + static_cast<std::size_t>(dots_);  // each dot makes a table
     if (c == '[' || c == '{') {
       open_.push_back(dots_ + 1);
+      members_.push_back(0);
       depth_ += dots_ + 1;
       dots_ = 0;
     } else if (c == ']' || c == '}') {
-      if (!open_.empty()) depth_ -= open_.back(), open_.pop_back();
+      if (!open_.empty()) depth_ -= open_.back(), open_.pop_back(), members_.pop_back();
       dots_ = 0;
     } else if (c == ',' || c == '\n') {
       dots_ = 0;
     } else if (toml_ && c == '.') {
       ++dots_;
+    } else if (!toml_ && c == ':' && !members_.empty()) {
+      ++members_.back();
     }
-    if (depth_ + dots_ > kDeepestText) refuse();
+    if (depth_ + dots_ > kDeepestText)
+      refuse("nesting deeper than " + std::to_string(kDeepestText) + " levels of brackets and dotted keys");
+    if (values_ > kMostValues) refuse("more than " + std::to_string(kMostValues) + " values");
+    if (!members_.empty() && members_.back() > most_members_)
+      refuse("more than " + std::to_string(most_members_) + " members in one object");
     ++at_;
   }
 
@@ -91,22 +103,23 @@ class Nesting {
 
   void skip_line() { at_ = std::min(text_.find('\n', at_), text_.size()); }
 
-  [[noreturn]] void refuse() const {
+  [[noreturn]] void refuse(const std::string& what) const {
     const std::string_view before = text_.substr(0, at_);
     const auto line = 1 + std::count(before.begin(), before.end(), '\n');
     const std::string_view on_line = before.substr(before.rfind('\n') + 1);  // npos + 1 is 0
     const auto column = 1 + std::count_if(on_line.begin(), on_line.end(),
                                           [](char c) { return (static_cast<unsigned char>(c) & 0xc0u) != 0x80u; });
-    throw InputError(name_ + ":" + std::to_string(line) + ":" + std::to_string(column) +
-                     ": found nesting deeper than " + std::to_string(kDeepestText) +
-                     " levels of brackets and dotted keys; expected fewer");
+    throw InputError(name_ + ":" + std::to_string(line) + ":" + std::to_string(column) + ": found " + what +
+                     "; expected fewer");
   }
 
   std::string_view text_;
   const std::string& name_;
   bool toml_;
-  std::size_t at_ = 0;
+  std::size_t most_members_;
+  std::size_t at_ = 0, values_ = 0;
   std::vector<int> open_;
+  std::vector<std::size_t> members_;  // of each bracket that is open; JSON alone
   int depth_ = 0, dots_ = 0;
 };
 
@@ -140,7 +153,11 @@ std::string read_input_file(const std::string& path, const std::string& expected
   }
 }
 
-void require_shallow_toml(std::string_view text, const std::string& name) { Nesting(text, name, true).check(); }
-void require_shallow_json(std::string_view text, const std::string& name) { Nesting(text, name, false).check(); }
+void require_shallow_toml(std::string_view text, const std::string& name) {
+  Nesting(text, name, true, text.size()).check();
+}
+void require_shallow_json(std::string_view text, const std::string& name, std::size_t most_members) {
+  Nesting(text, name, false, most_members).check();
+}
 
 }  // namespace atwood

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -17,7 +18,7 @@ inline constexpr std::size_t kSettings = 16 * kMebibyte;  // studies, gates, goa
 inline constexpr std::size_t kFigures = 64 * kMebibyte;   // bench.json
 inline constexpr std::size_t kMesh = 256 * kMebibyte;     // OBJ
 inline constexpr std::size_t kTable = 256 * kMebibyte;    // values of a truth, baselines
-inline constexpr std::size_t kTrace = 1024 * kMebibyte;   // CSV that `check` judges
+inline constexpr std::size_t kTrace = 512 * kMebibyte;    // CSV that `check` judges
 }  // namespace largest
 
 // The bytes of a regular file, links followed. `expected` says what should stand there: "a study file (TOML)". Throws
@@ -25,11 +26,14 @@ inline constexpr std::size_t kTrace = 1024 * kMebibyte;   // CSV that `check` ju
 // `most_bytes`; nothing is read of such a file, and opening a pipe without a writer does not wait.
 std::string read_input_file(const std::string& path, const std::string& expected, std::size_t most_bytes);
 
-// Throw InputError with line and column where brackets or dotted keys nest deeper than any file of this project does.
-// Parsers of TOML, and what they build, are recursive: deep nesting ends them on the stack. They know strings and
-// comments, and nothing else of the language: what they pass may still be no TOML or JSON.
+// Throw InputError with line and column where brackets or dotted keys nest deeper than any file of this project does, or
+// where there are more values than a parser's tree can hold in a gigabyte. Parsers of TOML, and what they build, are
+// recursive: deep nesting ends them on the stack. They know strings and comments, and nothing else of the language: what
+// they pass may still be no TOML or JSON. `most_members`: of one object, for parsers that look for each new member among
+// those before it.
 void require_shallow_toml(std::string_view text, const std::string& name);
-void require_shallow_json(std::string_view text, const std::string& name);
+void require_shallow_json(std::string_view text, const std::string& name,
+                          std::size_t most_members = std::numeric_limits<std::size_t>::max());
 
 // Where the value of `key` in [table] of a TOML file stands ("": above all tables), for a message: "scene.toml:12:8".
 // The file alone where the key is not there. Throws InputError as reading a scenario does.

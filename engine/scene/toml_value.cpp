@@ -1,5 +1,5 @@
 // TOML text to a Value, through toml++.
-#include <toml++/toml.h>
+#include "scene/toml_parser.hpp"
 
 #include <algorithm>
 

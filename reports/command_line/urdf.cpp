@@ -275,10 +275,11 @@ class Importer {
     if (roots.size() != 1)
       fail(robot_, roots.empty() ? "the links make a cycle; expected a tree"
                                  : fmt::format("found {} links that no joint holds; expected one root", roots.size()));
+    std::vector<std::vector<int>> children(links_.size());
+    for (const UrdfJoint& joint : joints_) children[static_cast<std::size_t>(joint.parent)].push_back(joint.child);
     order_ = roots;
     for (std::size_t next = 0; next < order_.size(); ++next)
-      for (const UrdfJoint& joint : joints_)
-        if (joint.parent == order_[next]) order_.push_back(joint.child);
+      for (const int child : children[static_cast<std::size_t>(order_[next])]) order_.push_back(child);
     if (order_.size() != links_.size()) fail(robot_, "some links make a cycle; expected a tree");
     const Link& root = links_[static_cast<std::size_t>(roots[0])];
     if (root.has_mass)

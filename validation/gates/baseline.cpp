@@ -141,9 +141,11 @@ struct Reader {
   void figure(const std::string& line) {
     std::vector<std::string> cells;
     std::stringstream stream(line);
-    for (std::string cell; std::getline(stream, cell, '\t');) cells.push_back(cell);
+    for (std::string cell; cells.size() < 8 && std::getline(stream, cell, '\t');) cells.push_back(cell);
     if (cells.size() == 6) cells.push_back("");
-    if (cells.size() != 7) refuse("expected 7 columns separated by tabs, found " + std::to_string(cells.size()));
+    if (cells.size() != 7)
+      refuse("expected 7 columns separated by tabs, found " +
+             (cells.size() > 7 ? "more" : std::to_string(cells.size())));
     BaselineEntry entry{cells[0], cells[1], cells[3], 0, 0, 0, cells[6]};
     if (!parse_whole(cells[2], entry.steps) || entry.steps < 0)
       refuse("steps: expected a whole number from 0 on, found `" + cells[2] + "`");

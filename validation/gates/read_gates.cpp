@@ -1,7 +1,6 @@
 // Gate files: [[gate]] tables, each with exactly one of within, max, min, max_ratio, within_claim, and a reason. The
 // gates of a file that begins with `study = "..."` judge the runs of that study.
-#define TOML_EXCEPTIONS 1
-#include <toml++/toml.h>
+#include "scene/toml_parser.hpp"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include <toml++/toml.h>
+#include "scene/toml_parser.hpp"
 
 #include "protocol/sample.hpp"
 

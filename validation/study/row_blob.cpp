@@ -12,7 +12,7 @@ namespace atwood {
 namespace {
 
 constexpr int kLevel = 3;
-constexpr unsigned long long kLargest = 1'000'000'000;
+constexpr unsigned long long kLargest = 1'000'000'000, kMostExpansion = 32'768;
 // Bits of the first byte of a row: which of the optional numbers it has.
 constexpr std::uint8_t kTime = 1, kSpacing = 2, kSoundSpeed = 4;
 
@@ -97,7 +97,9 @@ std::string compressed(std::string_view bytes) {
 std::string expanded(std::string_view frame) {
   if (frame.empty()) return {};
   const unsigned long long size = ZSTD_getFrameContentSize(frame.data(), frame.size());
-  if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR || size > kLargest)
+  // A block of at least four bytes holds at most 128 KiB, so that a short frame cannot ask for much.
+  if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR || size > kLargest ||
+      size / kMostExpansion > frame.size())
     throw BadBlob("a stored blob is no Zstandard frame");
   thread_local const std::unique_ptr<ZSTD_DCtx, std::size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
   if (context == nullptr) throw std::bad_alloc();

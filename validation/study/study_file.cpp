@@ -1,5 +1,5 @@
 // Study files: which methods run which scenarios.
-#include <toml++/toml.h>
+#include "scene/toml_parser.hpp"
 
 #include <unistd.h>
 

@@ -58,7 +58,8 @@ class Files(OwnEngine):
         small = ["--scenario", "kepler-e0.6", "--method", "atwood/rk4", "--steps", "960"]
         for file, found in (("pipe", "a pipe"), ("/dev/zero", "a device"), (self.here, "a directory")):
             for words in (["run", "./" + file if file == "pipe" else file], ["check", file, "--scenario", scene],
-                          ["run", *small, "--tolerances", file], ["bench", "goals", "--goals", file]):
+                          ["run", *small, "--tolerances", file], ["bench", "goals", "--goals", file], ["import", file],
+                          ["run", *small, "--shard", "1/2", "--costs", file]):
                 self.expect(self.run_in(*words), 2, "found " + found)
         for name, found in (("pipe.toml", "a pipe"), ("giant.toml", "1099511627776 bytes")):
             for words in (["run", name], ["describe", name], ["trace", name, "--method", "truth"], ["check", name, "--scenario", scene],

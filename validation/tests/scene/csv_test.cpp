@@ -10,7 +10,7 @@ namespace {
 using Cells = std::vector<std::string>;
 
 std::vector<Cells> rows_of(const std::string& text) {
-  CsvReader reader(text);
+  CsvReader reader(text, "t.csv");
   std::vector<Cells> rows;
   for (Cells cells; reader.next(cells);) rows.push_back(cells);
   return rows;
@@ -32,7 +32,7 @@ TEST_CASE("cells: quotes, spaces, empty ones and line ends") {
 }
 
 TEST_CASE("empty lines and comments are left out, and lines are counted from 1") {
-  CsvReader reader("# source: a paper\n\nt_s,body\r\n# between\n0,ball");
+  CsvReader reader("# source: a paper\n\nt_s,body\r\n# between\n0,ball", "t.csv");
   Cells cells;
   REQUIRE(reader.next(cells));
   CHECK(reader.line() == 3);
@@ -44,4 +44,10 @@ TEST_CASE("empty lines and comments are left out, and lines are counted from 1")
   CHECK(reader.comments().size() == 2);
   CHECK_FALSE(reader.next(cells));
   CHECK(cells.empty());
+}
+
+TEST_CASE("a row of too many cells is refused with its line") {
+  CHECK(rows_of(std::string(CsvReader::kMostCells - 1, ','))[0].size() == CsvReader::kMostCells);
+  CHECK_THROWS_WITH(rows_of("a\n" + std::string(CsvReader::kMostCells, ',')),
+                    "t.csv:2:1: found more than 4096 cells; expected fewer");
 }

@@ -108,6 +108,58 @@ TEST_CASE("deep nesting is found without recursion") {
   CHECK_NOTHROW(require_shallow_json("{\"a\":\"" + std::string(deep, '[') + "\", \"it's\": 1.5}", "x.json"));
 }
 
+TEST_CASE("more values than a tree can hold, and more members than an object may have, are refused unparsed") {
+  const std::size_t most = 5'000'000;
+  std::string list = "x = [";
+  for (std::size_t i = 0; i < most; ++i) list += "1,";
+  CHECK_THROWS_WITH(require_shallow_toml(list + "]", "t.toml"), Contains("t.toml:1:10000003: found more than 5000000"));
+  CHECK_THROWS_AS(require_shallow_json("[" + list.substr(5) + "1]", "t.json"), InputError);
+  CHECK_NOTHROW(require_shallow_toml(list.substr(0, list.size() - 10) + "]", "t.toml"));
+  std::string numbers = "x = [";
+  for (std::size_t i = 0; i < most / 2; ++i) numbers += "1.5,";
+  CHECK_NOTHROW(require_shallow_toml(numbers + "]", "t.toml"));  // a number's point makes no table
+
+  std::string object = "{";
+  for (int i = 0; i < 5000; ++i) object += "\"k" + std::to_string(i) + "\":[1:2],";
+  object += "\"z\":1}";
+  CHECK_THROWS_WITH(require_shallow_json(object, "t.json", 5000),
+                    Contains("found more than 5000 members in one object"));
+  CHECK_NOTHROW(require_shallow_json(object, "t.json", 5001));
+  CHECK_NOTHROW(require_shallow_json(object, "t.json"));
+  CHECK_THROWS_WITH(scene_from_json(object), Contains("found more than 4096 members in one object"));
+}
+
+TEST_CASE("files that a scene names: no pipe, no device, and nothing outside the scene's folder") {
+  const Folder folder;
+  const auto error = [&](const std::string& name) {
+    const std::string head = "id = \"t\"\n[run]\nt_end_s = 1\nsteps = [1]\nsamples = 1\n";
+    const std::string scenes[] = {
+        head + "[[body]]\nmass_kg = 1\nname = \"b\"\nshape.mesh.file = \"" + name + "\"\n",
+        head + "[[body]]\nmass_kg = 1\nname = \"b\"\n[truth]\nkind = \"values\"\nfile = \"" + name + "\"\n",
+        head + "[domain]\ndimensions = 2\n[[fluid]]\nname = \"w\"\narrangement = \"file\"\nregion.file = \"" + name +
+            "\"\nspacing_m = 0.1\nsound_speed_m_per_s = 10\ndensity_kg_per_m3 = 1000\n"};
+    std::vector<std::string> errors;
+    for (const std::string& scene : scenes) {
+      try {
+        read_scenario_text(scene, "t.toml", folder.path.string());
+        errors.push_back("read");
+      } catch (const InputError& refused) {
+        errors.push_back(refused.what());
+      }
+    }
+    return errors;
+  };
+  REQUIRE(mkfifo((folder.path / "pipe").c_str(), 0600) == 0);
+  fs::create_directory(folder.path / "sub");
+  fs::create_symlink("/dev/zero", folder.path / "device");
+  fs::create_symlink("/etc/passwd", folder.path / "outside");
+  fs::create_symlink("../..", folder.path / "sub" / "up");
+  for (const auto& text : error("pipe")) CHECK_THAT(text, Contains("is a pipe; expected an ordinary file"));
+  for (const auto& text : error("sub")) CHECK_THAT(text, Contains("is a folder; expected an ordinary file"));
+  for (const char* name : {"device", "outside", "/etc/passwd", "../x", "sub/up/x", "sub/../../x"})
+    for (const auto& text : error(name)) CHECK_THAT(text, Contains("expected a file inside the scene's folder"));
+}
+
 TEST_CASE("scenes of deep keys end in a message") {
   CHECK_THROWS_WITH(read_scenario_text(dotted(100'000) + " = 1\n", "t.toml", "."), Contains("nesting deeper than 64"));
   CHECK_THROWS_WITH(read_scenario_text("[" + dotted(100'000) + "]\n", "t.toml", "."),
