@@ -1,9 +1,10 @@
 // OBJ files: the lines `v x y z` and `f a b c ...`; normals, textures, groups and materials are ignored.
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <sstream>
+#include <string_view>
 
 #include "scene/declarations.hpp"
 #include "scene/input_file.hpp"
@@ -13,17 +14,35 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail_line(const std::string& path, int line, const std::string& found, const std::string& expected) {
-  throw InputError(path + ":" + std::to_string(line) + ":1: found `" + found.substr(0, 80) + "`; expected " + expected);
+[[noreturn]] void fail_line(const std::string& path, int line, std::string_view found, const std::string& expected) {
+  throw InputError(path + ":" + std::to_string(line) + ":1: found `" + std::string(found.substr(0, 80)) +
+                   "`; expected " + expected);
 }
 
-bool read_double(const std::string& word, double& out) {
+// The line up to the next line feed, and the next word of a line; what follows stays in `rest`. Nothing is copied: a file
+// of one line may be as long as a file may be.
+std::string_view take_line(std::string_view& rest) {
+  const std::size_t end = std::min(rest.find('\n'), rest.size());
+  const std::string_view line = rest.substr(0, end);
+  rest.remove_prefix(std::min(end + 1, rest.size()));
+  return line;
+}
+
+std::string_view take_word(std::string_view& rest) {
+  constexpr const char* kSpace = " \t\r\v\f";
+  rest.remove_prefix(std::min(rest.find_first_not_of(kSpace), rest.size()));
+  const std::string_view word = rest.substr(0, rest.find_first_of(kSpace));
+  rest.remove_prefix(word.size());
+  return word;
+}
+
+bool read_double(std::string_view word, double& out) {
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), out);
   return error == std::errc() && end == word.data() + word.size() && std::isfinite(out);
 }
 
 // `7`, `7/1`, `7//3`, `-1` (from the end): the index of a point, from 0; negative when it is none.
-int corner_index(const std::string& word, std::size_t points) {
+int corner_index(std::string_view word, std::size_t points) {
   long long index = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), index);
   if (error != std::errc() || (end != word.data() + word.size() && *end != '/')) return -1;
@@ -58,32 +77,31 @@ void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
   constexpr std::size_t kMost = 1 << 20;
   r.key = "file";
   const std::string path = path_in_folder(r, file);
-  std::istringstream in(read_input_file(path, "a mesh (OBJ)", largest::kMesh));
-  std::string text;
-  for (int line = 1; std::getline(in, text); ++line) {
-    std::istringstream words(text);
-    std::string kind;
-    words >> kind;
+  const std::string text = read_input_file(path, "a mesh (OBJ)", largest::kMesh);
+  std::string_view rest = text;
+  for (int number = 1; !rest.empty(); ++number) {
+    const std::string_view line = take_line(rest);
+    std::string_view words = line;
+    const std::string_view kind = take_word(words);
     if (kind == "v") {
       Real3 point{};
-      for (double& x : point) {
-        std::string word;
-        if (!(words >> word) || !read_double(word, x)) fail_line(path, line, text, "`v x y z` with finite numbers");
-      }
+      for (double& x : point)
+        if (!read_double(take_word(words), x)) fail_line(path, number, line, "`v x y z` with finite numbers");
       mesh.points_m.push_back(point);
     } else if (kind == "f") {
       std::vector<int> corners;
-      for (std::string word; words >> word;) {
+      for (std::string_view word = take_word(words); !word.empty() && corners.size() < kMost + 3;
+           word = take_word(words)) {
         corners.push_back(corner_index(word, mesh.points_m.size()));
         if (corners.back() < 0)
-          fail_line(path, line, text, "indices of the " + std::to_string(mesh.points_m.size()) + " points above");
+          fail_line(path, number, line, "indices of the " + std::to_string(mesh.points_m.size()) + " points above");
       }
-      if (corners.size() < 3) fail_line(path, line, text, "at least three corners");
+      if (corners.size() < 3) fail_line(path, number, line, "at least three corners");
       for (std::size_t i = 2; i < corners.size(); ++i)
         mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
     }
     if (mesh.points_m.size() > kMost || mesh.triangles.size() > kMost)
-      fail_line(path, line, text, "at most " + std::to_string(kMost) + " points and triangles");
+      fail_line(path, number, line, "at most " + std::to_string(kMost) + " points and triangles");
   }
   if (mesh.triangles.empty()) fail_value(r, file, "an OBJ file with at least one face");
 }

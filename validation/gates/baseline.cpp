@@ -112,6 +112,8 @@ template <class Number> bool parse_whole(const std::string& text, Number& value)
   return error == std::errc() && end == text.data() + text.size();
 }
 
+constexpr std::size_t kLongestLine = 65536;
+
 // Reads a baseline line by line.
 struct Reader {
   Baseline& baseline;
@@ -160,6 +162,7 @@ struct Reader {
 
   void line(const std::string& text) {
     ++number;
+    if (text.size() > kLongestLine) refuse("expected lines of at most " + std::to_string(kLongestLine) + " bytes");
     if (number == 1) return first(text);
     if (ended && !text.empty()) refuse("expected nothing after `# end`");
     if (text.starts_with("# end ") && version >= 2) return end(text.substr(6));

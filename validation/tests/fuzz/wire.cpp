@@ -124,7 +124,9 @@ void read_method_id(std::string_view bytes) {
   const auto id = read_or_refuse<std::invalid_argument>([&] { return parse_method_id(std::string(bytes)); });
   if (!id) return;
   const std::string text = to_string(*id);
-  require(to_string(parse_method_id(text)) == text, "a method's id reads back the same");
+  const MethodId again = parse_method_id(text);
+  require(to_string(again) == text && again.overrides.size() == id->overrides.size(),
+          "a method's id reads back the same");
 }
 
 }  // namespace atwood::fuzz

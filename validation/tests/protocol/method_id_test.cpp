@@ -41,6 +41,7 @@ TEST_CASE("the canonical text of a method id reads back as the same id") {
     CHECK(again.overrides == id.overrides);
   }
   CHECK(to_string(parse_method_id("cvode/adams:1E-10")) == "cvode/adams:1e-10");
+  CHECK(to_string(parse_method_id("a/b{c=x{,d=1}")) == "a/b{c=x{,d=1}");
   CHECK(std::holds_alternative<double>(parse_method_id("ode/default{x=1.0}").overrides.at("x")));
   CHECK(std::holds_alternative<std::string>(parse_method_id("ode/default{x=\"1\"}").overrides.at("x")));
 }

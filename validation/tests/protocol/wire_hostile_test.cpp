@@ -47,6 +47,18 @@ TEST_CASE("a line that nests deeply is refused in few words, by both sides") {
   CHECK(wire::read_answer(R"({"cell":1,"t_s":0,"bodies":[],"note":")" + std::string(1000, '[') + "\"}").cell == 1);
 }
 
+TEST_CASE("an object of more members than the protocol has is refused before it is built") {
+  std::string many;  // looked through for each new one: minutes
+  for (int i = 0; i < 400'000; ++i) many += ",\"k" + std::to_string(i) + "\":1";
+  std::int64_t cell = -1;
+  const auto request = [&](const std::string& line) { return refusal([&] { wire::read_request(line, cell); }); };
+  CHECK_THAT(request(R"({"request":"hello")" + many + "}"), Catch::StartsWith("more than 4096 members in an object"));
+  CHECK_THAT(request(R"({"request":"run","cell":1,"scene":{)" + many.substr(1) + "}}"),
+             Catch::StartsWith("more than 4096 members in an object"));
+  CHECK(request(R"({"request":"hello","a":"::::","b":[{"c":1},{"c":1}]})").empty());
+  CHECK(!request("}]}]").empty());
+}
+
 TEST_CASE("messages about long lines are short") {
   const std::string x(1 << 20, 'x');
   std::int64_t cell = -1;
