@@ -18,6 +18,7 @@ STUDY = """id = "small"
 scenarios = ["ballistic", "oscillator", "kepler-e0.3"]
 methods = ["atwood/rk4", "atwood/heun", "atwood/midpoint"]
 """
+LOGGING_ENGINE = '{ command = ["./engine.py"], sandbox = false }'
 MACHINE = ("commit", "compiler", "flags", "cpu", "cpu_features", "libm", "run_id")  # columns of a run and its machine
 
 
@@ -86,7 +87,7 @@ class Merged(Shards):
         self.assertEqual(os.listdir(self.path("all")), [])
 
     def test_a_campaign_of_shards_is_one(self):
-        self.path("campaign.toml", 'id = "campaign"\nengines = [["./engine.py"]]\n[[cells]]\nscenarios = ["mine.toml", "ballistic"]\n'
+        self.path("campaign.toml", f'id = "campaign"\nengines = [{LOGGING_ENGINE}]\n[[cells]]\nscenarios = ["mine.toml", "ballistic"]\n'
                                    'methods = ["mine/one"]\n')
         for generation in range(2):  # code that is not fully known is measured again by the next run
             for share in ("1/2", "2/2"):
@@ -185,10 +186,11 @@ class Leases(Shards):
         for i in range(8):
             with open(self.path("mine.toml")) as file:
                 scenes.append(os.path.basename(self.path(f"mine{i}.toml", file.read().replace('"mine"', f'"mine{i}"').replace("mass_kg = 2.0", f"mass_kg = {2 + i}.0"))))
-        self.path("slow.toml", f'id = "slow"\nengines = [["./engine.py"]]\n[[cells]]\nscenarios = {json.dumps(scenes)}\n'
+        self.path("slow.toml", f'id = "slow"\nengines = [{LOGGING_ENGINE}]\n[[cells]]\nscenarios = {json.dumps(scenes)}\n'
                                'methods = ["mine/one"]\n')
         dead = self.start(1, ENGINE_SLEEP="0.2")
         while self.runs() < 2:
+            self.assertIsNone(dead.poll(), "the process ended before it ran two cells")
             time.sleep(0.02)
         dead.send_signal(signal.SIGKILL)
         dead.communicate()

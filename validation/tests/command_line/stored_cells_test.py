@@ -139,6 +139,7 @@ class Stale(OwnEngine):
         with subprocess.Popen(words, cwd=self.here, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                               env={**self.environment, "ENGINE_SLEEP": "0.3"}) as run:
             while self.runs() < 3:
+                self.assertIsNone(run.poll(), "the process ended before it ran three cells")
                 time.sleep(0.02)
             run.send_signal(signal.SIGINT)
             self.assertEqual(run.wait(30), 130)
