@@ -54,7 +54,7 @@ function preparePrinting(report: Report, index: RowIndex, ids: string[], fields:
   let paper: HTMLElement | null = null;
   addEventListener('beforeprint', () => {
     setPaper(true);
-    for (const details of document.querySelectorAll('details')) if (!details.open && !details.closest('#gates, #laws, #bench, #statistics, #scenes, #plots, #scenarios, #engines')) { details.open = true; opened.push(details); }
+    for (const details of document.querySelectorAll('details')) if (!details.open && !details.closest('#gates, #laws, #bench, #tables, #statistics, #scenes, #plots, #scenarios, #engines')) { details.open = true; opened.push(details); }
     paper?.remove();
     if (ids.length) (document.getElementById('plots') ?? document.getElementById('app')!.lastElementChild!).after(paper = sheets(report, index, ids));
     fields?.drawAll();
@@ -80,9 +80,9 @@ async function start(): Promise<void> {
   };
   const narrow = matchMedia('(max-width: 700px)').matches, pictures = gallery(report, plottable(index));
   // On a narrow screen the plot follows the first sentence.
-  const first = [index.count ? story(report, index) : null, narrow ? plots?.element : null, sections.failing(report), history(report), audit(report), goals(report), tables(report)];
+  const first = [index.count ? story(report, index) : null, narrow ? plots?.element : null, sections.failing(report), history(report), audit(report), goals(report)];
   const scenes = [pictures, narrow ? null : plots?.element, fields?.element, index.count ? matrix(report, index, open) : null, dominance(report), sections.laws(report), sections.troubles(report, index)];
-  const figures = [index.count ? sweep(index) : null, index.count ? sideBySide(report, index) : null, index.count ? statistics(report, index) : null, rows, sections.gates(report), sections.bench(report)];
+  const figures = [index.count ? sweep(index) : null, index.count ? sideBySide(report, index) : null, index.count ? statistics(report, index) : null, tables(report), rows, sections.gates(report), sections.bench(report)];
   const parts = [...first, ...scenes, ...figures, sections.engines(report), sections.scenarios(report), sections.definitions(report, index), sections.provenance(report)].filter((part) => part) as HTMLElement[];
   document.getElementById('app')!.replaceChildren(...parts);
   document.body.prepend(h('a', { class: 'skip', href: '#app' }, 'Skip to the report'));
@@ -106,7 +106,17 @@ async function start(): Promise<void> {
   document.documentElement.dataset.ready = 'true';
 }
 
-start().catch((error: unknown) => {
+// The page's load event waits for the report to be drawn, so that what prints or photographs a page once it is loaded
+// (chromium --print-to-pdf) gets all of it: a frame whose document is open delays the event.
+function delayLoad(): () => void {
+  const frame = h('iframe', { hidden: true });
+  document.body.append(frame);
+  frame.contentDocument?.open();
+  return () => { frame.contentDocument?.close(); frame.remove(); };
+}
+
+const drawn = delayLoad();
+start().finally(drawn).catch((error: unknown) => {
   document.getElementById('app')!.append(h('p', { class: 'broken' }, `The report's data cannot be read: ${String(error)}. A browser from 2023 or later is needed (DecompressionStream).`));
   throw error;
 });

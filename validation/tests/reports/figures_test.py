@@ -388,6 +388,25 @@ def prints(browser, folder, web):
     check(len(heights) == 11 and all(inner <= outer <= 1017 and plots >= 1 for inner, outer, plots in heights), f"heights of the pages of the scenes: {heights}")
 
 
+def whole_when_loaded(browser, folder, web):
+    """What prints a page once it is loaded gets all of it: the load event waits for the report."""
+    many(browser, folder, web, 11)
+    loaded, drawn = browser.run("return [performance.getEntriesByType('navigation')[0].loadEventStart, Number(document.documentElement.dataset.drawn)]")
+    check(loaded >= drawn > 0, f"the page is loaded after {loaded} ms and drawn after {drawn} ms")
+    check(browser.run("return document.querySelectorAll('iframe').length") == 0, "the frame that delayed the load event stays")
+
+
+def folds_long_tables(browser, folder, web):
+    report = tumbling()
+    report.data["tables"] = [{"id": f"t{n}", "title": f"{n} lines", "columns": ["scene", "method", "time"],
+                              "rows": [["scene", f"method-{i}", i] for i in range(n)], "notes": ["A note."]} for n in (24, 25)]
+    opens(browser, folder, "tables", report, web)
+    seen = browser.run("return [...document.querySelectorAll('#tables table')].map(t => [t.rows.length, t.closest('details')?.open ?? null, t.rows[1].cells[1].className])")
+    check(seen == [[25, None, ""], [26, False, ""]], f"tables of 24 and 25 lines: {seen}")
+    where = browser.run("return [...document.querySelectorAll('#app > section')].map(s => s.id)")
+    check(where.index("tables") > where.index("scenes") and where.index("tables") > where.index("plots"), f"tables stand before the scenes: {where}")
+
+
 def main():
     found = programs()
     if not found:
@@ -410,7 +429,7 @@ def main():
                 test(browser, folder, report, web)
                 print("ok:", test.__name__)
             silence(browser, path)
-            for test in (fluid, dependent, beside_truth, bibtex, narrow, prints):
+            for test in (fluid, dependent, beside_truth, bibtex, narrow, whole_when_loaded, folds_long_tables, prints):
                 test(browser, folder, web)
                 print("ok:", test.__name__)
     except AssertionError as error:
