@@ -1,9 +1,13 @@
 #include "validation/study/load_rows.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <future>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <span>
+#include <thread>
 #include <tuple>
 #include <unordered_map>
 #include <unordered_set>
@@ -16,6 +20,9 @@
 
 namespace atwood {
 namespace {
+
+constexpr unsigned kMostReaders = 4;        // connections that visit_ladders reads by
+constexpr std::size_t kLaddersAtOnce = 32;  // of a connection
 
 bool failed(Status status) { return status == Status::crashed || status == Status::timeout; }
 
@@ -305,16 +312,35 @@ void visit_ladders(const std::string& store_path, const std::vector<Cell>& cells
   }
   index.clear();
   if (!store_exists(store_path)) return;
-  Store store(store_path, Store::Mode::read);
-  if (store.empty()) return;
-  const Campaigns campaigns = latest_campaigns(store, cells, purpose);
-  std::vector<Cell> some;
-  for (const std::vector<std::size_t>& which : ladders) {
-    some.clear();
-    for (const std::size_t i : which) some.push_back(cells[i]);
-    StudyResult rows = collect_rows(store, some, campaigns);
-    for (std::size_t& missing : rows.missing) missing = which[missing];
-    visit(which, rows);
+  // Several connections read ahead, a batch of ladders each; the batches are visited in their order.
+  std::vector<std::unique_ptr<Store>> stores(std::clamp(std::thread::hardware_concurrency(), 1U, kMostReaders));
+  stores.front() = std::make_unique<Store>(store_path, Store::Mode::read);
+  if (stores.front()->empty()) return;
+  const Campaigns campaigns = latest_campaigns(*stores.front(), cells, purpose);
+  const auto read_batch = [&](std::unique_ptr<Store>& store, std::span<const std::vector<std::size_t>> batch) {
+    if (!store) store = std::make_unique<Store>(store_path, Store::Mode::read);
+    std::vector<StudyResult> results;
+    for (const std::vector<std::size_t>& which : batch) {
+      std::vector<Cell> some;
+      for (const std::size_t i : which) some.push_back(cells[i]);
+      results.push_back(collect_rows(*store, some, campaigns));
+      for (std::size_t& missing : results.back().missing) missing = which[missing];
+    }
+    return results;
+  };
+  const std::size_t batches = (ladders.size() + kLaddersAtOnce - 1) / kLaddersAtOnce, readers = stores.size();
+  const auto ladders_of = [&](std::size_t batch) {
+    const std::size_t first = batch * kLaddersAtOnce;
+    return std::span(ladders).subspan(first, std::min(kLaddersAtOnce, ladders.size() - first));
+  };
+  std::vector<std::future<std::vector<StudyResult>>> reading(readers);
+  for (std::size_t batch = 0; batch < batches + readers; ++batch) {
+    std::future<std::vector<StudyResult>>& slot = reading[batch % readers];
+    std::vector<StudyResult> results;
+    if (batch >= readers) results = slot.get();
+    if (batch < batches)
+      slot = std::async(std::launch::async, read_batch, std::ref(stores[batch % readers]), ladders_of(batch));
+    for (std::size_t i = 0; i < results.size(); ++i) visit(ladders_of(batch - readers)[i], results[i]);
   }
 }
 

@@ -25,6 +25,9 @@
 
 namespace atwood {
 
+// `guarded` lets one thread at a time use a connection; SQLite's own locks would be taken a dozen times an entry.
+constexpr int kOwnLock = SQLITE_OPEN_NOMUTEX;
+
 // ---- checksums ----------------------------------------------------------------------------------------------------
 struct ValueChecksum::State {
   alignas(64) XXH3_state_t hash;
@@ -90,7 +93,7 @@ std::string blob_of(const SQLite::Column& column) {
 
 // ---- failures -----------------------------------------------------------------------------------------------------
 StoreDatabase::~StoreDatabase() {
-  statements.clear();
+  forget_statements();
   sql.reset();
   if (lock >= 0) close(lock);
 }
@@ -190,7 +193,7 @@ void StoreDatabase::take_lock() {
 void StoreDatabase::open_for_writing() {
   network_file_system = network_file_system_of(path);
   take_lock();
-  sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, 10000);
+  sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | kOwnLock, 10000);
   // First of all: without memory that processes share, a database in WAL mode can be read in this mode only.
   if (!network_file_system.empty()) sql->exec("PRAGMA locking_mode=EXCLUSIVE");
   check_identity();
@@ -212,7 +215,7 @@ void StoreDatabase::open_for_writing() {
     sql->exec("PRAGMA application_id=" + std::to_string(kStoreApplication));
     sql->exec("PRAGMA user_version=" + std::to_string(kStoreSchema));
     write_totals();
-    statements.clear();  // some may refer to the old tables
+    forget_statements();  // some may refer to the old tables
     transaction.commit();
     changes.clear();
   }
@@ -240,7 +243,7 @@ void StoreDatabase::open_new() {
     fail(std::string("cannot be locked: ") + std::strerror(errno));
   }
   if (ftruncate(lock, 0) != 0) fail(std::strerror(errno));  // what a killed program left
-  sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, 10000);
+  sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | kOwnLock, 10000);
   sql->exec("PRAGMA journal_mode=OFF");  // nobody reads it before it is complete
   sql->exec("PRAGMA synchronous=OFF");
   sql->exec("PRAGMA cache_size=-65536");
@@ -258,9 +261,9 @@ void StoreDatabase::open_for_reading(bool count_keys) {
   const std::size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
   if (access(folder.c_str(), W_OK) == 0 && access(path.c_str(), W_OK) == 0) {
-    sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE, 10000);
+    sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE | kOwnLock, 10000);
   } else if (access((path + "-wal").c_str(), F_OK) == 0) {
-    sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READONLY, 10000);
+    sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READONLY | kOwnLock, 10000);
   } else {
     std::string address = "file:";
     for (const char c : path) {  // RFC 3986: characters that would end the path
@@ -272,7 +275,8 @@ void StoreDatabase::open_for_reading(bool count_keys) {
         address += c;
       }
     }
-    sql = std::make_unique<SQLite::Database>(address + "?immutable=1", SQLite::OPEN_READONLY | SQLite::OPEN_URI);
+    sql = std::make_unique<SQLite::Database>(address + "?immutable=1",
+                                             SQLite::OPEN_READONLY | SQLite::OPEN_URI | kOwnLock);
   }
   check_identity();
   empty = version() == 0;
@@ -318,7 +322,7 @@ void StoreDatabase::check_tables() {
 }
 
 void StoreDatabase::remove_what_was_made() {
-  statements.clear();
+  forget_statements();
   sql.reset();
   if (!made) return;
   for (const char* suffix : {"", "-wal", "-shm", "-journal"}) unlink((path + suffix).c_str());

@@ -58,6 +58,7 @@ struct StoreDatabase {
   std::unique_ptr<SQLite::Database> sql;
   std::mutex mutex;
   std::map<std::string, std::unique_ptr<SQLite::Statement>> statements;
+  std::vector<SQLite::Statement*> in_use;  // statements that the guarded work has prepared
   std::map<const StoreTable*, KeySet>
       keys;  // of counted tables; where the store is only read, of those that were asked
   struct Change {
@@ -85,6 +86,10 @@ struct StoreDatabase {
 
   // ---- entries; the caller holds the lock ----
   SQLite::Statement& prepared(const std::string& text);  // ready to bind
+  void forget_statements() {
+    in_use.clear();
+    statements.clear();
+  }
   // The entry with this key, its checksum verified, its columns in the table's order; null: there is none.
   SQLite::Statement* find(const StoreTable& table, const std::string& key);
   void insert(const StoreTable& table, const std::vector<StoreValue>& values);
@@ -109,7 +114,8 @@ struct StoreDatabase {
     struct Resetter {
       StoreDatabase& database;
       ~Resetter() {
-        for (auto& [text, statement] : database.statements) statement->tryReset();
+        for (SQLite::Statement* statement : database.in_use) statement->tryReset();
+        database.in_use.clear();
       }
     } resetter{*this};
     try {

@@ -41,6 +41,7 @@ SQLite::Statement& StoreDatabase::prepared(const std::string& text) {
     found = statements.emplace(text, std::make_unique<SQLite::Statement>(*sql, text)).first;
   found->second->reset();
   found->second->clearBindings();
+  in_use.push_back(found->second.get());
   return *found->second;
 }
 
@@ -154,7 +155,7 @@ std::string StoreDatabase::read_keys(const StoreTable& table, bool keep) {
 void StoreDatabase::rebuild() {
   if (rebuilt) return;
   rebuilt = true;
-  statements.clear();
+  forget_statements();
   std::vector<std::string> names{"totals"};
   for (const StoreTable* table : kStoreTables) names.emplace_back(table->name);
   for (const std::string& name : names) sql->exec("ALTER TABLE " + name + " RENAME TO old_" + name);

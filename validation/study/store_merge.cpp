@@ -424,7 +424,7 @@ Merged merge_stores(const std::vector<std::string>& stores, const std::string& o
     database.open_new();
     ours = true;
     database.written([&] { merged = Merge(stores, database).merge(); });
-    database.statements.clear();
+    database.forget_statements();
     database.sql.reset();
     if (!merged.conflicts.empty()) {
       unlink(path.c_str());
