@@ -95,7 +95,7 @@ double level_of(const Trend& trend, std::size_t from, std::size_t to);
 // A page's beginning up to its first heading, and its end. `title` is text.
 std::string page_head(const std::string& title, const std::vector<std::pair<std::string, std::string>>& links);
 extern const char* const kPageEnd;
-std::string runs_table(const std::vector<HistoryRun>& runs);
+std::string runs_table(const std::vector<HistoryRun>& runs, const std::string& file);  // file: the name it is saved by
 // A page; `about`: HTML below its heading.
 std::string render_trends(const std::vector<Trend>& trends, const std::string& title,
                           const std::vector<std::pair<std::string, std::string>>& links, const std::string& about);

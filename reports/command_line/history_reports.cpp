@@ -116,8 +116,8 @@ void renew_history_pages(const Options& options, const RunHistory& history) {
 std::string render_index(const std::vector<HistoryReport>& reports, const std::vector<HistoryRun>& runs) {
   std::string page = page_head("Reports and runs", {});
   page +=
-      "<table><caption>Reports, the newest first</caption><thead><tr><th>report</th><th>over runs</th><th>part "
-      "of the study</th><th class=\"n\">cells</th><th>written (UTC)</th><th>verdict</th></tr></thead><tbody>\n";
+      "<table data-file=\"atwood-reports\"><caption>Reports, the newest first</caption><thead><tr><th>report</th>"
+      "<th>over runs</th><th>part of the study</th><th class=\"n\">cells</th><th>written (UTC)</th><th>verdict</th></tr></thead><tbody>\n";
   for (const HistoryReport& report : reports)
     page += fmt::format(
         "<tr><td><a href=\"reports/{}\">{}</a>{}</td><td><a href=\"reports/{}\">earlier runs</a></td><td "
@@ -128,7 +128,7 @@ std::string render_index(const std::vector<HistoryReport>& reports, const std::v
         report.selection.empty() ? "all of it" : escape_html(one_line(report.selection)), report.cells,
         moment_words(report.written_ns), report.verdict == "pass" || report.verdict == "fail" ? report.verdict : "",
         escape_html(report.verdict));
-  return page + "</tbody></table>\n" + runs_table(runs) +
+  return page + "</tbody></table>\n" + runs_table(runs, "atwood runs") +
          "<p><code>atwood report --against RUN</code> compares the store with a run; <code>atwood history --metric "
          "METRIC</code> shows a metric over runs.</p>\n" +
          kPageEnd;

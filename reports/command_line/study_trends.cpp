@@ -72,7 +72,7 @@ std::string study_trends(const RunHistory& history, const std::string& study, co
                             : "");
   std::string page = render_trends(shown, study + (selection.empty() ? "" : " " + selection) + " over runs",
                                    {{"The report", report}, {"All reports and runs", "../index.html"}}, about);
-  page.insert(page.size() - std::string_view(kPageEnd).size(), runs_table(runs));
+  page.insert(page.size() - std::string_view(kPageEnd).size(), runs_table(runs, study + " runs"));
   return page;
 }
 

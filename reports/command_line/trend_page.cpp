@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "reports/command_line/history.hpp"
+#include "reports/render/assets.hpp"
 #include "reports/render/text.hpp"
 
 namespace atwood {
@@ -90,7 +91,8 @@ const char* const kPageEnd = "</main></body></html>\n";
 std::string page_head(const std::string& title, const std::vector<std::pair<std::string, std::string>>& links) {
   constexpr const char* kHead =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" "
-      "content=\"default-src 'none'; style-src 'unsafe-inline'\">\n<meta name=\"viewport\" "
+      "content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n"
+      "<meta name=\"viewport\" "
       "content=\"width=device-width, initial-scale=1\">\n<meta name=\"color-scheme\" content=\"light dark\">\n<title>";
   constexpr const char* kStyle =
       "</title>\n<style>\n:root{color-scheme:light dark;--ink:#1c2330;--paper:#fff;--line:#c3cad5;--value:#1f5fbf;"
@@ -105,14 +107,17 @@ std::string page_head(const std::string& title, const std::vector<std::pair<std:
       "overflow-wrap:anywhere}svg{width:100%;height:auto;overflow:visible}text{fill:var(--ink);font-size:12px}\n"
       ".axis{stroke:var(--line)}.bar{stroke:var(--value);opacity:.6}.value{fill:var(--value)}.level{stroke:var(--good);"
       "stroke-width:2}.change{stroke:var(--bad);stroke-dasharray:4 3}text.change{fill:var(--bad);stroke:none}\n"
+      ".save{display:flex;gap:.4rem;justify-content:flex-end}.save button{font:inherit;font-size:.8rem;color:inherit;"
+      "background:none;border:1px solid var(--line);border-radius:5px;padding:.1rem .6rem;cursor:pointer}\n"
       // Narrow: a row of a table is a block, its cells name their columns.
       "@media(max-width:40rem){text{font-size:20px}thead{display:none}table,caption,tbody,tr,td{display:block}td.n{text-align:"
       "left}tr{border-bottom:1px solid var(--line);padding:.4rem 0}td{border:0;padding:.05rem 0}td:empty{display:none}"
       "td[data-name]::before{content:attr(data-name) \": \";opacity:.7}}\n"
       "@media print{:root{color-scheme:light;--ink:#000;--paper:#fff;--line:#999;--value:#1f5fbf;--bad:#b3261e;"
-      "--good:#1b7a3d}body{margin:0;max-width:none}nav{display:none}tr{break-inside:avoid}}\n"
-      "</style></head>\n<body><main>\n";
-  std::string page = kHead + escape_html(one_line(title)) + kStyle;
+      "--good:#1b7a3d}body{margin:0;max-width:none}nav,.save{display:none}tr{break-inside:avoid}}\n"
+      "</style>\n<script>";
+  std::string page =
+      kHead + escape_html(one_line(title)) + kStyle + std::string(pages_script) + "</script></head>\n<body><main>\n";
   if (!links.empty()) {
     page += "<nav aria-label=\"Other pages\">";
     for (const auto& [words, target] : links)
@@ -122,9 +127,10 @@ std::string page_head(const std::string& title, const std::vector<std::pair<std:
   return page + "<h1>" + escape_html(one_line(title)) + "</h1>\n";
 }
 
-std::string runs_table(const std::vector<HistoryRun>& runs) {
+std::string runs_table(const std::vector<HistoryRun>& runs, const std::string& file) {
   std::string table =
-      "<table><caption>Runs, the newest first</caption><thead><tr><th class=\"n\">run</th><th>begun (UTC)</th>"
+      "<table data-file=\"" + escape_html(one_line(file)) +
+      "\"><caption>Runs, the newest first</caption><thead><tr><th class=\"n\">run</th><th>begun (UTC)</th>"
       "<th>study</th><th class=\"n\">cells</th><th>commit</th><th>machine</th><th>verdict</th></tr></thead><tbody>\n";
   for (const HistoryRun& run : runs)
     table += fmt::format(

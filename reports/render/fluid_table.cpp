@@ -156,7 +156,8 @@ std::string fluid_html(const std::vector<Row>& rows) {
   const std::vector<FluidLine> lines = fluid_lines(rows);
   if (lines.empty()) return "";
   std::string out = "<div class=\"page\"><section id=\"fluids\"><h2>Fluids</h2><p class=\"hint\">" +
-                    escape_html(kLegend) + "</p><div class=\"scroll\"><table><thead><tr>";
+                    escape_html(kLegend) +
+                    "</p><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Fluids\"><table><thead><tr>";
   for (const char* head : kHeads) out += fmt::format("<th>{}</th>", head);
   out += "</tr></thead><tbody>";
   for (const FluidLine& line : lines) {

@@ -3,7 +3,9 @@
 import uPlot from 'uplot';
 import { h } from './dom';
 import { figure } from './data';
+import { chartSvg } from './chart_svg';
 import { ChartSpec, Curve, Drawing, Placed, Range, arrange, decades, powerWord } from './drawing';
+import { savePlotButtons } from './save';
 import { markerPath, token } from './style';
 
 const dpr = () => window.devicePixelRatio || 1;
@@ -29,7 +31,7 @@ export class Chart {
   private readonly reset = h('button', { type: 'button', class: 'reset', disabled: true, onclick: () => this.resetZoom() }, 'reset zoom');
 
   constructor(id: string) {
-    this.element = h('figure', { class: 'chart', id }, h('figcaption', {}, this.caption, h('span', { class: 'pair' }, ...['SVG', 'PNG'].map((kind) => h('button', { type: 'button', class: 'save-plot', 'data-save': kind, 'aria-label': `Save this plot as ${kind}`, onclick: () => this.save(kind) }, kind)), this.reset)), this.place, this.readout);
+    this.element = h('figure', { class: 'chart', id }, h('figcaption', {}, this.caption, h('span', { class: 'pair' }, ...savePlotButtons('this plot', () => this.fileName(), () => chartSvg(this.current())), this.reset)), this.place, this.readout);
     this.place.addEventListener('keydown', (event) => this.onKey(event));
     new IntersectionObserver((entries) => {
       this.visible = entries[entries.length - 1].isIntersecting;
@@ -50,7 +52,7 @@ export class Chart {
     this.place.setAttribute('aria-label', `${spec.title}: ${spec.yLabel} against ${spec.xLabel}; arrow keys read the points`);
     if (this.visible) this.drawIfStale();
   }
-  save: (kind: string) => void = () => {};
+  fileName: () => string = () => this.spec.title;
   isEmpty(): boolean { return this.spec.curves.length === 0; }
   title(): string { return `${this.spec.title} (${this.spec.empty.replace(/\.$/, '').replace(/^./, (c) => c.toLowerCase())})`; }
   highlight(name: string | null): void { this.lit = name; this.plot?.redraw(false); }

@@ -27,6 +27,13 @@ export function decades(min: number, max: number, room: number): number[] {
   for (let v = Math.ceil(min / step) * step; v <= max; v += step) out.push(v);
   return out;
 }
+// At most `most` round values of a linear axis.
+export function linearTicks(min: number, max: number, most: number): number[] {
+  const span = max - min;
+  if (!(span > 0 && Number.isFinite(span))) return [];
+  const power = 10 ** Math.floor(Math.log10(span / (most + 1))), wide = power * [1, 2, 5, 10].find((m) => span / (m * power) < most)!;
+  return Array.from({ length: most + 1 }, (_, i) => (Math.ceil(min / wide) + i) * wide).filter((v) => v <= max);
+}
 const superscripts = '\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079';
 export function powerWord(log: number): string {
   const value = 10 ** log;
@@ -35,7 +42,6 @@ export function powerWord(log: number): string {
   const digits = String(Math.abs(Math.round(log))).split('').map((d) => superscripts[Number(d)]).join('');
   return `10${log < 0 ? '\u207b' : ''}${digits}`;
 }
-
 
 // Logarithms; zeros are drawn on a separate line below all other values.
 export function arrange(spec: ChartSpec, hidden: Set<string>): Drawing {

@@ -1,27 +1,18 @@
 // Fluids: the fields at the last sample, drawn from particles. Each particle is a square of the area that it stands for.
 import { Picture, Report, figure, real } from './data';
 import { h, section } from './dom';
+import { FieldName, ValueRange, colourIn, fieldWords, gradient } from './field_colours';
+import { fieldSvg } from './field_svg';
 import { RowIndex } from './rows';
+import { savePlotButtons } from './save';
 
-// Cividis (Nunez, Anderton, Renslow 2018): brightness rises evenly, the same to colour-blind readers and in grey.
-const palette = [[0, 34, 78], [18, 53, 112], [59, 73, 108], [87, 93, 109], [112, 113, 115], [138, 134, 120], [165, 156, 116], [195, 179, 105], [225, 204, 85], [254, 232, 56]];
-export function colour(share: number): string {
-  const at = Math.min(Math.max(share, 0), 1) * (palette.length - 1), i = Math.min(Math.floor(at), palette.length - 2);
-  return `rgb(${palette[i].map((low, k) => Math.round(low + (at - i) * (palette[i + 1][k] - low))).join(',')})`;
-}
-const gradient = `linear-gradient(90deg, ${palette.map((_, i) => colour(i / (palette.length - 1))).join(', ')})`;
-
-export type FieldName = 'speed' | 'pressure' | 'temperature' | 'error';
-export const fieldWords: Record<FieldName, string> = { speed: 'speed [m/s]', pressure: 'pressure [Pa]', temperature: 'temperature [K]', error: 'error' };
-
-interface Range { low: number; high: number }
 // One range of a quantity for all methods of a scenario, so that equal colours are equal values.
-function common(pictures: Picture[], name: FieldName): Range | null {
+function common(pictures: Picture[], name: FieldName): ValueRange | null {
   const found = pictures.map((p) => p[name]).filter((field) => field).map((field) => ({ low: real(field!.low), high: real(field!.high) }));
   return found.length ? { low: Math.min(...found.map((r) => r.low)), high: Math.max(...found.map((r) => r.high)) } : null;
 }
 
-function draw(canvas: HTMLCanvasElement, picture: Picture, name: FieldName, range: Range): void {
+function draw(canvas: HTMLCanvasElement, picture: Picture, name: FieldName, range: ValueRange): void {
   const wide = real(picture.x.high) - real(picture.x.low), high = real(picture.y.high) - real(picture.y.low);
   const scale = 640 / Math.max(wide, high, 1e-300);
   canvas.width = Math.max(8, Math.round(wide * scale));
@@ -31,13 +22,13 @@ function draw(canvas: HTMLCanvasElement, picture: Picture, name: FieldName, rang
   const side = Math.max(2, real(picture.side) * scale * 1.5);
   for (let i = 0; i < field.at.length; i += 1) {
     const value = low + span * field.at[i] / 250;
-    ink.fillStyle = colour(range.high > range.low ? (value - range.low) / (range.high - range.low) : 0.5);
+    ink.fillStyle = colourIn(range, value);
     const x = picture.x.at[i] / 4096 * canvas.width, y = (1 - picture.y.at[i] / 4096) * canvas.height;
     ink.fillRect(x - side / 2, y - side / 2, side, side);
   }
 }
 
-function scaleBar(name: FieldName, range: Range): HTMLElement {
+function scaleBar(name: FieldName, range: ValueRange): HTMLElement {
   const word = (value: number) => figure(name === 'error' ? 10 ** value : value, 3);
   return h('div', { class: 'scale' }, h('span', {}, word(range.low)), h('i', { style: `background: ${gradient}` }), h('span', {}, word(range.high)));
 }
@@ -77,7 +68,8 @@ export class Fields {
           const canvas = h('canvas', { role: 'img', 'aria-label': `${method}: ${title}` }) as HTMLCanvasElement;
           canvases.push([canvas, picture, name]);
           const most = name === 'error' ? `, at most ${figure(10 ** real(field.high), 2)}` : '';
-          return h('figure', {}, h('figcaption', {}, `${title}${most}`), canvas, scaleBar(name, ranges.get(name)!));
+          const buttons = savePlotButtons(`${name} of ${method}`, () => `${index.text(s)} ${name} ${method}`, () => fieldSvg(picture, name, ranges.get(name)!, title, `${index.text(s)}, ${method}: ${facts}`));
+          return h('figure', {}, h('figcaption', {}, h('span', {}, `${title}${most}`), h('span', { class: 'pair' }, ...buttons)), canvas, scaleBar(name, ranges.get(name)!));
         })));
     });
     const box = h('details', { open: open || undefined }, h('summary', {}, `${index.text(s)}: ${pictures.length} method${pictures.length > 1 ? 's' : ''}`), h('p', { class: 'paper-only' }, h('b', {}, index.text(s))), ...rows) as HTMLDetailsElement;

@@ -1,7 +1,7 @@
 // The particles of a fluid at the end of a run, as squares coloured by their speed.
 import { Picture, Report, figure, real } from './data';
 import { svg } from './dom';
-import { FieldName, colour, fieldWords } from './fields';
+import { FieldName, colour, fieldWords } from './field_colours';
 
 // Of the methods of a scenario, ours where it has one; the field is the first that is not the same everywhere.
 export function fluidOf(report: Report, id: string): { picture: Picture; field: FieldName } | null {

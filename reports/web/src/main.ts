@@ -88,7 +88,7 @@ async function start(): Promise<void> {
   document.body.prepend(h('a', { class: 'skip', href: '#app' }, 'Skip to the report'));
   document.getElementById('top')!.after(navigation(parts));
   document.getElementById('tools')!.append(themeSwitch(() => plots?.restyle()), citeButton(report), h('button', { type: 'button', onclick: () => print() }, 'print'));
-  equipTables(document.getElementById('app')!);
+  equipTables(document.body);  // the table of the fluids stands before the rest
   preparePrinting(report, index, plottable(index), fields);
   let opening = true;
   watch((state) => following(() => {

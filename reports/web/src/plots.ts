@@ -4,8 +4,6 @@ import { ChartSpec, Curve, Point } from './drawing';
 import { Loose, Report, Run, engineOf, family, figure, noOrder, real } from './data';
 import { h, labelledSelect, option, section } from './dom';
 import { Cell, RowIndex, richest } from './rows';
-import { chartSvg } from './chart_svg';
-import { savePng, saveSvg } from './save';
 import { ladderPlots, openingMethods } from './ladder_plots';
 import { sceneMetric } from './scene_metric';
 import { moreOfScene, sceneHead } from './scenes';
@@ -59,11 +57,7 @@ export class Plots {
       this.afterChoice();
     } }, name);
     const few = h('button', { type: 'button', onclick: () => { this.choose(); this.draw(); put({ shown: null }); } }, 'chosen');
-    for (const chart of Object.values(this.charts)) chart.save = (kind) => {
-      const name = `${this.scenario.select.value} ${this.metric.select.value} ${chart.current().spec.id}`, drawn = chartSvg(chart.current());
-      if (kind === 'SVG') saveSvg(name, drawn);
-      else void savePng(name, drawn);
-    };
+    for (const chart of Object.values(this.charts)) chart.fileName = () => `${this.scenario.select.value} ${this.metric.select.value} ${chart.current().spec.id}`;
     for (const [name, chart] of Object.entries(this.charts)) chart.zoomed = (ranges) => put({ zoom: ranges ? [name, ...ranges.map((v) => v.toPrecision(7))].join(',') : null });
     this.element = section('plots', 'Scene by scene',
       h('div', { class: 'bar choice' }, this.scenario.box,

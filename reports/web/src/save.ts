@@ -26,18 +26,20 @@ function cellText(cell: Element): string {
 // Tables that hold only the rows in view have their own lines.
 export const ownLines = new WeakMap<Element, () => string[][]>();
 
-function equip(region: HTMLElement): void {
+function equip(table: HTMLElement): void {
+  const region = table.closest<HTMLElement>('.scroll') ?? table;
+  if (region.dataset.saves) return;
   region.dataset.saves = 'true';
-  const label = region.getAttribute('aria-label') ?? 'table';
-  region.querySelector('table')?.setAttribute('aria-label', label);
+  const label = region.getAttribute('aria-label') ?? table.querySelector('caption')?.textContent ?? 'table';
+  if (!table.querySelector('caption')) table.setAttribute('aria-label', label);
   region.before(h('div', { class: 'save' }, h('button', { type: 'button', 'aria-label': `Save as CSV: ${label}`, onclick: () => {
     const lines = ownLines.get(region)?.() ?? [...region.querySelectorAll('tr')].map((row) => [...row.children].map(cellText));
-    download(`${fileName(label)}.csv`, csv(lines));
+    download(`${fileName(table.dataset.file ?? label)}.csv`, csv(lines));
   } }, 'CSV')));
 }
-// Every table of the page, also those that are drawn later.
+// Every table below `root`, also those that are drawn later.
 export function equipTables(root: HTMLElement): void {
-  const all = () => root.querySelectorAll<HTMLElement>('.scroll:not([data-saves])').forEach(equip);
+  const all = () => root.querySelectorAll<HTMLElement>('table').forEach(equip);
   all();
   new MutationObserver(all).observe(root, { childList: true, subtree: true });
 }
@@ -50,6 +52,13 @@ export async function savePng(name: string, element: SVGElement, scale = 2): Pro
   const canvas = h('canvas', { width: Number(element.getAttribute('width')) * scale, height: Number(element.getAttribute('height')) * scale });
   canvas.getContext('2d')!.drawImage(image, 0, 0, canvas.width, canvas.height);
   canvas.toBlob((blob) => { if (blob) download(`${fileName(name)}.png`, blob); }, 'image/png');
+}
+// The two buttons of a plot. What is saved, an SVG document of its own, is drawn when one is pressed.
+export function savePlotButtons(what: string, name: () => string, drawn: () => SVGElement): HTMLElement[] {
+  return ['SVG', 'PNG'].map((kind) => h('button', { type: 'button', class: 'save-plot', 'data-save': kind, 'aria-label': `Save ${what} as ${kind}`, onclick: () => {
+    if (kind === 'SVG') saveSvg(name(), drawn());
+    else void savePng(name(), drawn());
+  } }, kind));
 }
 
 const escaped = (text: string) => text.replace(/[\\{}$&#^_%~]/g, (c) => ({ '\\': '\\textbackslash{}', '^': '\\^{}', '~': '\\~{}' })[c] ?? `\\${c}`);

@@ -2,6 +2,8 @@
 import { commandLine, figure, real, shellWord } from './data';
 import { copyButton, h, labelledSelect, option } from './dom';
 import { DrawnScene, fittingMagnification, fromCentre, magnified, picture } from './scene_picture';
+import { savePlotButtons } from './save';
+import { standaloneSvg } from './standalone';
 import { Changes, current, put } from './state';
 
 export function scenePlayer(whole: DrawnScene, title: string, coloursOf: (methods: string[]) => string[]): HTMLElement {
@@ -64,7 +66,7 @@ export function scenePlayer(whole: DrawnScene, title: string, coloursOf: (method
   const time = Number(asked.get('t') ?? 0);
   set(Number.isFinite(time) ? time : 0);
   const play = commandLine(`play ${shellWord(drawn.id)}${methods.map((m) => ` --method ${shellWord(m.id)}`).join('')}`);
-  return h('figure', { class: 'scene-picture' }, element as unknown as Node, h('div', { class: 'bar' }, button, slider, words),
+  return h('figure', { class: 'scene-picture' }, element as unknown as Node, h('div', { class: 'bar' }, button, slider, words, ...savePlotButtons('this picture', () => `${drawn.id} picture`, () => standaloneSvg(element, `${title}, t = ${figure(t, 4)} s`))),
     methods.length ? h('div', { class: 'bar methods' }, ...legend, magnify.box) : null,
     h('figcaption', { class: 'hint' }, `Solid: the truth${fromCentre(whole) === whole ? '' : ', seen from the centre of the body'}.`, told, ' In three dimensions, with forces and contacts: ', h('code', {}, play), ' ', copyButton(play)));
 }

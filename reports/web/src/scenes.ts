@@ -4,10 +4,12 @@ import { Child, h, section } from './dom';
 import { fluidOf, fluidPicture, fluidWords } from './fluid_picture';
 import { RowIndex } from './rows';
 import { inSentence, sceneMetric, titleOf } from './scene_metric';
+import { savePlotButtons } from './save';
 import { picture } from './scene_picture';
 import { scenePlayer } from './scene_player';
 import { gatesTable } from './sections';
 import { metricWords } from './story';
+import { standaloneSvg } from './standalone';
 import { smallTable } from './table';
 
 const drawnScene = (report: Report, id: string) => report.scenes?.find((s) => s.id === id);
@@ -41,7 +43,10 @@ export function gallery(report: Report, ids: string[]): HTMLElement | null {
 
 function ofFluid(report: Report, id: string): Child {
   const fluid = fluidOf(report, id);
-  return fluid && h('figure', { class: 'scene-picture' }, fluidPicture(fluid, fluidWords(report, fluid), 480, 300, 2500), h('figcaption', { class: 'hint' }, `${fluidWords(report, fluid)}.`));
+  if (!fluid) return null;
+  const words = fluidWords(report, fluid), drawn = fluidPicture(fluid, words, 480, 300, 2500);
+  return h('figure', { class: 'scene-picture' }, drawn as unknown as Node,
+    h('div', { class: 'bar' }, ...savePlotButtons('this picture', () => `${id} picture`, () => standaloneSvg(drawn, titleOf(report, id)))), h('figcaption', { class: 'hint' }, `${words}.`));
 }
 
 export function winners(report: Report, id: string): Child {

@@ -36,7 +36,7 @@ def main():
         if built.returncode != 0:
             print("the bundle does not build:\n" + built.stdout + built.stderr)
             return 1
-        for name in ("report.js", "report.css", "player.js", "player.css"):
+        for name in ("report.js", "report.css", "pages.js", "player.js", "player.css"):
             if (copy / "dist" / name).read_bytes() != (web / "dist" / name).read_bytes():
                 print(f"dist/{name} differs from what its sources build: run `npm ci && npm run build` in reports/web and commit dist/")
                 return 1

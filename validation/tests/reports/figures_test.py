@@ -12,6 +12,7 @@ import time
 from accessibility import accessible, contrast
 from chromium import HOSTILE, SKIPPED, Browser, check, programs, silence, until
 from crafted_page import Report
+from saves import everything_saves
 
 NAN = "nan"
 
@@ -198,6 +199,14 @@ def fluid(browser, folder, web):
     label = browser.run("return document.querySelector('.scene-picture .picture').getAttribute('aria-label')")
     check("speed: 0.5 (dark) to 2 m/s (bright)" in label and "atwood/sph" in label, f"the picture is named {label!r}")
     check(browser.run("return document.querySelectorAll('.gallery .thumbnail svg').length") == 1, "the gallery has no picture of the fluid")
+    # The field as a file: every particle, slow ones on the left, on axes of its extent beside a scale of its values.
+    _, plots = everything_saves(browser)
+    field = plots["vortex-speed-atwood-sph.svg"]
+    squares = {fill: [float(x) for x in re.findall(r"M([\d.]+)", path)] for path, fill in re.findall(r'<path d="([^"]*h-[\d.]+z)" fill="(rgb[^"]*)"', field)}
+    check(sum(len(xs) for xs in squares.values()) == side * side and len(squares) > 24, f"{sum(len(xs) for xs in squares.values())} particles in {len(squares)} colours")
+    check(max(squares["rgb(0,34,78)"]) < min(squares["rgb(254,232,56)"]), "slow particles do not stand on the left of the file")
+    words = re.findall(">([^<>]+)</text>", field)
+    check({"0", "1", "x [m]", "y [m]", "0.6", "2", "speed [m/s]"} <= set(words) and "900 particles" in words[0], f"axes and scale of the field: {words}")
     silence(browser, path)
 
 
