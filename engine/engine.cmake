@@ -82,6 +82,7 @@ add_library(atwood_engine STATIC
   integrators/constrained_methods.cpp
   integrators/explicit_methods.cpp
   integrators/extrapolation.cpp
+  integrators/formulas.cpp
   integrators/free_flight.cpp
   integrators/free_flight_alone.cpp
   integrators/free_flight_lanes.cpp
@@ -135,6 +136,8 @@ set_source_files_properties(
   joints/constraints_rows.cpp joints/planar_loops.cpp joints/tree.cpp joints/tree_dynamics.cpp joints/tree_motion.cpp
   joints/tree_rates.cpp rigid/mechanism.cpp rigid/model.cpp rigid/rate_lanes.cpp smooth/prepare.cpp smooth/run.cpp
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+# Its names (pair, stages, boris) are those of other files.
+set_source_files_properties(integrators/formulas.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 add_executable(atwood-engine worker_main.cpp)
 target_link_libraries(atwood-engine PRIVATE atwood_engine)

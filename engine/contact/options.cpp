@@ -1,6 +1,7 @@
 #include "contact/options.hpp"
 
 #include "contact/stepping_options.hpp"
+#include "integrators/formulas.hpp"
 #include "integrators/responses.hpp"
 
 namespace atwood {
@@ -36,6 +37,10 @@ std::vector<MethodInfo> make_responses() {
   impulse.source =
       "Moreau (1988); Stewart and Trinkle (1996); Alart and Curnier (1991); Macklin et al., Small Steps (2019); mechanisms: Ryckaert, Ciccotti, "
       "Berendsen, J. Comput. Phys. 23 (1977) 327";
+  impulse.doc = with_formula(
+      impulse.doc,
+      "M (v_new - v) = h F + G^T P, of each contact P_n >= 0, u_n + b >= 0, P_n (u_n + b) = 0 and |P_t| <= mu P_n, with P_t "
+      "= -mu P_n u_t / |u_t| where it slips; u = G v_new, b the velocity bias; of an impact u_n = -e u_n before it");
   declare_settings(impulse, stepping::setting_table());
   MethodInfo event;
   event.id = "+event";
@@ -52,6 +57,11 @@ std::vector<MethodInfo> make_responses() {
       "split forces or expand them in series, rk4 (with a tolerance: dopri5) integrates lasting contacts.";
   event.doc += " Bodies on joints or ropes are refused.";
   event.source = "Hairer, Norsett, Wanner (1993), II.6; Pfeiffer and Glocker (1996); Stronge, Impact Mechanics (2000)";
+  event.doc = with_formula(
+      event.doc,
+      "impact at g(t) = 0: M (v_after - v_before) = G^T P, |P_t| <= mu P_n, and newton: u_n after = -e u_n before, poisson: "
+      "P_r = e P_c, stronge: W_r = -e^2 W_c, of compression (c) and restitution (r); between impacts M v' = F + G^T f, f_n "
+      ">= 0, g'' >= 0, f_n g'' = 0");
   declare_settings(
       event, {{"restitution", std::string("newton"), {one_of({"newton", "poisson", "stronge"}), "Law of restitution."}},
               {"simultaneous",
@@ -72,6 +82,12 @@ std::vector<MethodInfo> make_responses() {
   penalty.source =
       "Cundall and Strack, Geotechnique 29 (1979) 47; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; "
       "Schwager and Poeschel, Granular Matter 9 (2007) 465";
+  penalty.doc = with_formula(
+      penalty.doc,
+      "f_n = k d + c d' or, by Hertz's law, f_n = k d^(3/2) (1 + c d'), 0 where that pulls and the law has no `pull`, with "
+      "the depth d; f_t = -k_t s - c_t u_t, shortened to |f_t| <= mu f_n, with the tangential displacement s and velocity u_t, "
+      "k_t = tangential_ratio f_n / d, c_t = tangential_ratio c (Hertz: 0); c = 2 zeta sqrt(k m) where the pair names no law, "
+      "m its reduced mass");
   declare_settings(
       penalty,
       {{"overlap", 1e-3, {between(1e-9, 0.5), "Depth of an impact at impact_speed_m_per_s, over the smaller body."}},

@@ -4,6 +4,7 @@
 
 #include "integrators/adaptive.hpp"
 #include "integrators/families.hpp"
+#include "integrators/formulas.hpp"
 
 namespace atwood {
 
@@ -87,6 +88,7 @@ std::vector<MethodInfo> build_catalogue() {
                              composition_methods(), rotation_methods(), implicit_methods(), multistep_methods(),
                              conserving_methods(), high_precision_methods(), constrained_methods()})
     all.insert(all.end(), family.begin(), family.end());
+  for (MethodInfo& info : all) info.doc = with_formula(info.doc, formula_of(info.id.substr(info.id.find('/') + 1)));
   return all;
 }
 

@@ -15,23 +15,21 @@ struct Entry {
 
 // The sentences common to all pairs are composed in about(), from the tableau.
 const Entry entries[] = {
-    {"explicit-euler", &explicit_euler_tableau, "y_new = y + h f(t, y): p_new = p + h v, v_new = v + h a(t, p, v).",
+    {"explicit-euler", &explicit_euler_tableau, "Explicit Euler: p_new = p + h v, v_new = v + h a(t, p, v).",
      "Euler, Institutionum calculi integralis I (1768), section 650; Hairer, Norsett, Wanner, Solving ODEs I, eq. "
      "I.7.3"},
-    {"midpoint", &midpoint_tableau, "Explicit midpoint: k1 = f(t, y), y_new = y + h f(t + h/2, y + h/2 k1).",
+    {"midpoint", &midpoint_tableau, "Explicit midpoint rule.",
      "Runge, Math. Ann. 46 (1895) 167; Hairer, Norsett, Wanner I, eq. II.1.4"},
-    {"heun", &heun_tableau, "Trapezoidal Heun: k1 = f(t, y), k2 = f(t + h, y + h k1), y_new = y + h (k1 + k2) / 2.",
+    {"heun", &heun_tableau, "Heun's method, the explicit trapezoidal rule.",
      "Heun, Z. Math. Phys. 45 (1900) 23; Hairer, Norsett, Wanner I, table II.1.1"},
     {"ralston2", &ralston2_tableau,
-     "Ralston's two stages: k1 = f(t, y), k2 = f(t + 2h/3, y + 2h/3 k1), y_new = y + h (k1 + 3 k2) / 4, the least "
-     "bound on the local error that two stages can have.",
+     "Ralston's two stages, with the least bound on the local error that two stages can have.",
      "Ralston, Math. Comp. 16 (1962) 431, eq. 3.5"},
-    {"kutta3", &kutta3_tableau,
-     "Kutta's third-order method: k1, k2 at h/2, k3 at y + h (2 k2 - k1), y_new = y + h (k1 + 4 k2 + k3) / 6.",
+    {"kutta3", &kutta3_tableau, "Kutta's third-order method.",
      "Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Norsett, Wanner I, table II.1.1"},
-    {"rk4", &rk4_tableau, "The classical Runge-Kutta method, weights 1/6 1/3 1/3 1/6.",
+    {"rk4", &rk4_tableau, "The classical Runge-Kutta method.",
      "Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Norsett, Wanner I, table II.1.2"},
-    {"rk38", &rk38_tableau, "The 3/8 rule, nodes 0 1/3 2/3 1, weights 1/8 3/8 3/8 1/8.",
+    {"rk38", &rk38_tableau, "The 3/8 rule.",
      "Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Norsett, Wanner I, table II.1.2"},
     {"bogacki-shampine3", &bogacki_shampine3_tableau, "Bogacki and Shampine's pair.",
      "Bogacki, Shampine, Appl. Math. Lett. 2 (1989) 321"},

@@ -68,7 +68,9 @@ def methods_page(data):
              "each class of motion: points under forces of position (`point-mass`), points under forces of velocity "
              "(`velocity-dependent`), rotating bodies (`rotation`) and joints (`mechanism`). The laboratory measures "
              "these claims ([how](../laboratory.md)). `[tol]` marks methods that choose their steps when a tolerance "
-             "is given. [Settings](settings.md) lists what each takes. Methods of other engines depend on what is "
+             "is given. Formulas: y' = f(t, y) are the equations of motion, y and y_new the state before and after a step of "
+             "length h, p and v positions and velocities with v' = a(t, p); maps such as K(h/2) D(h) K(h/2) are applied in the "
+             "order in which they are written. [Settings](settings.md) lists what each takes. Methods of other engines depend on what is "
              "installed: `atwood list methods --long`.\n\n")
     own = [m for m in data["methods"] if m["id"].startswith("atwood/")]
     text += table(["method", *(code(motion) for motion in MOTIONS), ""],
@@ -76,7 +78,10 @@ def methods_page(data):
                     *(f"{m['claimed_order'][motion]:g}" if motion in m["claimed_order"] else "-" for motion in MOTIONS),
                     "[tol]" if m["adaptive"] else ""] for m in own]) + "\n"
     for m in own + data["responses"]:
-        text += f"## `{m['id']}` {{ #{anchor(m['id'])} }}\n\n{cell(m['doc'])}\n\n"
+        doc, _, formula = m["doc"].partition(" Formula: ")
+        text += f"## `{m['id']}` {{ #{anchor(m['id'])} }}\n\n{cell(doc)}\n\n"
+        if formula:
+            text += f"Formula: {code(formula.rstrip('.'))}.\n\n"
         if m in own:
             text += f"Claimed orders: {cell(orders(m))}.\n\n"
         if m["source"]:
@@ -108,10 +113,11 @@ def metrics_page(data):
     text = "# Metrics\n\n" + MADE.format("`atwood list metrics --json`")
     text += ("What the column `metric` of a row can hold. The unit `1` is that of a ratio or a count. A row's "
              "`truth_bar` bounds the error of the truth behind the value; of an order it is half of its 95 % "
-             "interval.\n\n")
-    return text + table(["metric", "unit", "definition"],
+             "interval. Formulas: a star marks the truth, t_k are the instants of the samples. Source: the work that the "
+             "measure is taken from, or `here` where the project defines it.\n\n")
+    return text + table(["metric", "unit", "definition", "formula", "source"],
                         [[f'<span id="{anchor(m["name"])}"></span>' + code(m["name"]), code(m["unit"]),
-                          cell(m["definition"])]
+                          cell(m["definition"]), code(m["formula"]), cell(m["source"])]
                          for m in data["metrics"]])
 
 

@@ -11,6 +11,7 @@
 #include "reports/command_line/program.hpp"
 #include "reports/command_line/scene_summary.hpp"
 #include "scene/files.hpp"
+#include "validation/metrics/metric_origin.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;
@@ -126,13 +127,21 @@ const MetricInfo* named_metric(const Place& place, const std::string& text) {
 }
 
 void describe_metric(const MetricInfo& metric, const Options& options) {
+  const auto [formula, source] = origin_of(metric.name);
   if (options.json) {
-    fmt::print("{}\n", json{{"name", metric.name}, {"unit", metric.unit}, {"definition", metric.definition}}.dump(2));
+    fmt::print("{}\n", json{{"name", metric.name},
+                            {"unit", metric.unit},
+                            {"definition", metric.definition},
+                            {"formula", formula},
+                            {"source", source}}
+                           .dump(2));
     return;
   }
   const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 50, 110));
   fmt::print("{} [{}]\n{}", metric.name, metric.unit == "1" ? "a ratio or a count, without unit" : metric.unit,
              wrapped(metric.definition, 2, width));
+  if (!formula.empty())
+    fmt::print("{}{}", wrapped("Formula: " + formula, 2, width), wrapped("Source: " + source, 2, width));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "reports/command_line/manual.hpp"
 #include "reports/command_line/method_words.hpp"
 #include "scene/files.hpp"
+#include "validation/metrics/metric_origin.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;
@@ -51,8 +52,11 @@ json list_json(const Place& place, const Options& options, const std::string& wh
     }
   }
   if (what.empty() || what == "metrics") {
-    for (const auto& m : all_metrics())
-      out["metrics"].push_back({{"name", m.name}, {"unit", m.unit}, {"definition", m.definition}});
+    for (const auto& m : all_metrics()) {
+      const auto [formula, source] = origin_of(m.name);
+      out["metrics"].push_back(
+          {{"name", m.name}, {"unit", m.unit}, {"definition", m.definition}, {"formula", formula}, {"source", source}});
+    }
   }
   if (what.empty() || what == "gates") {
     for (const auto& gate : read_all_gates(place)) out["gates"].push_back(gate_json(gate));
