@@ -3,6 +3,7 @@
 import { substepsSetting } from "../node/rival.mjs";
 
 const said = (name, value) => ({ name, value, doc: "", printed: true });
+const saidReal = (name, value, unit) => ({ ...said(name, value), real: true, unit });
 const flag = (name, value, doc) => ({ name, value, doc });
 const word = (name, value, choices, doc) => ({ name, value, choices, doc });
 const count = (name, value, doc) => ({ name, value, least: name === "noslip_iterations" ? 0 : 1, most: 100000, doc });
@@ -14,12 +15,19 @@ export const settings = [
   said("step", "mj_step"),
   said("pair_law", "the scene's: by geom priorities, or pair by pair where these can't say it"),
   said("restitution", "none: MuJoCo has no coefficient; scenes that ask for one are refused"),
+  said("rolling_friction", "MuJoCo's: contacts of six rows (condim) where the pair has some"),
   said("spinning_friction", "MuJoCo's least, 1e-5, where rolling friction is asked for; else none"),
   said("forces", "all but uniform gravity: evaluated by the adapter once a step, at its beginning"),
   said("sleeping", "off, as by default"),
   said("autoreset", "off: MuJoCo would restart a scene whose state is not finite"),
-  said("linear_damping", 0),
-  said("angular_damping", 0),
+  saidReal("linear_damping", 0, "1/s"),
+  saidReal("angular_damping", 0, "1/s"),
+  said("gyroscopic", true),
+  said("max_velocities", "none"),
+  said("continuous_collision", false),
+  said("plane", "MuJoCo's plane, of the world's body"),
+  said("contact_forces", "normal and friction forces of each contact, of the step that ends at the sample"),
+  said("threads", 1),
   word("integrator", "Euler", ["Euler", "RK4", "implicit", "implicitfast", "discrete"], "Integrator of a step."),
   flag("eulerdamp", true, "Euler is implicit in the damping of joints."),
   word("solver", "Newton", ["PGS", "CG", "Newton"], "Solver of the convex contact problem."),
@@ -50,6 +58,8 @@ export const settings = [
   real("gap_m", 0, [0, 1000], "Part of the margin in which a contact has no force.", "m"),
   said("joints", "the tree of bodies; closing joints are equality constraints, softened by joint_sol*"),
   said("joint_forces", "springs and dampers are MuJoCo's; motors by the adapter once a step: the package has no callbacks"),
+  said("stops", "limits of MuJoCo's joints, soft, without restitution"),
+  said("reactions", "from the masses' accelerations and all other forces on them (Newton and Euler)"),
   real("mechanism_tolerance", 1e-8, [0, 1], "The solver's tolerance in scenes with joints or ropes."),
   positive("joint_solref_time_constant_s", 0.02, [0, 1000], "Time constant of closing joints, ropes, stops (solref).", "s"),
   real("joint_solref_time_constant_steps", 0, [0, 1000], "The same as a number of steps; 0: as in seconds."),

@@ -32,8 +32,14 @@ const tuned = JSON.parse(readFileSync(new URL("../rivals/tuned.json", import.met
 /** What `atwood tune` found for an engine and a class of scenes, as changes of its defaults. */
 const tunedChanges = (engine, sceneClass) => tuned[engine]?.[sceneClass]?.settings ?? {};
 
+/** What every rival's rows print beside its own settings. */
+const printedOf = (rival) => [
+  { name: "scalar", value: rival.scalar, printed: true, doc: "Type of the engine's numbers." },
+  { name: "units", value: "m, kg, s, rad: the scene's, nothing is scaled", printed: true, doc: "Units of the engine's world." },
+];
+
 function settingsTable(rival, preset) {
-  const table = rival.settings.map((setting) =>
+  const table = [...rival.settings, ...printedOf(rival)].map((setting) =>
     setting.name in (preset.changes ?? {}) ? { ...setting, value: preset.changes[setting.name] } : setting,
   );
   for (const each of preset.byClass ? classes : []) {

@@ -13,7 +13,7 @@
 // - Friction's impulses cannot be read (contactTangentImpulseX and Y are 0): they are not reported.
 import { isNothing } from "../node/forces.mjs";
 import { length, plus, principalAxes, scaled, toBody, toWorld } from "../node/rotation.mjs";
-import { pairsInPlay, rotates } from "../node/scene.mjs";
+import { pairsInPlay, rotates, shapesMatter } from "../node/scene.mjs";
 import { layersOf } from "./coefficients.mjs";
 import { collidersOf } from "./colliders.mjs";
 import { addJoint } from "./joints.mjs";
@@ -151,8 +151,16 @@ export class RapierWorld {
     });
   }
 
+  /** What gives each pair its law in this scene: "restitution by Average, friction by Max", or the number of layers. */
+  pairLaws() {
+    if (!shapesMatter(this.scene) || !this.layers.length) return "";
+    if (this.layers.length > 1) return `laws of pairs by ${this.layers.length} layers of colliders`;
+    const [{ restitution, friction }] = this.layers;
+    return `laws of pairs: restitution by Rapier's rule ${restitution.rule}, friction by ${friction.rule}`;
+  }
+
   complaints() {
-    return [...this.cut].join("; ");
+    return [this.pairLaws(), ...this.cut].filter(Boolean).join("; ");
   }
 
   motion(i) {
