@@ -112,6 +112,12 @@ bool is_named(const Worker& worker, const std::string& engine) {
              : glob_match("atwood-" + engine, file) || (engine == "atwood" && file == "atwood-engine");
 }
 
+// Why an engine that one may look for has no adapter; empty for any other name.
+std::string why_left_out(const std::string& engine) {
+  if (engine != "physx") return "";
+  return " (PhysX's package for JavaScript, physx-js-webidl, is built for browsers alone and does not load under Node.js)";
+}
+
 // InputError unless some available engine provides the method, or its engine is known and not built. `who` says where
 // the method is named: "--method ".
 void check_method(const std::string& who, const std::string& text, const std::vector<Worker>& workers) {
@@ -141,8 +147,8 @@ void check_method(const std::string& who, const std::string& text, const std::ve
   }
   if (text == "truth") return;
   if (!there)
-    throw InputError(fmt::format("{}{}: no engine `{}` is available; expected one of {}, or --engine FILE", who, text,
-                                 engine, names));
+    throw InputError(fmt::format("{}{}: no engine `{}` is available{}; expected one of {}, or --engine FILE", who, text,
+                                 engine, why_left_out(engine), names));
   if (offered || (!glob && is_contact_test(base.substr(slash + 1)))) return;
   if (glob)
     throw InputError(fmt::format("{}{}: no method of {} matches{}", who, text, engine, expected_ids(base, known)));

@@ -260,7 +260,9 @@ class Settings(Case):
 
     def test_what_a_study_names_is_there(self):
         study = "id = 'mine'\n[[cells]]\nscenarios = ['kepler-e0.6']\nsteps = [960]\nmethods = ['%s']\n"
-        for method, told in (("atwood/rk5", "atwood has no method `rk5`"), ("bulet64/default", "no engine `bulet64`"), ("atwood/rx*", "no method of atwood")):
+        for method, told in (("atwood/rk5", "atwood has no method `rk5`"), ("bulet64/default", "no engine `bulet64`"),
+                             ("physx/default", "no engine `physx` is available (PhysX's package for JavaScript, physx-js-webidl, is built for browsers"),
+                             ("atwood/rx*", "no method of atwood")):
             self.expect(self.run_in("run", self.path("study.toml", study % method)), 2, "study `mine`", told)
         self.expect(self.run_in("run", self.path("study.toml", study % "atwood/rk4'\n, 'atwood/leapfrog"), "--no-timing", "--tolerances", self.path("none.toml", GATE)), 0)
         for other in ("mine.toml", "kepler-f*", "tag:smoth"):

@@ -134,6 +134,14 @@ class Wrapper(unittest.TestCase):
         self.machine.with_packages()
         self.assertEqual(self.machine.run("run").stderr.splitlines()[0], "atwood: configuring")
 
+    def test_engines_that_are_not_offered_are_refused_by_name(self):
+        for engine, told in (("physx", "built for browsers alone"), ("havok", "no engine `havok`; expected all, or some of dart")):
+            ended = self.machine.run("run", ATWOOD_ENGINES=f"rapier,{engine}")
+            self.assertEqual(ended.returncode, 2)
+            self.assertIn(engine, ended.stderr)
+            self.assertIn(told, ended.stderr)
+            self.assertEqual(self.machine.recorded(), "")
+
     def test_another_node_is_configured_for_where_engines_run_under_it(self):
         machine = self.machine
         machine.with_packages()
