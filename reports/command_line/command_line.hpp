@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -143,6 +144,8 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
 void write_named_outputs(const Options& options, const ReportData& data);  // what -o names
 void require_outputs_make_sense(const Options& options);                   // before the work: InputError
 void make_out_dir(const std::string& path);
+// With --keep none: the metrics that were measured from recordings, which are not kept (stderr).
+void tell_without_recording(const Options& options, const std::set<std::string>& metrics);
 // One line that rewrites itself on a terminal; elsewhere lines with --progress, and nothing without it (an empty
 // function).
 std::function<void(const std::string&)> progress_printer(const Options& options);

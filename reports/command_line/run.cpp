@@ -175,6 +175,15 @@ void require_outputs_make_sense(const Options& options) {
     require_ordinary(options.out_dir + "/" + document);
 }
 
+void tell_without_recording(const Options& options, const std::set<std::string>& metrics) {
+  if (options.quiet || metrics.empty()) return;
+  fmt::print(
+      stderr,
+      "atwood: --keep none: no recordings are kept; these metrics cannot be made again, nor new ones made, without "
+      "running their cells again: {}\n",
+      fmt::join(metrics, ", "));
+}
+
 void make_out_dir(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);
@@ -202,6 +211,7 @@ int run_and_report(const Place& place, const Options& options, const Selection& 
                how.store_path);
     return exit_of(result, {});
   }
+  tell_without_recording(options, result.without_recording);
   if (!how.rows) return report_many(place, options, selection, standards, &result, &kept);
   const Judged judged = judge_everything(place, options, selection, standards, result, true);
   ReportData data = assemble_report(place, options, selection, result, {});

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <numeric>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -85,6 +86,7 @@ void refuse_documents(const Options& options, const std::string& source) {
 // What a share's cells came to, over all of its calls of run_study.
 struct Ended {
   int code = exit_pass, cells = 0, ran = 0, timed = 0, failed = 0, signal = 0;
+  std::set<std::string> without_recording = {};
 };
 
 void add(Ended& ended, const StudyResult& result, Selection& part, std::vector<Cell> cells) {
@@ -97,6 +99,7 @@ void add(Ended& ended, const StudyResult& result, Selection& part, std::vector<C
                to_string(ending.status), printable(ending.reason));
   }
   ended.cells += result.cells, ended.ran += result.ran, ended.timed += result.timed, ended.failed += bad;
+  ended.without_recording.insert(result.without_recording.begin(), result.without_recording.end());
   if (result.failed_cells > 0) ended.code = exit_cell;
   else if (bad > 0 && ended.code == exit_pass) ended.code = exit_gate;
   if (result.interrupted) ended.signal = result.signal;
@@ -188,6 +191,7 @@ int run_share(const Place& place, const Options& options, const Selection& selec
   how.store_path = given ? fmt::format("{}/shard-{}-of-{}.db", options.out_dir, share.number, share.count)
                          : fmt::format("{}/lease-{}-{}.db", options.out_dir, how.host, getpid());
   how.shard = ShardOfPlan{selection.study, &selection.cells, share.number, share.count, costs.hash, share.source, true};
+  how.costs = std::make_shared<const Costs>(costs);
   if (!options.quiet) how.progress = progress_printer(options);
   const Ladders ladders = ladders_by_cost(selection.cells, costs);
   Ended ended;
@@ -213,6 +217,7 @@ int run_share(const Place& place, const Options& options, const Selection& selec
                  how.store_path, options.lease);
     return 128 + ended.signal;
   }
+  tell_without_recording(options, ended.without_recording);
   fmt::print("share {} of {} ({}): {}, {} of them run, {} timed, {} ended badly; store: {}\n", share.number,
              share.count, options.lease.empty() ? share.source : "--lease",
              plural(static_cast<std::size_t>(ended.cells), "cell"), ended.ran, ended.timed, ended.failed,

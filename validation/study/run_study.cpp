@@ -2,6 +2,7 @@
 //
 // First the truths and the accuracy cells, several processes at once: a thread owns one process per engine and takes
 // one ladder (scenario x method) after another, coarse rungs first. Then the timed pass (timed_pass.cpp).
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>
@@ -25,6 +26,7 @@
 #include "validation/study/pose_sweep.hpp"
 #include "validation/study/progress.hpp"
 #include "validation/study/shard_record.hpp"
+#include "validation/study/shares.hpp"
 #include "validation/study/short_text.hpp"
 #include "validation/study/study_run.hpp"
 #include "validation/study/truth_paths.hpp"
@@ -159,6 +161,22 @@ bool StudyRun::loads_more(int index, const WorkerClient& client) {
   return true;
 }
 
+// The dearest ladder begins first, so that the last ones to end are short and few threads wait for them (longest
+// processing time first; Graham, Bounds on multiprocessing timing anomalies, 1969). Rows are exported in the study's
+// order all the same.
+void StudyRun::order_by_cost() {
+  std::vector<const Cell*> cells;
+  for (const Ladder& ladder : ladders_)
+    for (const Todo& todo : ladder.todo) cells.push_back(todo.cell);
+  const std::vector<double> cost_ns = expected_costs_ns(cells, *options_.costs);
+  std::size_t i = 0;
+  for (Ladder& ladder : ladders_)
+    for (std::size_t k = 0; k < ladder.todo.size(); ++k) ladder.cost_ns += cost_ns[i++];
+  std::stable_sort(ladders_.begin(), ladders_.end(),
+                   [](const Ladder& a, const Ladder& b) { return a.cost_ns > b.cost_ns; });
+  ladder_index_.clear();  // its places have changed, and no cell joins a ladder any more
+}
+
 void StudyRun::plan_work() {
   truth_build_ = find_workers({options_.truth_worker}).front().build_id;
   {
@@ -174,6 +192,7 @@ void StudyRun::plan_work() {
     truths_[i].state = TruthWork::State::ready;
     truths_[i].reused = true;
   }
+  if (options_.costs) order_by_cost();
   taken_.assign(ladders_.size(), false);
 }
 
@@ -365,6 +384,12 @@ void StudyRun::run_sweep_cell(const Cell& cell, const std::string& truth_hash, s
   progress_.done("sweeps");
 }
 
+void StudyRun::note_without_recording(const std::vector<Row>& rows) {
+  const std::lock_guard<std::mutex> held(mutex_);
+  for (const Row& row : rows)
+    if (row.metric != "status" && row.metric != "truth") without_recording_.insert(row.metric);
+}
+
 void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients, WorkerClient& truth_client) {
   TruthWork& work = truths_[ladder.truth];
   const std::shared_ptr<const Truth> truth = truth_of(work);
@@ -402,8 +427,9 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
     }
     recording.outcome.reason = shortened(recording.outcome.reason, kLongestReason);
     run.outcome = recording.outcome;
-    store_.put_run(keys.accuracy, run, recording, keys.measured,
-                   measured(cell, *truth, work.hash, recording, truth_client), options_.keep != Keep::none);
+    const MeasuredRecord record = measured(cell, *truth, work.hash, recording, truth_client);
+    store_.put_run(keys.accuracy, run, recording, keys.measured, record, options_.keep != Keep::none);
+    if (options_.keep == Keep::none) note_without_recording(record.rows);
     progress_.done("accuracy");
   }
 }
@@ -477,6 +503,7 @@ StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>&
       store.put_shard(shard);
     }
     store.put_program_run(options.provenance.run_id, begun_ns, nanoseconds_now());
+    store.checkpoint();
   }
   StudyResult result =
       options.shard || !options.rows ? collect_endings(store, cells, campaigns) : collect_rows(store, cells, campaigns);
@@ -484,6 +511,7 @@ StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>&
   result.ran = run.ran();
   result.timed = run.timed();
   result.measured_again = run.measured_again();
+  result.without_recording = run.without_recording();
   result.signal = signal;
   result.reused = run.reused();
   result.interrupted = signal != 0;

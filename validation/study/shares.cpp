@@ -137,8 +137,12 @@ double cost_of(const Cell& cell, const std::string& ladder, const Costs& costs, 
 
 }  // namespace
 
-double expected_cost_ns(const Cell& cell, const Costs& costs) {
-  return cost_of(cell, ladder_name(cell), costs, usual_step_ns(costs));
+std::vector<double> expected_costs_ns(const std::vector<const Cell*>& cells, const Costs& costs) {
+  const double usual_ns = usual_step_ns(costs);
+  std::vector<double> cost_ns;
+  cost_ns.reserve(cells.size());
+  for (const Cell* cell : cells) cost_ns.push_back(cost_of(*cell, ladder_name(*cell), costs, usual_ns));
+  return cost_ns;
 }
 
 Ladders ladders_by_cost(const std::vector<Cell>& cells, const Costs& costs) {

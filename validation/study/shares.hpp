@@ -38,9 +38,9 @@ std::string costs_to_json(const Costs& costs);
 // The median wall times of these cells' runs and timed passes in a store. InputError where the store has none of them.
 Costs learn_costs(const std::string& store_path, const std::vector<Cell>& cells);
 
-// Expected cost of a cell [ns]: what was measured; else its steps times the cost of a step, of the finest measured rung
+// Expected cost of each cell [ns]: what was measured; else its steps times the cost of a step, of the finest measured rung
 // of its ladder, else of the median ladder of the file, else 1 ns for each body and particle.
-double expected_cost_ns(const Cell& cell, const Costs& costs);
+std::vector<double> expected_costs_ns(const std::vector<const Cell*>& cells, const Costs& costs);
 
 struct Ladders {
   std::vector<std::vector<std::size_t>> cells;  // indices of cells, in the order of the study

@@ -46,6 +46,11 @@ const std::string& Store::network_file_system() const { return database_->networ
 
 bool Store::empty() const { return database_->empty; }
 
+void Store::checkpoint() {
+  if (!network_file_system().empty()) return;  // each commit is synced
+  database_->guarded([&] { database_->sql->exec("PRAGMA wal_checkpoint(PASSIVE)"); });
+}
+
 // ---- reading ------------------------------------------------------------------------------------------------------
 std::optional<RunRecord> Store::run(const std::string& cell_hash) {
   return database_->guarded([&]() -> std::optional<RunRecord> {

@@ -148,6 +148,9 @@ class Store {
   // Records a run of the program that wrote to the store. ended_ns 0: it is running, or was killed.
   void put_program_run(const std::string& run_id, std::int64_t begun_ns, std::int64_t ended_ns);
 
+  // Moves the write-ahead log into the file and syncs both. Closing the store does so too, but cannot fail.
+  void checkpoint();
+
   bool has_plan(const std::string& hash);
   void put_plan(const std::string& hash, const std::string& study, const std::vector<PlannedCell>& cells);
   std::vector<StoredPlan> plans();

@@ -133,6 +133,8 @@ struct ShardOfPlan {
   bool last = true;           // no more cells of the share follow
 };
 
+struct Costs;  // shares.hpp
+
 struct StudyOptions {
   std::string store_path;  // atwood-out/store.db
   std::string truth_worker;
@@ -150,6 +152,7 @@ struct StudyOptions {
   bool rows = true;                // false: of the rows the result has those that are not ok, and none of ladders
   std::string host = host_name();  // recorded with times
   std::optional<ShardOfPlan> shard = {};                // a share of a plan instead of a whole one
+  std::shared_ptr<const Costs> costs = {};              // ladders run dearest first; null: in the order of the study
   std::function<void(const std::string&)> progress;     // a line with an estimate, for stderr
   std::function<void(const std::string&)> notice = {};  // a warning, for stderr
 };
@@ -173,6 +176,9 @@ struct StudyResult {
   int failed_cells = 0;              // crashed, timed out or sent an invalid answer
   std::vector<Reused> reused = {};   // of run_study
   std::set<std::string> hosts = {};  // that measured the times of these cells
+  // Of run_study with Keep::none: metrics of new rows that were measured from a recording. Where they are to be measured
+  // again (other truth, other definition), their cells run again.
+  std::set<std::string> without_recording = {};
 };
 StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options);
 

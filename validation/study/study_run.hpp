@@ -39,6 +39,7 @@ struct Todo {
 struct Ladder {
   std::vector<Todo> todo;
   std::size_t truth = 0;
+  double cost_ns = 0;  // expected; set where ladders run by cost
 };
 
 // One run of a study. Threads take work under `mutex_`, which protects everything below "the plan".
@@ -56,6 +57,7 @@ class StudyRun {
   int timed() const { return timed_; }
   int measured_again() const { return measured_again_; }
   int failed_truths() const { return failed_truths_; }
+  const std::set<std::string>& without_recording() const { return without_recording_; }
   std::vector<Reused> reused() const;
 
  private:
@@ -65,6 +67,7 @@ class StudyRun {
   };
 
   void plan_work();
+  void order_by_cost();
   void forget_damaged();
   void plan_cell(const Cell& cell, const StoreOverview* overview);
   std::size_t truth_index(const Scenario& scenario);
@@ -78,6 +81,7 @@ class StudyRun {
   void run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash,
                       std::map<int, WorkerClient>& clients);
   void run_sweep_cell(const Cell& cell, const std::string& truth_hash, std::map<int, WorkerClient>& clients);
+  void note_without_recording(const std::vector<Row>& rows);
   WorkerClient& client_of(const Cell& cell, std::map<int, WorkerClient>& clients) const;
   std::shared_ptr<const Truth> truth_of(TruthWork& work);
   MeasuredRecord measured(const Cell& cell, const Truth& truth, const std::string& hash, const Recording& recording,
@@ -108,8 +112,9 @@ class StudyRun {
   std::exception_ptr failure_;
   bool stop_ = false;
   int failed_truths_ = 0, timed_ = 0, measured_again_ = 0;
-  std::set<int> told_to_load_more_;      // workers
-  std::set<const Cell*> touched_, ran_;  // ran_: those whose accuracy run is new
+  std::set<int> told_to_load_more_;          // workers
+  std::set<std::string> without_recording_;  // metrics
+  std::set<const Cell*> touched_, ran_;      // ran_: those whose accuracy run is new
   PoseTruths pose_truths_{store_, options_.truth_worker};
 };
 

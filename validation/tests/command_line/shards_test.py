@@ -1,5 +1,6 @@
 """Shares of a study, chunks from a shared directory, and the merge of their stores."""
 import csv
+import itertools
 import json
 import os
 import signal
@@ -65,6 +66,37 @@ class Merged(Shards):
         # A cell in several stores, with the same results: a free test of determinism.
         self.merge(*stores, "single/store.db", out="more/store.db", told=["in several, with the same results"])
         self.assertEqual(self.rows("more"), expected)
+
+    def test_the_order_of_stores_changes_no_byte_of_the_merged_one(self):
+        # Truths and provenances are in several stores, cells in one.
+        shares = ("1/3", "2/3", "3/3")
+        for share in shares:
+            self.shard(share)
+        stores = self.stores()
+        merged = []
+        for number, order in enumerate(itertools.permutations(stores)):
+            self.merge(*order, out=f"order{number}/store.db")
+            with open(self.path(f"order{number}/store.db"), "rb") as file:
+                merged.append(file.read())
+        self.assertEqual(len(merged), 6)
+        self.assertGreater(len(merged[0]), 10000)
+        self.assertEqual(len(set(merged)), 1)
+        self.atwood("doctor", "--check-store", "--out", "order0", told=["sound"])
+        # Entry by entry those of a single run, but for what tells of runs, machines and shares.
+        self.atwood("run", "small.toml", "--no-timing", "--out", "single")
+        self.assertEqual(self.entries("order0"), self.entries("single"))
+
+    def entries(self, out):
+        """Every entry of the store, without the columns of the run and its machine."""
+        found = {}
+        with sqlite3.connect(self.path(out + "/store.db")) as database:
+            for table, columns in (("cells", "hash, scenario, method, steps, status, reason, steps_taken, rate_evaluations, "
+                                             "limit_s, killed_from_outside"),
+                                   ("series", "*"), ("measured", "*"), ("truths", "*")):
+                found[table] = database.execute(f"SELECT {columns} FROM {table} ORDER BY 1").fetchall()
+                self.assertGreater(len(found[table]), 2)
+        database.close()
+        return found
 
     def test_cells_that_no_store_has_are_listed(self):
         for share in ("1/3", "3/3"):
@@ -168,6 +200,41 @@ class Split(Shards):
             self.shard("1/2", "--costs", "wrong.json", code=2, told=["wrong.json"])
         self.atwood("run", "small.toml", "--costs", "costs.json", code=2, told=["--costs decides how a study is split"])
 
+    def test_a_share_runs_its_dearest_ladder_first(self):
+        """By steps times bodies, or by the file of costs; the order of rows stays that of the study."""
+        self.write_engine(fingerprint="one")
+        with open(self.path("mine.toml")) as file:
+            scene = file.read()
+        steps = {"a": 128, "b": 512, "c": 64, "d": 256}
+        for name, count in steps.items():
+            self.path(f"{name}.toml", scene.replace('"mine"', f'"{name}"').replace("[64, 128, 256, 512]", f"[{count}]"))
+        self.path("small.toml", f'id = "small"\nengines = [{LOGGING_ENGINE}]\n[[cells]]\n'
+                                f'scenarios = {json.dumps([name + ".toml" for name in steps])}\nmethods = ["mine/one"]\n')
+        self.atwood("run", "small.toml", "--no-timing", "-j", "1", "--out", "single")
+        self.assertEqual(self.steps_run(), [128, 512, 64, 256])  # a whole study in its order
+        self.shard("1/1", "-j", "1")
+        self.assertEqual(self.steps_run(), [512, 256, 128, 64])
+        self.atwood("costs", "small.toml", "--out", "single", "-o", "costs.json")
+        with open(self.path("costs.json")) as file:
+            costs = json.load(file)
+        for name, cost in (("a", 2e9), ("b", 1e9), ("c", 4e9), ("d", 3e9)):
+            ladder = f"{name}, mine/one"
+            costs["wall_ns_by_steps"][ladder] = [[rung[0], cost] for rung in costs["wall_ns_by_steps"][ladder]]
+        self.path("costs.json", json.dumps(costs))
+        self.shard("1/1", "-j", "1", "--costs", "costs.json", out="by-costs")
+        self.assertEqual(self.steps_run(), [64, 256, 128, 512])
+        expected = self.rows("single")
+        for out in ("shards", "by-costs"):
+            self.merge(f"{out}/shard-1-of-1.db", out=f"{out}-all/store.db")
+            self.assertEqual(self.rows(f"{out}-all"), expected)
+
+    def steps_run(self):
+        """The step counts of the runs since the last call, in the order of the engine's log."""
+        with open(self.path("engine.log"), "r+") as file:
+            steps = [int(line.split()[1]) for line in file]
+            file.truncate(0)
+        return steps
+
     def test_a_share_makes_no_documents(self):
         for words in (["-o", "csv:rows.csv"], ["--junit", "j.xml"], ["--json"]):
             self.shard("1/2", *words, code=2, told=["atwood merge"])
@@ -222,7 +289,13 @@ class Kept(Shards):
         study = ["run", "small.toml", "--no-timing", "--out"]
         self.atwood(*study, "all")
         self.atwood(*study, "worst", "--keep", "worst")
-        self.atwood(*study, "none", "--keep", "none")
+        told = self.atwood(*study, "none", "--keep", "none").stderr
+        named = told.split("without running their cells again: ")[1].splitlines()[0].split(", ")
+        measured = {row["metric"] for row in self.rows("all") if row["steps"] not in ("", "0")} - {"status", "truth"}
+        self.assertEqual(set(named), measured)
+        self.assertEqual(named, sorted(named))
+        self.assertIn("error-position-end", named)
+        self.assertNotIn("order-position", named)  # fitted to stored rows
         expected = self.rows("all")
         self.assertEqual(self.rows("worst"), expected)
         self.assertEqual(self.rows("none"), expected)

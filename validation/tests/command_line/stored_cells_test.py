@@ -23,7 +23,7 @@ for line in sys.stdin:
         say({"engine": "mine", "version": "1", "scalar": "double", "methods": [{"id": "mine/one", "doc": "one"}], **MORE})
         continue
     with open(os.environ["ENGINE_LOG"], "a") as log:
-        log.write(r["pass"] + "\\n")
+        log.write("%s %d\\n" % (r["pass"], r["steps"]))
     time.sleep(float(os.environ.get("ENGINE_SLEEP", "0")))
     for k in range(r["samples"] + 1):
         t = r["t_end_s"] * k / r["samples"]
