@@ -127,13 +127,19 @@ class Nesting {
 
 std::string read_input_file(const std::string& path, const std::string& expected, std::size_t most_bytes) {
   const std::string end = "; expected " + expected;
-  const auto cannot = [&] { return InputError(path + ": cannot be read (" + std::strerror(errno) + ")" + end); };
+  const auto cannot = [&] {
+    const int error = errno;
+    const std::string what = path + ": cannot be read (" + std::strerror(error) + ")";
+    // What the system lacks is no fault of the file's.
+    if (error == EIO || error == EMFILE || error == ENFILE || error == ENOMEM) throw std::runtime_error(what);
+    throw InputError(what + end);
+  };
   struct stat about {};
   // Before opening: to open a device can act on it.
   if (stat(path.c_str(), &about) == 0 && !S_ISREG(about.st_mode))
     throw InputError(path + ": found " + kind_words(about.st_mode) + end);
   const Descriptor file(path);
-  if (file.number() < 0 || fstat(file.number(), &about) != 0) throw cannot();
+  if (file.number() < 0 || fstat(file.number(), &about) != 0) cannot();
   if (!S_ISREG(about.st_mode)) throw InputError(path + ": found " + kind_words(about.st_mode) + end);
   const auto too_large = [&](const std::string& found) {
     return InputError(path + ": found " + found + end + " of at most " + size_words(most_bytes));
@@ -146,7 +152,7 @@ std::string read_input_file(const std::string& path, const std::string& expected
   for (;;) {  // to its end, which may lie beyond the size of a moment ago, and files of /proc have none
     const ssize_t size = read(file.number(), block.data(), block.size());
     if (size < 0 && errno == EINTR) continue;
-    if (size < 0) throw cannot();
+    if (size < 0) cannot();
     if (size == 0) return text;
     text.append(block.data(), static_cast<std::size_t>(size));
     if (text.size() > most_bytes) throw too_large("more than " + size_words(most_bytes));

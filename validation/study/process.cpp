@@ -54,7 +54,7 @@ struct Pipe {
   int read = -1, write = -1;
   Pipe() {
     int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
+    if (pipe2(ends, O_CLOEXEC) != 0) throw SystemFault(std::string("no pipe to a worker: ") + std::strerror(errno));
     read = above_standard(ends[0]);
     write = above_standard(ends[1]);
   }
@@ -173,7 +173,7 @@ Process::Process(const std::vector<std::string>& command, bool pinned, const Con
   {
     const auto held = lock_workers();
     pid_ = fork();
-    if (pid_ < 0) throw std::runtime_error(std::string("no process: ") + std::strerror(errno));
+    if (pid_ < 0) throw SystemFault(std::string("no process for a worker: ") + std::strerror(errno));
     if (pid_ == 0)
       become(arguments.data(), environment.data(), in.read, out.write, err.write, failure.write, parent, pinned,
              confined_);
@@ -184,12 +184,18 @@ Process::Process(const std::vector<std::string>& command, bool pinned, const Con
   ssize_t size;
   do size = read(failure.read, &why, sizeof why);
   while (size < 0 && errno == EINTR);
+  const int unread = size < 0 ? errno : 0;
   if (size == static_cast<ssize_t>(sizeof why)) {
     ended(std::chrono::seconds(5));
     bury();
     throw std::runtime_error(command.at(0) + " cannot be " +
                              (why.step ? "confined (" + std::string(why.step) + "): " : "started: ") +
                              std::strerror(why.error));
+  }
+  if (unread != 0) {
+    kill();
+    bury();
+    throw SystemFault(std::string("reading how a worker began: ") + std::strerror(unread));
   }
   memory_ = std::make_unique<MemoryWatch>(pid_, mark_, confinement.memory_bytes);
   std::swap(in_, in.write);
@@ -257,13 +263,17 @@ void Process::pump(int timeout_ms) {
   if (ends[0].revents != 0) {
     const ssize_t size = ::write(in_, pending_.data(), pending_.size());
     if (size > 0) pending_.erase(0, static_cast<std::size_t>(size));
-    else if (size < 0 && errno != EAGAIN && errno != EINTR) pending_.clear();  // the process has ended
+    else if (size < 0 && errno == EPIPE) pending_.clear();  // the process has ended
+    else if (size < 0 && errno != EAGAIN && errno != EINTR)
+      throw SystemFault(std::string("writing to a worker: ") + std::strerror(errno));
   }
   if (ends[1].revents != 0) {
     char block[65536];
     const ssize_t size = read(out_, block, sizeof block);
     if (size > 0) received_.append(block, static_cast<std::size_t>(size));
-    else if (size == 0 || (errno != EAGAIN && errno != EINTR)) close_end(out_);
+    else if (size == 0) close_end(out_);
+    else if (errno != EAGAIN && errno != EINTR)
+      throw SystemFault(std::string("reading from a worker: ") + std::strerror(errno));
   }
   if (ends[2].revents != 0) read_errors();
 }

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -45,13 +46,20 @@ class BrokenPipeGuard {
   void (*before_)(int);
 };
 
+// The system refused this program what a worker needs: descriptors, processes, or to write to its pipe. The worker is not
+// at fault, and other cells would fail alike.
+struct SystemFault : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 enum class Wait { line, end_of_output, timeout, too_long, interrupted };
 
 // A worker's process. Owned by one thread, which must outlive it: the kernel kills the process when that thread ends.
 // The process has its own session and inherits only its three pipes. When it ends, its descendants are killed.
 class Process {
  public:
-  // Throws std::runtime_error with the system's message where the program cannot be started, or cannot be confined.
+  // Throws std::runtime_error with the system's message where the program cannot be started, or cannot be confined; and
+  // SystemFault.
   // `pinned`: on one processor.
   Process(const std::vector<std::string>& command, bool pinned, const Confinement& confinement = {});
   Process(const Process&) = delete;

@@ -130,6 +130,8 @@ Outcome WorkerClient::explain(Wait wait, double limit_s) {
 Outcome WorkerClient::start() {
   try {
     process_ = std::make_unique<Process>(command_, pinned_, confinement_);
+  } catch (const SystemFault&) {
+    throw;
   } catch (const std::runtime_error& error) {
     return give_up(Status::not_built, error.what());
   }
