@@ -60,7 +60,7 @@ class Formulas(unittest.TestCase):
             self.assertEqual(len(re.split(r"(?<!\\)\|", line)), 7, line)
 
     def test_coefficients_of_multistep_methods(self):
-        """The constant and the linear polynomial are exact: sums of coefficients of differences, which are 1 of the first."""
+        """Each formula of order k integrates polynomials of degree k - 1 exactly."""
         for order in range(2, 9):
             for kind, newest, at in (("bashforth", "f_n", 0), ("moulton", "f_(n+1)", 1)):
                 formula = self.formulas[f"atwood/adams-{kind}{order}"]
@@ -77,8 +77,8 @@ class Formulas(unittest.TestCase):
                         row = [a - b for a, b in zip(row, row[1:])]
                     self.assertEqual(total, fractions.Fraction(1, power + 1), f"{kind}{order}, s^{power}")
 
-    def test_steps_of_compositions_sum_to_one(self):
-        """The order conditions of compositions of a symmetric map: sum w = 1 and, of order 4, sum w^3 = 0."""
+    def test_steps_of_compositions_satisfy_order_conditions(self):
+        """The order conditions of a composition of a symmetric map, of order 6 and above, whose steps sum to 1: sum w^3 = sum w^5 = 0."""
         for id, count in (("atwood/yoshida6", 3), ("atwood/yoshida8", 7), ("atwood/kahan-li8", 8), ("atwood/boris6", 4), ("atwood/rattle6", 4)):
             w = {int(k): float(x) for k, x in re.findall(r"w_(\d) = (-?[\d.]+\d)(?=[,;.]|$)", self.formulas[id])}
             w.pop(0, None)
