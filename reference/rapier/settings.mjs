@@ -19,7 +19,7 @@ const how = [
       "a body in collision groups; a run's outcome says which",
     "Restitution and friction of each pair.",
   ),
-  said("restitution", "added after friction, of new contacts at any speed", "How a bounce is made."),
+  said("restitution", "added after friction, at any speed of approach", "How a bounce is made."),
   said("rolling_friction", "none: Rapier has no coefficient; scenes that ask for one are refused", "Resistance to rolling."),
   said("spinning_friction", "the twist of friction_model: no coefficient of its own", "Against turns about the normal."),
   said("friction_model", "simplified", "Two directions and a twist of each manifold; not to be set from JavaScript."),

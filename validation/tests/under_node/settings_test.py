@@ -114,6 +114,16 @@ class Settings(unittest.TestCase):
                 else:
                     self.assertAlmostEqual(printed[name], value, delta=1e-6 * abs(value), msg=name)
 
+    def test_slow_approaches_bounce_as_is_printed(self):
+        """Rapier: at any speed; Jolt: above min_velocity_for_restitution_m_per_s, which is 1."""
+        for engine, speed, bounces in (("rapier", 1, 0.5), ("rapier", 1e-3, 0.5), ("jolt", 1.5, 0.5), ("jolt", 0.9, 0)):
+            if engine in ENGINES:
+                worker = Worker(BIN_DIR, engine)
+                self.addCleanup(worker.close)
+                of = scene(floor(), ball(position_m=[0, 0, 0.1 + 0.1 * speed], velocity_m_per_s=[0, 0, -speed]), laws=[law(restitution=0.5)])
+                run = Run(worker, "default", of, 0.5, 240)
+                self.assertAlmostEqual(run.body(1)["v"][2] / speed, bounces, delta=1e-5, msg=f"{engine} at {speed} m/s")
+
     @unittest.skipUnless("rapier" in ENGINES, "rapier is not built")
     def test_a_run_of_rapier_says_which_rule_gives_pairs_their_laws(self):
         worker = Worker(BIN_DIR, "rapier")
