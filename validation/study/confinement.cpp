@@ -18,9 +18,11 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
+#include <memory>
 #include <stdexcept>
 
 #include "validation/study/landlock.hpp"
+#include "validation/study/process.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;
@@ -64,7 +66,7 @@ std::string make_scratch() {
   static_cast<void>(cleared);
   std::string path = (beside / kScratchPrefix).string() + "XXXXXX";
   if (mkdtemp(path.data()) == nullptr)
-    throw std::runtime_error("no scratch directory in " + beside.string() + ": " + std::strerror(errno));
+    throw SystemFault("no scratch directory in " + beside.string() + ": " + std::strerror(errno));
   return path;
 }
 
@@ -173,18 +175,26 @@ ConfinementMeans find_means() {
   return means;
 }
 
+// Not by directory_iterator: GCC 12's ends the program where memory is exhausted while it advances.
+std::vector<std::string> names_in(const std::string& folder) {
+  std::vector<std::string> names;
+  const std::unique_ptr<DIR, int (*)(DIR*)> entries(opendir(folder.c_str()), closedir);
+  while (const dirent* entry = entries ? readdir(entries.get()) : nullptr) names.emplace_back(entry->d_name);
+  return names;
+}
+
 }  // namespace
 
 void remove_stale_scratch(const std::string& beside) {
-  std::error_code error;
-  for (fs::directory_iterator each(beside, error), end; !error && each != end; each.increment(error)) {
-    if (each->path().filename().string().rfind(kScratchPrefix, 0) != 0) continue;
+  for (const std::string& name : names_in(beside)) {
+    if (name.rfind(kScratchPrefix, 0) != 0) continue;
+    const std::string path = (fs::path(beside) / name).string();
     struct stat info {};
-    if (lstat(each->path().c_str(), &info) != 0 || !S_ISDIR(info.st_mode) || info.st_uid != geteuid()) continue;
+    if (lstat(path.c_str(), &info) != 0 || !S_ISDIR(info.st_mode) || info.st_uid != geteuid()) continue;
     if (info.st_mtime + kStaleAfterS > std::time(nullptr)) continue;
-    const int folder = open(each->path().c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    const int folder = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
     if (folder < 0) continue;
-    if (flock(folder, LOCK_EX | LOCK_NB) == 0) remove_folder(each->path().string());
+    if (flock(folder, LOCK_EX | LOCK_NB) == 0) remove_folder(path);
     close(folder);
   }
 }

@@ -8,7 +8,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstring>
+#include <stdexcept>
 #include <vector>
+
+#include "validation/study/system_fault.hpp"
 
 namespace atwood {
 
@@ -43,6 +47,10 @@ std::string content_hash(std::initializer_list<std::string_view> parts) {
 
 std::string file_hash(const std::string& path) {
   const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // opening a FIFO would wait for its writer
+  const auto refuse_system_fault = [&](int error) {  // which is not to be taken for a file that cannot be read
+    if (is_system_fault(error)) throw std::runtime_error(path + ": cannot be read (" + std::strerror(error) + ")");
+  };
+  if (file < 0) refuse_system_fault(errno);
   if (file < 0) return "";
   struct stat info {};
   const bool regular = fstat(file, &info) == 0 && S_ISREG(info.st_mode);
@@ -54,7 +62,9 @@ std::string file_hash(const std::string& path) {
     size = read(file, block.data(), block.size());
     if (size > 0) XXH3_128bits_update(&state, block.data(), static_cast<std::size_t>(size));
   }
+  const int error = size < 0 && regular ? errno : 0;
   close(file);
+  refuse_system_fault(error);
   return size < 0 ? "" : as_text(XXH3_128bits_digest(&state));
 }
 

@@ -15,6 +15,9 @@
 #include <string>
 #include <vector>
 
+#include "validation/study/process.hpp"
+#include "validation/study/system_fault.hpp"
+
 namespace atwood::landlock {
 
 inline constexpr long kCreateRuleset = 444, kAddRule = 445, kRestrictSelf = 446;
@@ -52,7 +55,9 @@ inline void allow(int ruleset, const std::string& path, std::uint64_t rights, bo
   if (place >= 0) close(place);
   if (added || !required) return;
   close(ruleset);
-  throw std::runtime_error("Landlock does not take " + path + ": " + std::strerror(error));
+  const std::string what = "Landlock does not take " + path + ": " + std::strerror(error);
+  if (is_system_fault(error)) throw SystemFault(what);
+  throw std::runtime_error(what);
 }
 
 // A set of rules, as a descriptor: nothing is changed but in these folders, and in devices that keep nothing; no TCP where

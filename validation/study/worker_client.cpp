@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <new>
 #include <random>
 
 #include "scene/files.hpp"
@@ -145,6 +146,8 @@ Outcome WorkerClient::start() {
   }
   try {
     engine_ = wire::read_hello(line);
+  } catch (const std::bad_alloc&) {  // of this program, not of the worker
+    throw;
   } catch (const std::exception& error) {
     return give_up(Status::crashed, std::string("answering `hello`: invalid answer: ") + printable(error.what()));
   }
@@ -195,6 +198,8 @@ Outcome WorkerClient::exchange(std::string text, double limit_s,
     if (wait != Wait::line) return explain(wait, limit_s);
     try {
       if (std::optional<Outcome> outcome = take(line)) return *outcome;
+    } catch (const std::bad_alloc&) {
+      throw;
     } catch (const std::exception& error) {
       return give_up(Status::crashed, std::string("invalid answer: ") + printable(error.what()));
     }

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import unittest
 
-from prefix import BUILD
+from prefix import BUILD, ROOT
 
 FOLDER = tempfile.mkdtemp()
 
@@ -49,6 +49,22 @@ class Packages(unittest.TestCase):
                 with open(each, "rb") as file:
                     digests.append(hashlib.sha256(file.read()).hexdigest())
             self.assertEqual(*digests, name)
+
+    def test_no_file_names_the_place_where_it_was_built(self):
+        """So that a build of the same commit elsewhere has the same bytes: `.ci/nightly reproducible` makes one."""
+        places = [os.path.realpath(place).encode() for place in (BUILD, ROOT)]
+        for name, path in self.first.items():
+            root = os.path.join(FOLDER, "searched", name)
+            subprocess.run(["dpkg-deb", "-R", path, root], check=True)
+            files = [os.path.join(folder, file) for folder, _, names in os.walk(root) for file in names]
+            self.assertGreater(len(files), 20)
+            for each in files:
+                if os.path.islink(each):
+                    continue
+                with open(each, "rb") as file:
+                    content = file.read()
+                for place in places:
+                    self.assertNotIn(place, content, each)
 
     def test_a_umask_that_others_could_not_read_is_refused(self):
         done = cpack(os.path.join(FOLDER, "private"), 0o077)
