@@ -19,6 +19,7 @@
 #include <ctime>
 #include <filesystem>
 #include <memory>
+#include <new>
 #include <stdexcept>
 
 #include "validation/study/landlock.hpp"
@@ -283,7 +284,9 @@ PreparedConfinement::PreparedConfinement(const Confinement& asked) {
 
 PreparedConfinement::~PreparedConfinement() {
   if (ruleset_ >= 0) close(ruleset_);
-  if (!scratch_.empty()) remove_folder(scratch_);
+  try {
+    if (!scratch_.empty()) remove_folder(scratch_);
+  } catch (const std::bad_alloc&) {}  // a later run removes it
   if (lock_ >= 0) close(lock_);
 }
 

@@ -1,4 +1,5 @@
 #include <chrono>
+#include <new>
 
 #include "validation/study/confinement.hpp"
 #include "validation/study/descendants.hpp"
@@ -32,15 +33,20 @@ void MemoryWatch::watch() {
   std::unique_lock<std::mutex> held(mutex_);
   while (!changed_.wait_for(held, kOfWorker, [this] { return stop_; })) {
     held.unlock();
-    bool above = resident_bytes(worker_) > most_bytes_;
-    if (const auto begun = Clock::now(); above || begun >= next_of_all) {
-      above = family_bytes(worker_, mark_, most_bytes_) > most_bytes_;
-      const auto end = Clock::now();
-      next_of_all = end + std::max<Clock::duration>(kOfDescendants, kLookShare * (end - begun));
-    }
-    if (above) {
-      exceeded_ = true;
-      kill_family(worker_, mark_);
+    bool above = false;
+    try {
+      above = resident_bytes(worker_) > most_bytes_;
+      if (const auto begun = Clock::now(); above || begun >= next_of_all) {
+        above = family_bytes(worker_, mark_, most_bytes_) > most_bytes_;
+        const auto end = Clock::now();
+        next_of_all = end + std::max<Clock::duration>(kOfDescendants, kLookShare * (end - begun));
+      }
+      if (above) {
+        exceeded_ = true;
+        kill_family(worker_, mark_);
+      }
+    } catch (const std::bad_alloc&) {
+      above = false;  // of this program: it looks again
     }
     held.lock();
     if (above) return;

@@ -14,6 +14,7 @@
 #include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <new>
 #include <stdexcept>
 #include <thread>
 
@@ -324,7 +325,11 @@ void Process::bury() {
   if (buried_) return;
   buried_ = true;
   if (memory_) memory_->end();
-  kill_descendants(pid_, mark_);
+  try {
+    kill_descendants(pid_, mark_);
+  } catch (const std::bad_alloc&) {  // a destructor may not throw it
+    ::kill(-pid_, SIGKILL);          // its session's first group, which needs no memory
+  }
   while (waitpid(pid_, nullptr, ending_ ? 0 : WNOHANG) < 0 && errno == EINTR) {}
 }
 
