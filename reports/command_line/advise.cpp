@@ -288,7 +288,14 @@ void AdviceSearch::tell_losers(const std::vector<WorkCurve>& all, const Contest&
     if (std::any_of(contest.ranked.begin(), contest.ranked.end(),
                     [&](const Reached& reached) { return reached.family == curve.family; }))
       continue;
-    if (curve.points.empty()) {
+    const bool reached =
+        !curve.points.empty() &&
+        (!by_error || std::any_of(curve.points.begin(), curve.points.end(),
+                                  [&](const WorkPoint& point) { return known_error(point) <= advice_.wanted_error; }));
+    if (reached && curve.under_wasm) {
+      tell(kUnrankedUnderWasm, curve.family);
+      advice_.under_wasm = true;
+    } else if (curve.points.empty()) {
       tell(curve.failed.empty() ? "no figure of this kind"
                                 : to_string(curve.failed.back().status) + ": " + curve.failed.back().reason,
            curve.family);
@@ -296,8 +303,8 @@ void AdviceSearch::tell_losers(const std::vector<WorkCurve>& all, const Contest&
       const auto least =
           std::min_element(curve.points.begin(), curve.points.end(),
                            [](const WorkPoint& a, const WorkPoint& b) { return known_error(a) < known_error(b); });
-      tell(known_error(*least) <= advice_.wanted_error ? "reached the error, in runs too long to be timed"
-                                                       : "did not reach the error on the rungs that were run",
+      tell(reached ? "reached the error, in runs too long to be timed"
+                   : "did not reach the error on the rungs that were run",
            fmt::format("{} (best {:.2g})", curve.family, known_error(*least)));
     } else {
       tell("no rung within the budget", curve.family);

@@ -57,7 +57,8 @@ struct Advice {
   std::string rates;                      // whose right-hand sides the methods evaluate; empty: each its engine's own
   double wanted_error = 0, budget_s = 0;  // one of them; 0: the other was asked
   bool found = false;
-  AdviceRung best, next;                     // next.method empty: none
+  bool under_wasm = false;  // some method that reached it was timed under WebAssembly alone, and is not ranked
+  AdviceRung best, next;    // next.method empty: none
   std::optional<AdviceRung> coarser, finer;  // the rungs beside it on its ladder
   std::string no_coarser;                    // where there is no coarser rung: why
   std::optional<TimedRatio> next_over_best;  // of times, in turns

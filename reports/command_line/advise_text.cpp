@@ -103,8 +103,9 @@ std::string advice_text(const Advice& advice) {
     }
   } else {
     text += fmt::format("  use        nothing that was tried: {}\n",
-                        advice.wanted_error > 0 ? "no rung has that error"
-                                                : "every run with an error smaller than the motion takes longer");
+                        advice.under_wasm         ? "no method with times that can be ranked, see below"
+                        : advice.wanted_error > 0 ? "no rung has that error"
+                                                  : "every run with an error smaller than the motion takes longer");
   }
   if (!advice.rates.empty()) text += fmt::format("  rates      {}\n", advice.rates);
   text += fmt::format("  truth      {}; the evidence's bar {:.2g}\n  runs       {}\n", advice.truth, advice.best.bar,

@@ -114,6 +114,7 @@ int command_compare(const Place& place, const Options& options) {
   result.rows = without_idle_halves(result.rows, options.methods, notes);
   ReportData data = assemble_report(place, chosen, selection, result, {});
   data.title = "Atwood: methods compared";
+  if (const std::string note = under_wasm_note(result.rows); !note.empty()) notes.push_back(note);
   data.bench.clear();
   data.goals.clear();
   data.compared = true;

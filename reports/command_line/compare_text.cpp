@@ -143,10 +143,11 @@ std::string rungs_table(const ReportData& data, const Scenario& scenario, const 
     const auto second =
         std::find_if(others.begin(), others.end(), [&](const WorkCurve& o) { return o.family == curve.family; });
     for (const WorkPoint& point : curve.points) {
-      text += fmt::format(
-          "     {:<{}} {:>17} {:>17} {:>8} {:>9}\n", rung_words(point.method, point.steps, point.at), width,
-          measured(&point), measured(second == others.end() ? nullptr : same_rung(*second, point)),
-          time_words(point.seconds), std::isfinite(point.evaluations) ? fmt::format("{:.0f}", point.evaluations) : "-");
+      text +=
+          fmt::format("     {:<{}} {:>17} {:>17} {:>8} {:>9}\n", rung_words(point.method, point.steps, point.at), width,
+                      measured(&point), measured(second == others.end() ? nullptr : same_rung(*second, point)),
+                      curve.under_wasm ? "wasm" : time_words(point.seconds),
+                      std::isfinite(point.evaluations) ? fmt::format("{:.0f}", point.evaluations) : "-");
     }
     text += failed_lines(curve.failed);
   }

@@ -5,6 +5,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "reports/render/text.hpp"
 
@@ -72,6 +73,13 @@ std::string caution_words(const Reached& reached, double wanted) {
   if (!(reached.worst_finer > wanted)) return "";
   if (std::isinf(reached.worst_finer)) return "a finer step diverges: that this one does not may be luck";
   return fmt::format("a finer step errs by {:.2g}, more than was asked: this one may be luck", reached.worst_finer);
+}
+
+std::string under_wasm_note(const std::vector<Row>& rows) {
+  std::set<std::string> families;
+  for (const Row& row : rows)
+    if (row.metric == "run-time-wasm" && row.status == Status::ok) families.insert(method_family(row.method));
+  return families.empty() ? "" : fmt::format("{}: {}.", fmt::join(families, ", "), kUnrankedUnderWasm);
 }
 
 }  // namespace atwood

@@ -24,4 +24,11 @@ std::vector<Row> without_idle_halves(const std::vector<Row>& rows, const std::ve
 // The margin of what was reached, in words, and what the finer rungs say against it.
 std::string caution_words(const Reached& reached, double wanted);
 
+// Why no ranking by time has a method whose curve is `under_wasm`.
+inline constexpr const char* kUnrankedUnderWasm =
+    "timed under WebAssembly alone: such times are not ranked with those of native engines "
+    "(docs/engines-under-node.md)";
+// The sentence on the methods that were timed so; empty where there is none.
+std::string under_wasm_note(const std::vector<Row>& rows);
+
 }  // namespace atwood

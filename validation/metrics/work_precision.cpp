@@ -53,6 +53,7 @@ template <class A, class B> bool refines(const A& fine, const B& coarse) {
 struct Gathered {
   std::optional<Row> error;
   double seconds = kNan, evaluations = kNan;
+  bool under_wasm = false;
   Status status = Status::ok;
   std::string reason;
 };
@@ -83,6 +84,8 @@ Ladders gather(std::span<const Row> rows, const std::string& scenario, const std
       g.error = row;
     } else if (row.metric == "run-time" && row.status == Status::ok) {
       g.seconds = row.value;
+    } else if (row.metric == "run-time-wasm" && row.status == Status::ok) {
+      g.under_wasm = true;
     } else if (row.metric == "rate-evaluations") {
       g.evaluations = row.value;
     }
@@ -184,6 +187,7 @@ std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string&
     for (const Key& key : ladders.rungs.at(family)) {
       const Gathered& g = ladders.gathered.at(key);
       const auto& [method, steps, at] = key;
+      curve.under_wasm = curve.under_wasm || g.under_wasm;
       if (g.status != Status::ok) {
         curve.failed.push_back({method, steps, 0, g.status, g.reason, at});
         continue;

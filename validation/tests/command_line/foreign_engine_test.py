@@ -65,8 +65,11 @@ class Foreign(Case):
         with open(rows) as file:
             return {row["metric"]: row for row in csv.DictReader(file) if row["method"] == "mine/a"}, done.stderr
 
-    def engine(self, norm="1", leap="0"):
-        return self.path("engine", ENGINE.replace("NORM", norm).replace("LEAP", leap), 0o755)
+    def engine_code(self, norm="1", leap="0"):
+        return ENGINE.replace("NORM", norm).replace("LEAP", leap)
+
+    def engine(self, **faults):
+        return self.path("engine", self.engine_code(**faults), 0o755)
 
     def test_norms(self):
         rows, _ = self.run_engine(self.engine(), 0)
@@ -113,6 +116,27 @@ for line in sys.stdin:
                                os.path.join(self.folder.name, "out")], capture_output=True, text=True, stdin=subprocess.DEVNULL)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("mine/a does not run spinning-ball: mine has no balls.", done.stdout)
+
+    def under_wasm(self):
+        """An exact engine that says, by `call_ns`, that it runs as WebAssembly."""
+        code = self.engine_code().replace('"busy_ns": []', '"busy_ns": [1000] * r.get("repeats", 0), "call_ns": 70')
+        return self.path("wasm", code, 0o755)
+
+    def test_advise_says_that_times_under_webassembly_are_not_ranked(self):
+        reason, engine = "timed under WebAssembly alone: such times are not ranked", self.under_wasm()
+        for asked in (("--error", "1e-3"), ("--budget", "1s")):
+            told = json.loads(self.ask("advise", self.scene, *asked, "--engine", engine, "--method", "mine/a", "--method",
+                                       "atwood/rk4", "--json").stdout)
+            self.assertEqual(told["advice"]["method"], "atwood/rk4")
+            self.assertEqual([one["methods"] for one in told["left_out"] if one["reason"].startswith(reason)], ["mine/a"])
+        self.ask("advise", self.scene, "--error", "1e-3", "--engine", engine, "--method", "mine/a", code=1,
+                 told=["nothing that was tried: no method with times that can be ranked", reason])
+
+    def test_compare_says_that_times_under_webassembly_are_not_ranked(self):
+        words = ("compare", "mine/a", "atwood/rk4", "--scenario", self.scene, "--engine", self.under_wasm())
+        told = self.ask(*words, told=["mine/a: timed under WebAssembly alone: such times are not ranked"]).stdout
+        self.assertRegex(told, r"16 steps .* wasm +-")
+        self.assertNotIn("WebAssembly", self.ask(*words, "--no-timing").stdout)
 
 
 if __name__ == "__main__":

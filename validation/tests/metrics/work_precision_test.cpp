@@ -47,6 +47,21 @@ WorkCurve only(const std::vector<Row>& rows) {
 
 }  // namespace
 
+TEST_CASE("a method that is timed under WebAssembly alone has errors, no seconds, and no rank by time") {
+  std::vector<Row> rows;
+  rung(rows, "native/m", 10, 1e-3, 1e-3, nan_value);
+  rung(rows, "node/m", 10, 1e-4, nan_value, 20);
+  add(rows, "node/m", 10, "run-time-wasm", 1e-6);
+  const auto curves = work_curves(rows, "s", "error-position-max");
+  REQUIRE(curves.size() == 2);
+  CHECK_FALSE(curves[0].under_wasm);
+  CHECK(curves[1].under_wasm);
+  CHECK(std::isnan(curves[1].points.at(0).seconds));
+  const Contest contest = contest_of_error(curves, 1e-2, Cost::seconds);
+  REQUIRE(contest.ranked.size() == 1);
+  CHECK(contest.ranked[0].family == "native/m");
+}
+
 TEST_CASE("families: tolerances are rungs of one ladder, all else stays in the name") {
   CHECK(method_family("cvode/adams:1e-10") == "cvode/adams:tol");
   CHECK(method_family("atwood/dopri5:1e-8,1e-11@quad") == "atwood/dopri5:tol@quad");
