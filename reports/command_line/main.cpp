@@ -453,6 +453,17 @@ int out_of_memory() {
   return exit_internal;
 }
 
+// Destructors that need memory cannot report that there is none: those of nlohmann-json build a stack of what they destroy.
+// The store is as after a kill.
+[[noreturn]] void end_without_memory() {
+  try {
+    if (const std::exception_ptr thrown = std::current_exception()) std::rethrow_exception(thrown);
+  } catch (const std::bad_alloc&) {
+    _exit(out_of_memory());
+  } catch (...) {}
+  std::abort();
+}
+
 // Uses fputs, which does not throw where standard error cannot be written.
 void print_error(const char* what) {
   std::fflush(stdout);
@@ -468,6 +479,7 @@ void print_error(const char* what) {
 int main(int argc, char** argv) {
   open_standard_descriptors();
   forgive_standard_error();
+  std::set_terminate(end_without_memory);
   int code = exit_internal;
   try {
     code = run(argc, argv);

@@ -55,6 +55,8 @@ ERRORS = {"read": (errno.EIO,), "write": (errno.EIO, errno.ENOSPC), "sync": (err
 # of the study. The first that matches "CALL PATH" holds. 0 always asks for the undisturbed export.
 EXPECTED = [
     (r"\w+ \w+ HERE/out/history\.db", (0,), "the history of runs decides no figure; what it lost is told"),
+    (r"memory malloc", (0, 5), "done otherwise or again: the history of runs, the overview of the store, the search for "
+     "descendants"),
     (r"\w+ \w+ /proc/cpuinfo", (0,), "the processor's name is a column of provenance, and no more"),
     (r"\w+ \w+ /proc/\d+/maps", (0,), "an engine whose code is not known: the next run measures its cells again"),
     (r"\w+ \w+ /proc/\d+/(task|environ|statm)", (0,), "the search for descendants, which processes leave at any time"),
