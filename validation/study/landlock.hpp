@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "validation/study/process.hpp"
-#include "validation/study/system_fault.hpp"
 
 namespace atwood::landlock {
 
@@ -55,17 +54,15 @@ inline void allow(int ruleset, const std::string& path, std::uint64_t rights, bo
   if (place >= 0) close(place);
   if (added || !required) return;
   close(ruleset);
-  const std::string what = "Landlock does not take " + path + ": " + std::strerror(error);
-  if (is_system_fault(error)) throw SystemFault(what);
-  throw std::runtime_error(what);
+  throw SystemFault("Landlock does not take " + path + ": " + std::strerror(error));
 }
 
 // A set of rules, as a descriptor: nothing is changed but in these folders, and in devices that keep nothing; no TCP where
-// `without_tcp`; no signals to processes outside. std::runtime_error.
+// `without_tcp`; no signals to processes outside. Throws SystemFault.
 inline int ruleset(int abi, const std::vector<std::string>& writable, bool without_tcp) {
   const Ruleset all{changes_of(abi), without_tcp && abi >= 4 ? kTcp : 0, abi >= 6 ? kScopes : 0};
   const int made = static_cast<int>(syscall(kCreateRuleset, &all, sizeof all, 0U));
-  if (made < 0) throw std::runtime_error(std::string("no rules of Landlock: ") + std::strerror(errno));
+  if (made < 0) throw SystemFault(std::string("no rules of Landlock: ") + std::strerror(errno));
   for (const std::string& folder : writable) allow(made, folder, all.files, true);
   for (const char* device : {"/dev/null", "/dev/zero", "/dev/full", "/dev/random", "/dev/urandom"})
     allow(made, device, all.files & (kWriteFile | kTruncate), false);

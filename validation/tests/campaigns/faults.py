@@ -66,6 +66,7 @@ EXPECTED = [
     (r"open open64 HERE/out$", (0,), "SQLite goes on where a folder cannot be synced"),
     (r"open \w+ /dev/", (0,), "a worker may then not write to this device, which keeps nothing"),
     (r"open \w+ /tmp/atwood-worker-\w+$", (0, 5), "without its lock a scratch directory works as well"),
+    (r"read read pipe:", (0, 5), "a worker's standard error adds to messages alone; the trial of a confinement is told"),
     (r"rename linkat ", (0,), "where a file cannot be given a name, a temporary file is written in its place"),
     (r"rename rename out/(index|reports/\w+\.trends)\.html", (0,), "the index of reports is not renewed, which is told"),
     (r"remove unlink HERE/out/store\.db-(wal|shm)", (0,), "the log is in the file already; the next run removes it"),

@@ -55,6 +55,7 @@ class Packages(unittest.TestCase):
         places = [os.path.realpath(place).encode() for place in (BUILD, ROOT)]
         for name, path in self.first.items():
             root = os.path.join(FOLDER, "searched", name)
+            os.makedirs(root)
             subprocess.run(["dpkg-deb", "-R", path, root], check=True)
             files = [os.path.join(folder, file) for folder, _, names in os.walk(root) for file in names]
             self.assertGreater(len(files), 20)
