@@ -105,9 +105,9 @@ std::vector<MetricInfo> common_metrics() {
       {"round-off-best-step", "s", "The step of round-off-best-error."},
       {"reversal-error-position", "m",
        "Distance from the initial position after the run, a reversal of velocities, and as many steps back; the "
-       "worst body."},
+       "worst body or particle."},
       {"reversal-error-velocity", "m/s",
-       "Norm of the difference from the initial velocity after the run forward and back; the worst body."},
+       "Norm of the difference from the initial velocity after the run forward and back; the worst body or particle."},
       {"reversal-error-attitude", "rad",
        "Angle from the initial attitude after the run forward and back; the worst body."},
       {"reversal-error-body-rate", "rad/s",

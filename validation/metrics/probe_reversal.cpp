@@ -26,9 +26,48 @@ void turn_round(Scene& scene) {
 
 std::array<Wide, 3> reversed(const std::array<Wide, 3>& v) { return {-v[0], -v[1], -v[2]}; }
 
+// The fluids' particles at the end of the run, with their velocities reversed.
+Scene fluids_turned_round(Scene scene, const Sample& end) {
+  std::size_t at = 0;
+  for (Fluid& fluid : scene.fluids)
+    for (std::size_t i = 0; i < fluid.particles.mass_kg.size(); ++i, ++at) {
+      const ParticleSample& particle = end.particles.at(at);
+      for (int c = 0; c < 3; ++c) {
+        fluid.particles.position_m[i][c] = static_cast<double>(particle.p_m[c]);
+        fluid.particles.velocity_m_per_s[i][c] = -static_cast<double>(particle.v_m_per_s[c]);
+      }
+      fluid.particles.density_kg_per_m3[i] = static_cast<double>(particle.density_kg_per_m3);
+    }
+  return scene;
+}
+
+// Of a fluid without friction, by the worst particle. It is compared with the run's first sample, not with the scene: a
+// method on a lattice begins at the lattice's nearest point.
+std::vector<Row> reversal_of_fluids(const ProbeRequest& request) {
+  const Scene& scene = request.scenario.scene;
+  for (const Fluid& fluid : scene.fluids)
+    if (fluid.viscosity_m2_per_s > 0)
+      throw ProbeEnds(Status::unsupported,
+                      "the fluid `" + fluid.name + "` has viscosity: its motion does not run back");
+  if (!scene.bodies.empty()) throw ProbeEnds(Status::unsupported, "a fluid alone is reversed, without bodies");
+  const Recording there = good_run(request, scene, request.plan);
+  const Recording back = good_run(request, fluids_turned_round(scene, there.values.back()), request.plan);
+  double position = 0, velocity = 0;
+  const std::vector<ParticleSample>&start = there.values.front().particles, &end = back.values.back().particles;
+  if (start.size() != end.size())
+    throw ProbeEnds(Status::crashed,
+                    std::to_string(end.size()) + " particles came back of " + std::to_string(start.size()));
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    position = std::max(position, distance(end[i].p_m, start[i].p_m));
+    velocity = std::max(velocity, distance(reversed(end[i].v_m_per_s), start[i].v_m_per_s));
+  }
+  return {row("reversal-error-position", position), row("reversal-error-velocity", velocity)};
+}
+
 }  // namespace
 
 std::vector<Row> probe_reversal(const ProbeRequest& request) {
+  if (!request.scenario.scene.fluids.empty()) return reversal_of_fluids(request);
   require_bodies(request);
   require_no_contacts(request);
   require_no_clock(request);

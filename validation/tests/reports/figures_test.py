@@ -78,7 +78,7 @@ def text(browser, selector):
 def sentences(browser):
     told = text(browser, "#story")
     for words in ("use atwood/rk4 (240 steps, 1.5 ms). The best of another engine is mujoco/default (240 steps), at 3 times the cost.",
-                  "to 1e-6 rad (error of the attitude, largest over the run)", "Not reached at any step of the ladder by bullet64 (0.002 at best), bullet32 (0.021 at best) and ode (0.015 at best).",
+                  "to 1e-6 rad (error of the attitude, largest over the run)", "Not reached at any step size that ran by bullet64 (0.002 at best), bullet32 (0.021 at best) and ode (0.015 at best).",
                   "It is also reached by cvode/adams:1e-10 at tol 1e-10", "1 cell unsupported", "mujoco, 1 unsupported: MuJoCo has no restitution"):
         check(words in told, f"the first screen does not say {words!r}: {told}")
     check("atwood/rk4@float has 4e-5 on tumble at 240 steps, where double has 5e-7 (80 times)" in told, f"what float costs: {told}")
