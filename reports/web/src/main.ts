@@ -43,7 +43,7 @@ function themeSwitch(changed: () => void): HTMLElement {
   return button;
 }
 
-const shortNames: Record<string, string> = { story: 'Summary', failing: 'Not passed', changes: 'Changes', laws: 'Laws', audit: 'Audit', goals: 'Goals', tables: 'Tables', dominance: 'Cheapest', cells: 'No figures', matrix: 'Matrix', compare: 'Side by side', sweep: 'Geometry', scenes: 'Scenes', plots: 'Scene', fields: 'Fields', statistics: 'Statistics', rows: 'Rows', gates: 'Gates', bench: 'Benchmarks', engines: 'Engines', scenarios: 'Scenarios', metrics: 'Metrics', provenance: 'Provenance' };
+const shortNames: Record<string, string> = { story: 'Summary', failing: 'Not passed', changes: 'Changes', laws: 'Laws', audit: 'Audit', goals: 'Goals', tables: 'Tables', dominance: 'Cheapest', cells: 'No figures', matrix: 'Matrix', compare: 'Side by side', sweep: 'Geometry', scenes: 'Scenes', plots: 'Plots', fields: 'Fields', statistics: 'Statistics', rows: 'Rows', gates: 'Gates', bench: 'Benchmarks', engines: 'Engines', scenarios: 'Catalogue', metrics: 'Metrics', provenance: 'Provenance' };
 function navigation(parts: HTMLElement[]): HTMLElement {
   return h('nav', { 'aria-label': 'Sections' }, ...parts.map((part) => h('a', { href: `#${part.id}` }, shortNames[part.id] ?? part.id)));
 }

@@ -38,7 +38,7 @@ function outside(index: RowIndex, table: Dominance, contest: Contest): Child {
       reach.push(`${first.method} at ${rungWords(first.method, first.cell.steps)}`);
     }
   }
-  const parts = [reach.length ? `It is also reached by ${list(reach)}, which the ranking by cost does not hold.` : '', not.length ? `Not reached at any step of the ladder by ${list(not)}.` : ''].filter(Boolean);
+  const parts = [reach.length ? `It is also reached by ${list(reach)}, at a higher cost or one that was not measured.` : '', not.length ? `Not reached at any step size that ran by ${list(not)}.` : ''].filter(Boolean);
   return parts.length ? h('span', { class: 'soft' }, ` ${parts.join(' ')}`) : null;
 }
 
@@ -91,15 +91,15 @@ function losses(report: Report, index: RowIndex, ids: string[]): HTMLElement | n
   const words = (f: Figure) => withBar(Number(f.cell.value.toPrecision(3)), f.cell.bar);
   const line = (engine: string, e: number) => h('tr', {}, h('th', { scope: 'row' }, engine), ...columns.map((_, c) => {
     const { best, shown } = found[e][c];
-    if (!shown || !best) return h('td', { class: 'soft' }, 'no figure');
+    if (!shown || !best) return h('td', { class: 'soft' }, h('a', { href: '#cells' }, 'no figure'));
     const first = Math.abs(best.cell.value) <= least[c];
     const improved = best.method !== shown.method && Math.abs(best.cell.value) < 0.9 * Math.abs(shown.cell.value);
     return h('td', {}, h(first && !improved ? 'b' : 'span', {}, words(shown)), h('span', { class: 'soft' }, ` ${shown.method.split('/').slice(1).join('/')}`),
       improved ? h('span', { class: 'behind' }, first ? h('b', {}, words(best)) : words(best), ` ${best.method.split('/').slice(1).join('/')}`) : null);
   }));
-  return h('div', {}, h('h3', {}, `What each engine loses at ${hertz} steps a second`),
+  return h('div', {}, h('h3', {}, `What each engine loses at ${hertz} steps a second: its error`),
     h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Errors at 240 steps a second' }, h('table', { class: 'losses' },
-      h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'engine'), ...columns.map((c, i) => h('th', { scope: 'col' }, toScene(c.id, c.id), h('span', { class: 'behind' }, `${metricWords(c.metric)} [${unitOf(i)}], nearest rung ${rate(i)} Hz`))))),
+      h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'engine'), ...columns.map((c, i) => h('th', { scope: 'col' }, toScene(c.id, c.id), h('span', { class: 'behind' }, `${metricWords(c.metric)} [${unitOf(i)}]${rate(i) === String(hertz) ? '' : `, at ${rate(i)} a second, the nearest that ran`}`))))),
       h('tbody', {}, ...engines.map(line)))),
     h('p', { class: 'hint' }, 'The default settings of each engine, or its best method where it has none; the second line is its best method where that is better by a tenth. Methods that choose their steps count where an engine has no others. Bold: the smallest error of the column.'));
 }
