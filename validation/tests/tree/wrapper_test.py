@@ -45,7 +45,7 @@ class Machine:
 
     def with_packages(self):
         """All packages are installed, cmake succeeds, and ninja fails."""
-        self.script("dpkg-query", 'shift 3; for name; do printf "ii %s " "$name"; done\n')
+        self.script("dpkg-query", 'shift 3; for name; do printf "ii %s\\n" "$name"; done\n')
         self.script("cmake", f'echo "cmake $*" >> "{self.calls}"\ntouch "{self.folder}/build/release/build.ninja"\n')
 
     def configured(self, **more):
@@ -163,6 +163,11 @@ class Wrapper(unittest.TestCase):
         self.assertTrue(machine.configured(ATWOOD_ENGINES="rapier", PATH=f"{machine.folder}/other:{machine.environment()['PATH']}"))
 
     @unittest.skipUnless(shutil.which("node"), "no Node.js")
+    def test_a_package_that_is_known_and_not_installed_is_missing(self):
+        self.machine.script("dpkg-query", """shift 3; for name; do s=ii; [ "$name" != patch ] || s=un; printf "%s %s\\n" $s "$name"; done\n""")
+        ended = self.machine.run("run", ATWOOD_NO_INSTALL="1")
+        self.assertEqual(re.search(r"missing packages: (.*)", ended.stderr)[1], "patch")
+
     def test_node_is_installed_where_it_is_older_than_18_3(self):
         self.machine.with_packages()
         self.machine.script("npm", "exit 0\n")
