@@ -117,6 +117,49 @@ void say(const Playback& playback, const PlaybackPage& page, const std::string& 
   fmt::print("{}\n", told.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
+// The kinetic energy of the fluids' particles [J] (in two dimensions per metre of depth), a sample each.
+std::vector<Wide> kinetic_energy_of_fluids(const Scene& scene, const std::vector<Sample>& samples) {
+  std::vector<double> mass_kg;
+  for (const Fluid& fluid : scene.fluids)
+    mass_kg.insert(mass_kg.end(), fluid.particles.mass_kg.begin(), fluid.particles.mass_kg.end());
+  std::vector<Wide> energies;
+  for (const Sample& sample : samples) {
+    Wide energy = 0;
+    for (std::size_t i = 0; i < std::min(mass_kg.size(), sample.particles.size()); ++i)
+      for (const Wide& v : sample.particles[i].v_m_per_s) energy += Wide(0.5 * mass_kg[i]) * v * v;
+    energies.push_back(energy);
+  }
+  return energies;
+}
+
+// The change of energy where the scene conserves it; elsewhere the difference from the truth's, or the change of what is
+// mechanical energy, or of what is a fluid's kinetic energy. A bare system has none.
+void add_energies(Playback& playback, const Scenario& scenario, const Truth& truth) {
+  const bool fluid = !scenario.scene.fluids.empty();
+  if (!scenario.scene.problem.empty()) return;
+  const metrics::EnergyScale scale = fluid ? metrics::EnergyScale{} : metrics::energy_scale(scenario, truth);
+  if (!(scale.joules > 0)) playback.energy_unit = "J";
+  playback.energy_title = "change of energy";
+  for (PlayedRun& run : playback.runs)
+    if (!fluid) run.energy = metrics::energy_change(scenario, {run.values, run.events, run.outcome}, scale);
+  if (!playback.runs.front().energy.empty()) return;
+  playback.energy_unit = "J";
+  std::vector<std::vector<Wide>> energies;
+  for (const PlayedRun& run : playback.runs)
+    energies.push_back(fluid ? kinetic_energy_of_fluids(scenario.scene, run.values)
+                             : metrics::mechanical_energy(scenario.scene, {run.values, run.events, run.outcome}));
+  const bool compared = playback.truth && !fluid;
+  playback.energy_title = fluid      ? "change of kinetic energy"
+                          : compared ? "mechanical energy, difference from the truth's"
+                                     : "change of mechanical energy";
+  for (std::size_t r = compared ? 1 : 0; r < playback.runs.size(); ++r)
+    for (std::size_t k = 0; k < energies[r].size(); ++k) {
+      if (compared && k >= energies[0].size()) break;
+      playback.runs[r].energy.push_back(
+          static_cast<double>(energies[r][k] - (compared ? energies[0][k] : energies[r][0])));
+    }
+}
+
 }  // namespace
 
 int command_play(const Place& place, const Options& options) {
@@ -191,10 +234,7 @@ int command_play(const Place& place, const Options& options) {
     fmt::print(stderr, "atwood: play: no run has two samples, so nothing was written\n");
     return code == exit_pass ? static_cast<int>(exit_gate) : code;
   }
-  const metrics::EnergyScale scale = fluid ? metrics::EnergyScale{} : metrics::energy_scale(scenario, truth);
-  if (!(scale.joules > 0)) playback.energy_unit = "J";
-  for (PlayedRun& run : playback.runs)
-    if (!fluid) run.energy = metrics::energy_change(scenario, {run.values, run.events, run.outcome}, scale);
+  add_energies(playback, scenario, truth);
   playback.scenario = std::move(scenario);
   const PlaybackPage page = render_playback(playback);
   if (options.outputs.empty()) make_out_dir(options.out_dir);

@@ -35,7 +35,8 @@ Data data_of(const Playback& playback, const PlayedDetail& detail) {
   json.begin_object().member("id", scenario.id).member("title", scenario.title).member("claim", scenario.claim);
   json.member("source", scenario.source).member("command", playback.command);
   json.member_number("t_end", scenario.t_end_s).member_integer("samples", playback.samples);
-  json.key("truth").boolean(playback.truth).member("energy_unit", playback.energy_unit);
+  json.key("truth").boolean(playback.truth).member("energy_title", playback.energy_title);
+  json.member("energy_unit", playback.energy_unit);
   json.key("kept").begin_array();
   for (const std::size_t k : detail.samples) json.integer(static_cast<std::int64_t>(k));
   json.end_array().key("scene");

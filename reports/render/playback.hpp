@@ -20,7 +20,7 @@ struct PlayedRun {
   Outcome outcome;                                           // not ok: `values` end early
   std::vector<double> position_error_m, attitude_error_rad;  // largest of all bodies, against the truth
   std::vector<double> position_bar_m, attitude_bar_rad;      // of a truth alone
-  std::vector<double> energy;                                // change since t = 0, see `energy_unit`
+  std::vector<double> energy;                                // see `energy_title`
 };
 
 struct Playback {
@@ -28,7 +28,8 @@ struct Playback {
   std::int64_t samples = 0;     // of the whole time: sample k is at t_end_s k / samples
   std::vector<PlayedRun> runs;  // the first is drawn solid, and the others are stored as differences from it
   bool truth = false;           // the first run is the truth
-  std::string energy_unit;      // "" relative to the scene's scale, or "J"
+  std::string energy_title;     // what `energy` of the runs is
+  std::string energy_unit;      // of it: "" relative to the scene's scale, or "J"
   std::string command;          // how the page was made
 };
 

@@ -199,20 +199,25 @@ void append_swinging_atwood(const Scenario& scenario, const Recording& run, std:
 
 }  // namespace
 
+std::vector<Wide> mechanical_energy(const Scene& scene, const Recording& run) {
+  std::vector<Wide> energies;
+  // The potential of a joint's spring needs its angle with all turns.
+  const bool counted = scene.joint_forces.empty();
+  const std::vector<Sample> turned = counted ? std::vector<Sample>{} : with_joints(scene, run).values;
+  for (const Sample& s : counted ? run.values : turned) {
+    const dynamics::Energy e = dynamics::energy(scene, s);
+    energies.push_back(e.kinetic_J + e.potential_J);
+  }
+  return energies;
+}
+
 std::vector<double> energy_change(const Scenario& scenario, const Recording& run, const EnergyScale& scale) {
   if (!scenario.scene.problem.empty()) return {};
   if (!declares(scenario, "energy") && !declares(scenario, "jacobi-constant")) return {};
-  std::vector<double> change;
-  Wide start = 0;
+  const std::vector<Wide> energies = mechanical_energy(scenario.scene, run);
   const Wide unit = scale.joules > 0 ? scale.joules : 1;
-  // The potential of a joint's spring needs its angle with all turns.
-  const bool counted = scenario.scene.joint_forces.empty();
-  const std::vector<Sample> turned = counted ? std::vector<Sample>{} : with_joints(scenario.scene, run).values;
-  for (const Sample& s : counted ? run.values : turned) {
-    const dynamics::Energy e = dynamics::energy(scenario.scene, s);
-    if (change.empty()) start = e.kinetic_J + e.potential_J;
-    change.push_back(static_cast<double>((e.kinetic_J + e.potential_J - start) / unit));
-  }
+  std::vector<double> change;
+  for (const Wide& energy : energies) change.push_back(static_cast<double>((energy - energies.front()) / unit));
   return change;
 }
 

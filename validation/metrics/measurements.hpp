@@ -80,6 +80,8 @@ EnergyScale energy_scale(const Scenario& scenario, const Truth& truth);
 // y's size.
 void reference_step(const dynamics::Dynamics<double>& f, double t, double h, std::vector<double>& y,
                     std::array<std::vector<double>, 5>& work);
+// Kinetic and potential energy of the bodies [J], one entry a sample; not of a bare problem.
+std::vector<Wide> mechanical_energy(const Scene& scene, const Recording& run);
 // (E - E0) over the scale, or in joules where there is none; one entry per sample. Empty for a bare problem and where
 // the scenario declares neither energy nor the Jacobi constant.
 std::vector<double> energy_change(const Scenario& scenario, const Recording& run, const EnergyScale& scale);

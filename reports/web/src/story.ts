@@ -39,7 +39,7 @@ function outside(index: RowIndex, table: Dominance, contest: Contest): Child {
     }
   }
   const parts = [reach.length ? `It is also reached by ${list(reach)}, at a higher cost or one that was not measured.` : '', not.length ? `Not reached at any step size that ran by ${list(not)}.` : ''].filter(Boolean);
-  return parts.length ? h('span', { class: 'soft' }, ` ${parts.join(' ')}`) : null;
+  return parts.length ? h('details', { class: 'soft' }, h('summary', {}, 'Other engines'), parts.join(' ')) : null;
 }
 
 function cheapest(report: Report, index: RowIndex, ids: string[]): HTMLElement[] {
@@ -169,8 +169,9 @@ export function story(report: Report, index: RowIndex): HTMLElement | null {
   // On a narrow screen the first sentence, without what other engines reach, is enough to begin with: the plot stands
   // below it, and all is unfolded.
   const wide = matchMedia('(min-width: 701px)').matches;
-  const rest = [best.length && !wide ? h('ul', { class: 'sentences' }, ...best) : null, wide ? null : tally(report), wide ? null : table, float(report, index, ids), missing(index)].filter((part) => part);
-  const lead = best.length ? h('div', {}, h('h3', {}, 'Which to use'), h('ul', { class: wide ? 'sentences' : 'sentences short-form' }, ...(wide ? best : sentences().slice(0, 1))), wide ? tally(report) : null) : null;
+  const ends = [float(report, index, ids), missing(index)], beside = wide && best.length > 0 && table !== null;
+  const rest = [best.length && !wide ? h('ul', { class: 'sentences' }, ...best) : null, wide ? null : tally(report), wide ? null : table, ...(beside ? [] : ends)].filter((part) => part);
+  const lead = best.length ? h('div', {}, h('h3', {}, 'Which to use'), h('ul', { class: wide ? 'sentences' : 'sentences short-form' }, ...(wide ? best : sentences().slice(0, 1))), wide ? tally(report) : null, ...(beside ? ends : [])) : null;
   return section('story', 'What the figures say', judged, changed, counts, h('div', { class: lead && table ? 'twin' : undefined }, lead, wide ? table : null),
     ...(wide || !rest.length ? rest : [h('details', {}, h('summary', {}, 'More scenes, what each engine loses, what float costs, what is missing'), ...rest)]));
 }

@@ -5,6 +5,7 @@ import io
 import json
 import os
 import re
+import struct
 import sys
 import unittest
 import zlib
@@ -72,6 +73,28 @@ class Play(Case):
             entry = run["differences"][0]["p"][axis]
             for found, row, true in zip(numbers(blob, entry, 65, 32768), euler, exact, strict=True):
                 self.assertLessEqual(abs(found - (float(row[column]) - float(true[column]))), 0.51 * entry[1] + 1e-15)
+
+    def test_energy_is_played_where_the_scene_does_not_conserve_it(self):
+        scene = self.path("ball.toml", BALL % ("A ball", "closed-form\"\nsolution = \"ballistic"))
+        for name, words, title, runs in (
+                (scene, ["--method", "atwood/explicit-euler"], "mechanical energy, difference from the truth's", [False, True]),
+                ("kepler-e0.3", ["--method", "atwood/explicit-euler", "--hz", "24"], "change of energy", [True, True]),
+                ("bouncing-49", ["--method", "bullet64/default", "--hz", "60"], "change of mechanical energy", [True]),
+                ("drifting-block", ["--method", "atwood/rk4+sph"], "change of kinetic energy", [True])):
+            with self.subTest(name):
+                self.ask("play", name, *words, "-o", "html:energy.html")
+                _, page, blob = parts(self.path("energy.html"))
+                self.assertEqual(page["energy_title"], title)
+                self.assertEqual(["energy" in run for run in page["motion"]["runs"]], runs)
+                if name != scene:
+                    continue
+                at, count = page["motion"]["runs"][1]["energy"]
+                energies = struct.unpack(f"<{count}f", blob[at:at + 4 * count])
+                exact, euler = self.traced(scene, "--method", "truth"), self.traced(scene, "--method", "atwood/explicit-euler")
+                def energy(row):
+                    return sum(float(row[v]) ** 2 for v in ("vx_m_per_s", "vy_m_per_s", "vz_m_per_s")) / 2 + 9.81 * float(row["pz_m"])
+                for found, row, true in zip(energies, euler, exact, strict=True):
+                    self.assertAlmostEqual(found, energy(row) - energy(true), delta=1e-6 * (1 + abs(found)))
 
     def test_six_methods_are_a_small_page(self):
         self.ask("play", "free-box-complex", *sum((["--method", method] for method in SIX), []), "-o", "html:box.html")

@@ -26,7 +26,7 @@ export interface Run {
   particles?: { count: number; all: number; every: number; frames: number; place: Triple; fields: number[] };
 }
 export interface Page {
-  id: string; title: string; claim: string; source: string; command: string; t_end: number; samples: number; truth: boolean; energy_unit: string;
+  id: string; title: string; claim: string; source: string; command: string; t_end: number; samples: number; truth: boolean; energy_title: string; energy_unit: string;
   kept: number[]; scene: Scene;
   motion: { moving: number[]; ranges: [number, number][]; fields: [string, string, number?, number?][]; runs: Run[] };
 }

@@ -367,8 +367,9 @@ class Player {
       add('position', 'error of position [m]', (run) => motion.curves[run].position, motion.curves[0].position_bar);
       add('attitude', 'error of attitude [rad]', (run) => motion.curves[run].attitude, motion.curves[0].attitude_bar);
     }
-    add('energy', `change of energy ${page.energy_unit ? `[${page.energy_unit}]` : '(of the scene\u2019s scale)'}`, (run) => run === 0 && page.truth ? undefined : motion.curves[run].energy?.map(Math.abs));
-    return this.curves.map((curve) => curve.element);
+    add('energy', `${page.energy_title} ${page.energy_unit ? `[${page.energy_unit}]` : '(of the scene\u2019s scale)'}`, (run) => run === 0 && page.truth ? undefined : motion.curves[run].energy?.map(Math.abs));
+    const why = page.truth ? '' : 'The scene has no truth: no error is plotted.';
+    return [...this.curves.map((curve) => curve.element), ...(why ? [h('p', { class: 'hint' }, why)] : [])];
   }
 
   private theme(): HTMLElement {
