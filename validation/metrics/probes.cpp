@@ -41,12 +41,17 @@ Recording good_run(const ProbeRequest& request, const std::string& method, const
   if (run.values.size() != static_cast<std::size_t>(plan.samples) + 1)
     throw ProbeEnds(Status::crashed,
                     std::to_string(run.values.size()) + " samples, expected " + std::to_string(plan.samples + 1));
-  for (const Sample& s : run.values)
+  for (const Sample& s : run.values) {
+    const auto require_finite = [&](const Wide& sum) {
+      if (!std::isfinite(static_cast<double>(sum)))
+        throw ProbeEnds(Status::not_finite,
+                        "a run of the probe is not finite at t = " + format_double(static_cast<double>(s.t_s)) + " s");
+    };
     for (const BodySample& b : s.bodies)
-      for (int i = 0; i < 3; ++i)
-        if (!std::isfinite(static_cast<double>(b.p_m[i] + b.v_m_per_s[i] + b.w_rad_per_s[i] + b.q_wxyz[i + 1])))
-          throw ProbeEnds(Status::not_finite, "a run of the probe is not finite at t = " +
-                                                  format_double(static_cast<double>(s.t_s)) + " s");
+      for (int i = 0; i < 3; ++i) require_finite(b.p_m[i] + b.v_m_per_s[i] + b.w_rad_per_s[i] + b.q_wxyz[i + 1]);
+    for (const ParticleSample& p : s.particles)
+      for (int i = 0; i < 3; ++i) require_finite(p.p_m[i] + p.v_m_per_s[i]);
+  }
   return run;
 }
 

@@ -135,6 +135,41 @@ TEST_CASE("probe: Verlet returns to its start, explicit Euler does not") {
   CHECK(find(euler, "reversal-over-round-off").value > 1e9);
 }
 
+TEST_CASE("probe: a fluid is run back; particles that are not numbers end the probe, and are no return to the start") {
+  Scenario scenario;
+  scenario.t_end_s = 1;
+  Fluid fluid;
+  fluid.name = "fluid";
+  fluid.particles = {{{0.25, 0, 0}, {0.75, 0, 0}}, {{1, 0, 0}, {-1, 0, 0}}, {1, 1}, {1, 1}, {0, 0}};
+  scenario.scene.fluids = {fluid};
+  const auto probed = [&](double spoiled) {
+    const auto run = [&](const std::string&, const Scene& scene, const Plan& plan) {
+      const Particles& all = scene.fluids[0].particles;
+      Recording made;
+      for (std::int64_t k = 0; k <= plan.samples; ++k) {
+        Sample sample;
+        for (std::size_t i = 0; i < 2; ++i) {
+          ParticleSample particle;
+          particle.p_m[0] = all.position_m[i][0] + (k > 0 ? all.velocity_m_per_s[i][0] + spoiled : 0);
+          particle.v_m_per_s[0] = all.velocity_m_per_s[i][0];
+          particle.density_kg_per_m3 = 1;
+          sample.particles.push_back(particle);
+        }
+        made.values.push_back(sample);
+      }
+      return made;
+    };
+    return run_probe(Probe::reversal, {scenario, "mine/one", {.t_end_s = 1, .steps = 1, .samples = 1}, {}, run});
+  };
+  const std::vector<Row> exact = probed(0), drifted = probed(0.125), spoiled = probed(std::nan(""));
+  REQUIRE(exact.size() == 2);
+  CHECK((exact[0].metric == "reversal-error-position" && exact[0].value == 0));
+  CHECK((exact[1].metric == "reversal-error-velocity" && exact[1].value == 0));
+  CHECK(drifted[0].value == 0.25);
+  REQUIRE(spoiled.size() == 1);
+  CHECK(spoiled[0].status == Status::not_finite);
+}
+
 TEST_CASE("probe: Verlet is symplectic; explicit Euler stretches by (1 + h^2) a step and plane of motion") {
   const Scenario scenario = oscillator();
   const Row verlet = find(ask(Probe::symplecticity, scenario, "atwood/velocity-verlet", 600), "symplecticity-defect");
