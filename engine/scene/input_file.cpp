@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "scene/files.hpp"
+#include "scene/system_fault.hpp"
 
 namespace atwood {
 namespace {
@@ -130,8 +131,7 @@ std::string read_input_file(const std::string& path, const std::string& expected
   const auto cannot = [&] {
     const int error = errno;
     const std::string what = path + ": cannot be read (" + std::strerror(error) + ")";
-    // What the system lacks is no fault of the file's.
-    if (error == EIO || error == EMFILE || error == ENFILE || error == ENOMEM) throw std::runtime_error(what);
+    if (is_system_fault(error)) throw std::runtime_error(what);
     throw InputError(what + end);
   };
   struct stat about {};

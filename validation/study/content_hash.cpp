@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "validation/study/system_fault.hpp"
+#include "scene/system_fault.hpp"
 
 namespace atwood {
 
