@@ -269,6 +269,7 @@ PreparedConfinement::PreparedConfinement(const Confinement& asked) {
   writable_ = {scratch_};
   for (const std::string& folder : asked.writable) {
     std::error_code error;
+    fs::create_directories(folder, error);  // where it cannot be made, the worker says what it cannot write
     if (fs::is_directory(folder, error)) writable_.push_back(fs::canonical(folder, error).string());
   }
   for (const char* name : {"HOME=", "TMPDIR=", "TMP=", "TEMP=", "PWD="}) environment_.push_back(name + scratch_);

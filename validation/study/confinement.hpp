@@ -47,7 +47,7 @@ std::string confinement_gaps(const ConfinementMeans& means);
 struct Confinement {
   bool sandbox = true;                              // false: only the limit of memory holds
   std::int64_t memory_bytes = kDefaultMemoryBytes;  // 0: no limit
-  std::vector<std::string> writable = {};           // folders that the worker may write in beside its scratch directory
+  std::vector<std::string> writable = {};           // folders, made where missing, that the worker may write in too
   std::optional<ConfinementMeans> means = {};       // unset: kernel_means()
 };
 
