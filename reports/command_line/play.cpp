@@ -11,6 +11,7 @@
 #include "reports/command_line/units.hpp"
 #include "reports/render/playback.hpp"
 #include "scene/files.hpp"
+#include "validation/metrics/fluid.hpp"
 #include "validation/metrics/measurements.hpp"
 #include "validation/study/write_file.hpp"
 
@@ -117,21 +118,6 @@ void say(const Playback& playback, const PlaybackPage& page, const std::string& 
   fmt::print("{}\n", told.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
-// The kinetic energy of the fluids' particles [J] (in two dimensions per metre of depth), a sample each.
-std::vector<Wide> kinetic_energy_of_fluids(const Scene& scene, const std::vector<Sample>& samples) {
-  std::vector<double> mass_kg;
-  for (const Fluid& fluid : scene.fluids)
-    mass_kg.insert(mass_kg.end(), fluid.particles.mass_kg.begin(), fluid.particles.mass_kg.end());
-  std::vector<Wide> energies;
-  for (const Sample& sample : samples) {
-    Wide energy = 0;
-    for (std::size_t i = 0; i < std::min(mass_kg.size(), sample.particles.size()); ++i)
-      for (const Wide& v : sample.particles[i].v_m_per_s) energy += Wide(0.5 * mass_kg[i]) * v * v;
-    energies.push_back(energy);
-  }
-  return energies;
-}
-
 // The change of energy where the scene conserves it; elsewhere the difference from the truth's, or the change of what is
 // mechanical energy, or of what is a fluid's kinetic energy. A bare system has none.
 void add_energies(Playback& playback, const Scenario& scenario, const Truth& truth) {
@@ -146,18 +132,18 @@ void add_energies(Playback& playback, const Scenario& scenario, const Truth& tru
   playback.energy_unit = "J";
   std::vector<std::vector<Wide>> energies;
   for (const PlayedRun& run : playback.runs)
-    energies.push_back(fluid ? kinetic_energy_of_fluids(scenario.scene, run.values)
+    energies.push_back(fluid ? fluid_kinetic_energy(scenario.scene, run.values)
                              : metrics::mechanical_energy(scenario.scene, {run.values, run.events, run.outcome}));
   const bool compared = playback.truth && !fluid;
   playback.energy_title = fluid      ? "change of kinetic energy"
                           : compared ? "mechanical energy, difference from the truth's"
                                      : "change of mechanical energy";
-  for (std::size_t r = compared ? 1 : 0; r < playback.runs.size(); ++r)
-    for (std::size_t k = 0; k < energies[r].size(); ++k) {
-      if (compared && k >= energies[0].size()) break;
+  for (std::size_t r = compared ? 1 : 0; r < playback.runs.size(); ++r) {
+    const std::size_t count = compared ? std::min(energies[0].size(), energies[r].size()) : energies[r].size();
+    for (std::size_t k = 0; k < count; ++k)
       playback.runs[r].energy.push_back(
           static_cast<double>(energies[r][k] - (compared ? energies[0][k] : energies[r][0])));
-    }
+  }
 }
 
 }  // namespace

@@ -85,6 +85,9 @@ double probe_value(const Scene& scene, const FluidProbe& probe, const Sample& sa
 const char* probe_unit(const FluidProbe& probe);
 const char* probe_kind(const FluidProbe& probe);
 
+// Kinetic energy of all particles [J] (in two dimensions per metre of depth), one entry a sample.
+std::vector<Wide> fluid_kinetic_energy(const Scene& scene, const std::vector<Sample>& samples);
+
 // Number of the fluid that a particle of a sample belongs to.
 std::vector<int> fluid_of_particles(const Scene& scene);
 

@@ -46,6 +46,15 @@ Wide elastic(const Fluid& fluid, Wide density) {
   return c * c / n * (powq(s, n - 1) / (n - 1) + 1 / s - n / (n - 1));
 }
 
+Wide kinetic_energy_of(const std::vector<double>& masses, const Sample& sample) {
+  Wide kinetic = 0;
+  for (std::size_t i = 0; i < sample.particles.size(); ++i) {
+    const WideVec& v = sample.particles[i].v_m_per_s;
+    kinetic += Wide(masses[i]) * dot(v, v) / 2;
+  }
+  return kinetic;
+}
+
 struct Energies {
   Wide kinetic = 0, elastic = 0, potential = 0, heat = 0;
   Wide total() const { return kinetic + elastic + potential + heat; }
@@ -54,12 +63,12 @@ struct Energies {
 Energies energies_of(const Scene& scene, const std::vector<int>& fluids, const std::vector<double>& masses,
                      const Sample& sample) {
   Energies e;
+  e.kinetic = kinetic_energy_of(masses, sample);
   const WideVec g{Wide(scene.gravity_m_per_s2[0]), Wide(scene.gravity_m_per_s2[1]), Wide(scene.gravity_m_per_s2[2])};
   for (std::size_t i = 0; i < sample.particles.size(); ++i) {
     const ParticleSample& p = sample.particles[i];
     const Fluid& fluid = scene.fluids[static_cast<std::size_t>(fluids[i])];
     const Wide m = masses[i];
-    e.kinetic += m * dot(p.v_m_per_s, p.v_m_per_s) / 2;
     e.elastic += m * elastic(fluid, p.density_kg_per_m3);
     e.potential -= m * dot(g, p.p_m);
     e.heat += m * Wide(fluid.heat_capacity_J_per_kg_K) * (p.temperature_K - Wide(fluid.temperature_K));
@@ -232,4 +241,11 @@ void append_fluid_momenta(const Scenario& scenario, const Recording& run, std::v
 }
 
 }  // namespace metrics
+std::vector<Wide> fluid_kinetic_energy(const Scene& scene, const std::vector<Sample>& samples) {
+  const std::vector<double> masses = metrics::masses_of(scene);
+  std::vector<Wide> energies;
+  for (const Sample& sample : samples) energies.push_back(metrics::kinetic_energy_of(masses, sample));
+  return energies;
+}
+
 }  // namespace atwood
