@@ -50,9 +50,11 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "the last sweep changed them by at most two roundings",
        "largest change of a force in the last sweep over the largest normal force"},
       {"redundant-contacts",
-       "forces of lasting contacts that determine each other, by the proximal point method on their accelerations; "
-       "converged: 64 roundings",
-       "what is left of the accelerations asked for, over those that the forces give, in the Delassus matrix's norm"},
+       "forces of lasting contacts that determine each other, and the least changes of position and velocity that close "
+       "their drift, by the proximal point method; converged: 64 roundings; stagnated: what is left of a drift is "
+       "round-off of the gaps or velocities that it was computed from",
+       "what is left of the accelerations (or gaps, velocities) asked for, over those that the forces give, in the "
+       "Delassus matrix's norm"},
       {"event-location",
        "the instant within a trial step at which a gap closes, a contact changes its mode, or a relative wind vanishes, by "
        "Newton's method within a bracket or by false position; converged: an ulp of the step, or a gap of "

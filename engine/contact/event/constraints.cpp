@@ -119,7 +119,7 @@ template <class S> void reserve_rows(ConstraintSystem<S>& constraints) {
   const auto size = static_cast<std::size_t>(std::max(constraints.row_count, 48));
   constraints.matrix.resize(size * size);
   for (auto* v : {&constraints.right, &constraints.unknown, &constraints.residual, &constraints.start,
-                  &constraints.weight, &constraints.diagonal})
+                  &constraints.right_round_off, &constraints.weight, &constraints.diagonal})
     v->resize(size);
   constraints.rows.resize(size);
   constraints.pivots.resize(size);

@@ -31,6 +31,7 @@ template <class S> struct ConstraintSystem {
   std::vector<ConstraintRow<S>> rows;
   std::vector<S> matrix;  // the Delassus matrix, row_count x row_count by rows, then its LU factors
   std::vector<S> right, unknown, residual, start;
+  std::vector<S> right_round_off;       // of each row: a residual up to this size is round-off of `right`'s own terms
   std::vector<S> weight;                // of each unknown, in the norm that decides among redundant solutions
   std::vector<S> diagonal;              // of the Delassus matrix, absolute values
   std::vector<int> pivots, block_ends;  // of the factors

@@ -145,6 +145,7 @@ void solve_coupled_contacts(const Bodies<S>& bodies, const Proximity<S>& proximi
                             ConstraintSystem<S>& constraints) {
   assign_rows(bodies, proximity, active, constraints, ConstraintLevel::acceleration);
   load_warm_start(active, constraints);
+  std::fill_n(constraints.right_round_off.begin(), constraints.row_count, S(0));
   for (const Contact<S>& contact : active.contacts)
     if (contact.first_row >= 0) assemble_right_hand_side(bodies, constraints, contact);
   if (constraints.row_contacts == 1) {

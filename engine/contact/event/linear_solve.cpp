@@ -115,6 +115,13 @@ template <class S> S residual(const Bodies<S>& bodies, const ActiveSet<S>& activ
   return size_square > S(0) ? left_square / size_square : std::numeric_limits<S>::infinity();
 }
 
+// Is what is left of each row no more than the round-off of its right side?
+template <class S> bool rest_is_round_off(const ConstraintSystem<S>& constraints) {
+  for (int i = 0; i < constraints.row_count; ++i)
+    if (!(real::abs(constraints.residual[i]) <= constraints.right_round_off[i])) return false;
+  return true;
+}
+
 }  // namespace
 
 // Redundant contacts make A singular, its equations consistent. The proximal point method
@@ -128,12 +135,13 @@ Convergence solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, Cons
                        bool redundant, std::uint64_t key) {
   constexpr int max_iterations = 12;
   constexpr S round_off = S(4) * real::epsilon<S>(), noise = S(16) * round_off, slow = S(0x1p-6), stalled = S(0.25);
-  const auto ended = [&bodies](int iterations, S error_square, S tolerance) {
+  const auto ended = [&](int iterations, S error_square, S tolerance) {
     const Convergence how{iterations, std::sqrt(static_cast<double>(error_square)),
                           error_square <= tolerance * tolerance};
-    bodies.model.system().solvers.add(
-        IterativeSolver::redundant_contacts,
-        {iterations, how.residual, how.converged ? SolveEnd::converged : SolveEnd::capped});
+    SolveEnd end = SolveEnd::capped;
+    if (how.converged) end = SolveEnd::converged;
+    else if (rest_is_round_off(constraints)) end = SolveEnd::stagnated;
+    bodies.model.system().solvers.add(IterativeSolver::redundant_contacts, {iterations, how.residual, end});
     return how;
   };
   S* x = constraints.unknown.data();
@@ -166,7 +174,7 @@ Convergence solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, Cons
     substitute_rows(constraints, constraints.residual.data());
     for (int i = 0; i < constraints.row_count; ++i) x[i] += constraints.residual[i];
   }
-  apply_unknowns(bodies, active, constraints);
+  error = residual(bodies, active, constraints);
   return ended(max_iterations, error, noise);
 }
 

@@ -52,6 +52,7 @@ void project_positions(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveS
     assign_rows(bodies, proximity, active, constraints, ConstraintLevel::position);
     for (const Contact<S>& contact : active.contacts)
       if (contact.active) constraints.right[contact.first_row] = contact.held_gap - contact.kinematics.gap;
+    std::fill_n(constraints.right_round_off.begin(), constraints.row_count, near_enough);
     solve_least_change(bodies, active, constraints);
     S* y = states.overwrite(states.y);
     for (const int body : active.bodies) displace_body(bodies, constraints, body, y);
@@ -85,6 +86,20 @@ bool velocities_consistent(const Bodies<S>& bodies, const Proximity<S>& proximit
   return worst <= round_off * round_off * real::max(size, bodies.speed_scale * bodies.speed_scale);
 }
 
+// Relative velocities at the contacts are known to this.
+template <class S>
+void set_velocity_round_off(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
+                            ConstraintSystem<S>& constraints) {
+  const S of_speed = S(4) * real::epsilon<S>() * bodies.speed_scale;
+  for (const Contact<S>& contact : active.contacts) {
+    if (contact.first_row < 0) continue;
+    S* row = constraints.right_round_off.data() + contact.first_row;
+    std::fill_n(row, contact.force_rows, of_speed);
+    std::fill_n(row + contact.force_rows, contact.couple_rows,
+                of_speed / proximity.pairs[proximity.candidates[contact.candidate].pair].bounding_radii);
+  }
+}
+
 }  // namespace
 
 template <class S>
@@ -97,6 +112,7 @@ void project_contacts(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSe
   assign_rows(bodies, proximity, active, constraints, ConstraintLevel::velocity);
   for (const Contact<S>& contact : active.contacts)
     if (contact.active) project_rows(contact, -contact.u, -contact.w, constraints.right.data() + contact.first_row);
+  set_velocity_round_off(bodies, proximity, active, constraints);
   solve_least_change(bodies, active, constraints);
   S* y = states.overwrite(states.y);
   for (const int body : active.bodies) change_velocity(bodies, constraints, body, y);
