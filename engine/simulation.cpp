@@ -43,7 +43,7 @@ Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan,
 // Which responses do not take mechanisms.
 std::string joints_refused(const MethodId& id, const Scene& scene) {
   if (scene.joints.empty() && scene.ropes.empty()) return "";
-  if (!scene.fluids.empty()) return "atwood steps no fluid beside bodies on joints or ropes";
+  if (!scene.fluids.empty()) return "atwood does not support fluids in a scene with joints or ropes";
   if (!contacts_possible(scene) || id.response != "event") return "";
   return "+event takes no bodies on joints or ropes; use +impulse or +penalty";
 }

@@ -63,8 +63,9 @@ template <class S> class Tree final : public BroadPhase<S> {
            (inner.high.x <= outer.high.x) & (inner.high.y <= outer.high.y) & (inner.high.z <= outer.high.z) &
            (slack >= S(0)) & (dot(d, d) <= slack * slack);
   }
-  // Spheres inside fat spheres that do not overlap do not overlap: |F_a - F_b| <= |F_a - c_a| + |c_a - c_b| + |c_b -
-  // F_b|. Each of the three comparisons is off by a few units in the last place of what it compares, hence the factor.
+  // Spheres inside fat spheres that do not overlap do not overlap, by the triangle inequality
+  //   |F_a - F_b| <= |F_a - c_a| + |c_a - c_b| + |c_b - F_b|.
+  // Each of the three comparisons is off by a few units in the last place of what it compares, hence the factor.
   static bool fat_overlap(const Fat& a, const Fat& b) {
     const Vec3<S> d = b.center - a.center;
     const S radii = (S(1) + S(32) * std::numeric_limits<S>::epsilon()) * (a.radius + b.radius);

@@ -56,8 +56,9 @@ template <class S> S core_axis_distance(const Geometry<S>& g, const Vec3<S>& u) 
     case ShapeKind::rectangle:
     case ShapeKind::box: return box_axis_distance(g.half_extents, Placement<S>{}, u);
     case ShapeKind::capsule: return g.half_length * norm(Vec3<S>{u.x, u.y, S(0)});
-    case ShapeKind::cylinder: {  // of a rim's point r: |r|^2 - (u . r)^2, and u . r within half_length u.z +- radius
-                                 // |u_xy|
+    case ShapeKind::cylinder: {
+      // A point r of the rim has the squared distance |r|^2 - (u . r)^2 from the line, and u . r lies within
+      // radius |u_xy| of half_length u.z.
       const S nearest = real::max(S(0), g.half_length * real::abs(u.z) - g.radius * norm(Vec3<S>{u.x, u.y, S(0)}));
       return real::sqrt(real::max(S(0), g.half_length * g.half_length + g.radius * g.radius - nearest * nearest));
     }
@@ -103,8 +104,8 @@ template <class S, class Support> struct Part {
     return radius > S(0) && dot(turn, turn) > S(0);
   }
   S acceleration_bound(const Vec3<S>& n) const { return norm(w_W) * norm(cross(n, w_W)) * radius; }
-  // The support of the region swept by a full turn about the axis u: a point r sweeps the circle at (u . r) u of radius
-  // |u x r|.
+  // The support of the region swept by a full turn about the axis u: a point r sweeps the circle about (u . r) u whose
+  // radius is |u x r|.
   S full_turn_support(const Vec3<S>& n) const {
     if (!rotates(n)) return support(n);
     const Vec3<S> u = (S(1) / norm(w_W)) * w_W;

@@ -41,8 +41,8 @@ template <class S> S height_of_center(const Posed<S>& plane, const Posed<S>& b) 
 }
 
 // ---- boxes and rectangles -----------------------------------------------------------------------------------------
-// A corner is p + sum s_k h_k axis_k; its height above the plane height(p) + sum s_k rise_k with rise_k = h_k n .
-// axis_k.
+// A corner is p + sum s_k h_k axis_k, and its height above the plane
+//   height(p) + sum s_k rise_k,   rise_k = h_k (n . axis_k).
 template <class S> struct BoxHeights {
   S center, rise[3];
   Vec3<S> half_side[3];
@@ -56,8 +56,8 @@ template <class S> BoxHeights<S> box_heights(const Posed<S>& plane, const Posed<
           {h.x * dot(n, axis[0]), h.y * dot(n, axis[1]), h.z * dot(n, axis[2])},
           {h.x * axis[0], h.y * axis[1], h.z * axis[2]}};
 }
-// Signs of the lowest corner: s_k = -sign(n . axis_k). The id of a corner is one bit an axis: the bit is set where s_k
-// > 0.
+// Signs of the lowest corner: s_k = -sign(n . axis_k). The id of a corner has one bit for each axis, set where s_k is
+// positive.
 template <class S> SurfacePoint<S> corner(const BoxHeights<S>& of, const Vec3<S>& p_W, unsigned bits) {
   SurfacePoint<S> low{p_W, of.center, bits};
   for (unsigned k = 0; k < 3; ++k) {

@@ -172,17 +172,17 @@ template <class S>
 TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points,
                                     const std::vector<std::array<int, 3>>& triangles) {
   TriangleMesh<S> mesh;
-  Source scene_index = welded(points, triangles);
-  const int n = static_cast<int>(scene_index.corner.size());
-  TreeBuilder<S> tree{scene_index, std::vector<int>(n), mesh};
+  Source merged = welded(points, triangles);
+  const int n = static_cast<int>(merged.corner.size());
+  TreeBuilder<S> tree{merged, std::vector<int>(n), mesh};
   std::iota(tree.order.begin(), tree.order.end(), 0);
   if (n > 0) tree.build(0, n);
-  Source source{scene_index.points, {}, {}, {}};
+  Source source{merged.points, {}, {}, {}};
   for (const int t : tree.order) {
-    source.corner.push_back(scene_index.corner[t]);
-    source.normal.push_back(scene_index.normal[t]);
-    mesh.scene_index.push_back(scene_index.scene_index[t]);
-    mesh.triangles.push_back({scene_index.corner[t], {-1, -1, -1}, {}, narrow<S>(scene_index.normal[t])});
+    source.corner.push_back(merged.corner[t]);
+    source.normal.push_back(merged.normal[t]);
+    mesh.scene_index.push_back(merged.scene_index[t]);
+    mesh.triangles.push_back({merged.corner[t], {-1, -1, -1}, {}, narrow<S>(merged.normal[t])});
   }
   for (const Real3& p : source.points) mesh.points.push_back(narrow3<S>(p));
   for (const auto& t : mesh.triangles)

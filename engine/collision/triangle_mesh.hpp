@@ -32,8 +32,9 @@ template <class S> struct TriangleMesh {
   std::vector<Triangle> triangles;  // in the tree's order
   std::vector<int> scene_index;     // the index each triangle had in the scene
   std::vector<Node> nodes;
-  std::vector<int> neighbour_points,
-      first_neighbour;                       // points joined to point i by an edge: around[first_neighbour[i] ... )
+  // Points that an edge joins to point i: neighbour_points[first_neighbour[i] ... first_neighbour[i + 1]).
+  std::vector<int> neighbour_points;
+  std::vector<int> first_neighbour;
   std::vector<Vec3<S>> point_pseudonormals;  // weighted by angle (Baerentzen, Aanaes 2005): decides inside or outside
   bool closed = false, convex = false;       // convex: closed, and no point lies before any triangle
   std::shared_ptr<const Hull<S>> solid;      // of a convex mesh of at most 64 corners: its hull

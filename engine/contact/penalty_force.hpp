@@ -3,9 +3,9 @@
 // At each contact point with the overlap d and the rate d':
 //   linear   F = k d + c d'                       never below 0, unless the pair may pull
 //   Hertz    F = 4/3 E sqrt(R) d^(3/2) (1 + a d')  never below 0
-// along the normal, and across it a spring of stiffness k_t between the points of both bodies that met: F_t = -(k_t x +
-// c_t u) while that lies within the cone, else the cone's own friction; x then is what that friction would have
-// stretched.
+// along the normal, and across it a spring of stiffness k_t and a damper between the points of both bodies that met:
+//   F_t = -(k_t x + c_t u)                        while it lies within the friction cone
+// else the friction of the cone's surface; x then is the stretch at which the spring alone would give that friction.
 #pragma once
 
 #include <memory>
@@ -28,7 +28,7 @@ struct PenaltyOptions {
 // The fastest that bodies may meet: twice the largest speed at the start and that of a fall through the scene's height.
 double scene_speed(const Scene& scene);
 
-// The damping ratio z of a linear contact that never pulls, whose restitution is e (at least least_restitution). It
+// The damping ratio z of a linear contact that never pulls, whose restitution is e (at least kLeastRestitution). It
 // ends where the force does (Schwager, Poeschel 2007, eq. 20 and 24):
 //   e = exp(-2 z acos(z) / sqrt(1 - z^2)) for z < 1,  exp(-2 z acosh(z) / sqrt(z^2 - 1)) for z > 1
 double damping_ratio_of(double restitution);

@@ -10,7 +10,7 @@
 
 namespace atwood::fluid {
 
-// A step that would excite some mode of the particles: what it is bounded by ("sound"), and the largest stable step.
+// A system of particles as a run steps it.
 template <class S> class ParticleSystem {
  public:
   virtual ~ParticleSystem() = default;
@@ -23,8 +23,7 @@ template <class S> class ParticleSystem {
   // Empty: the state is sound. Else which particle is lost or not finite, and how.
   virtual std::string fault(const S* y) const = 0;
 
-  // The rate is x' = v, v' = a(x): velocities are kicked at fixed positions, positions drift at fixed velocities. Empty:
-  // it is; else why not.
+  // Why the rate is not of the form x' = v, v' = a(x), which kicks and drifts need; empty: it is.
   virtual std::string not_separable() const { return "has no kicks and drifts"; }
   virtual Team* team() { return nullptr; }  // the threads that share the rates; null: one alone
   virtual void accelerations(S /*t_s*/, const S* /*y*/, S* /*acceleration*/) {}  // d numbers a particle

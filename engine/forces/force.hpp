@@ -81,7 +81,7 @@ struct Unsupported {
 
 // The sum of mutual gravity: over all pairs, or by a tree with multipoles (gravity_tree.hpp).
 struct GravityOptions {
-  enum class Sum { automatic, direct, tree } sum = Sum::automatic;  // automatic: direct up to `direct_bodies`
+  enum class Sum { automatic, direct, tree } sum = Sum::automatic;  // automatic: direct up to kDirectBodies
   double opening = 0.5;                                             // of the tree
   Team* team = nullptr;                                             // null: one thread
 };

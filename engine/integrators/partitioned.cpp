@@ -49,7 +49,7 @@ StepperResult<S> make_kick_drift(const StepperRequest<S>& request, const std::st
   if (without_bodies(request)) return cannot_step_bare(request.scheme, "needs positions and velocities");
   if (has_mechanisms(request))
     return cannot_step_mechanisms(request.scheme,
-                                  "it alternates kicks and drifts, and their mass depends on coordinates");
+                                  "its kicks need a mass matrix that does not depend on the coordinates");
   return StepperPointer<S>(
       std::make_unique<KickDrift<S>>(*request.model, *find_composition(composition), top, request.flag("compensated")));
 }

@@ -77,8 +77,8 @@ template <class S> bool Taylor<S>::known(S t_s, const S* y) const {
   return valid_ && t_s == start_s_ && epoch_ == this->system_.epoch && std::equal(y, y + size_, row(0));
 }
 
-// One coefficient after the other: y' = f(y) gives (k + 1) y_(k+1) = f_k, the k-th coefficient of f along y_0 + ... +
-// y_k t^k.
+// One coefficient after the other: y' = f(y) gives (k + 1) y_(k+1) = f_k, where f_k is the k-th coefficient of f along
+//   y_0 + y_1 t + ... + y_k t^k.
 template <class S> void Taylor<S>::find_series(S t_s, S h_s, const S* y) {
   start_s_ = t_s;
   unit_s_ = h_s;

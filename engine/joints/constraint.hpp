@@ -1,9 +1,11 @@
 // Constraints between bodies, as rows: what a joint that closes a loop asks of the poses and twists of its two bodies.
 //
-// A row is one scalar condition g(poses, t) = 0. Its rate is linear in the bodies' twists, g' = sum over both bodies of
-// force . v + torque . w - rate, and its second derivative in their accelerations, g'' = sum force . v' + torque . w' +
-// drift; the multiplier of the row is the size of the wrench (force, torque) that the constraint exerts on each body.
-// All vectors are in world axes, v of the centre of mass, torques about it.
+// A row is one scalar condition g(poses, t) = 0. Its rate is linear in the bodies' twists, its second derivative in
+// their accelerations:
+//   g'  = sum over both bodies of (force . v  + torque . w)  - rate
+//   g'' = sum over both bodies of (force . v' + torque . w') + drift
+// The multiplier of the row is the size of the wrench (force, torque) that the constraint exerts on each body. All
+// vectors are in world axes, v is that of the centre of mass, and torques are about it.
 #pragma once
 
 #include <vector>

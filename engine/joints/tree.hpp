@@ -69,8 +69,9 @@ template <class S> struct Column {
   S inverse_D{}, force{};  // force: tau - s^T p
 };
 
-// An inertia about a point (moments, coupling, mass) and a wrench: the equation n = J alpha + H a + n0, f = H^T alpha + M a
-// + f0.
+// An articulated inertia about a point (J moments, H coupling, M mass) and the bias wrench (n, f):
+//   moment = J alpha   + H a + n
+//   force  = H^T alpha + M a + f
 template <class S> struct Articulated {
   Sym3<S> J;
   Mat3<S> H;

@@ -1,9 +1,10 @@
 // Logarithm, exponential, powers and arc tangent by IEEE additions, products, divisions and square roots alone, so that
-// their bits do not depend on the processor. The C library chooses among variants of exp, log, pow, sin, cos and atan2 (with
-// and without fused multiplication and addition), which differ in the last place now and then.
+// their bits do not depend on the processor. The C library chooses among variants of exp, log, pow, sin, cos and atan2
+// (with and without fused multiplication and addition), which differ in the last place now and then.
 //
-// Double results are computed in long double, and err by less than 0.51 units in the last place (power: 0.51 + 2^-11
-// |y log x|). Sine and cosine: math/sin_cos.hpp.
+// Double results are computed in long double. Their error is below 0.51 units in the last place, that of power below
+//   0.51 + |y log x| / 2048.
+// Sine and cosine: math/sin_cos.hpp.
 #pragma once
 
 namespace atwood::real {

@@ -41,6 +41,10 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "the instant of an impact of shapes that turn, by Newton's method on the gap; converged: 16 roundings of the "
        "smaller body",
        "gap over the bounding radius of the smaller body"},
+      {"slip-path",
+       "the slip during one impact with friction, whose direction turns, by an adaptive method along the normal impulse; "
+       "counted where it did not converge",
+       "not measured"},
       {"simultaneous-impacts",
        "impulses of all points of an instant, by projected Gauss-Seidel, then by Newton's method; converged: the last "
        "sweep changed them by at most four roundings; stagnated: Newton's method left at most 64",
@@ -55,6 +59,10 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "round-off of the gaps or velocities that it was computed from",
        "what is left of the accelerations (or gaps, velocities) asked for, over those that the forces give, in the "
        "Delassus matrix's norm"},
+      {"contact-projection",
+       "the least displacement that closes the gaps of lasting contacts after a step, by at most two iterations of "
+       "Newton's method; converged: the round-off of a gap",
+       "largest gap over the largest coordinate or size"},
       {"event-location",
        "the instant within a trial step at which a gap closes, a contact changes its mode, or a relative wind vanishes, by "
        "Newton's method within a bracket or by false position; converged: an ulp of the step, or a gap of "

@@ -15,7 +15,7 @@ namespace atwood {
 //   capped       neither: the iteration limit was reached, or the iteration diverged or broke down
 enum class SolveEnd : unsigned char { converged, stagnated, capped };
 
-// One solve. `residual` is scaled; solver_info() names the scale. An iteration that diverges may leave infinity or NaN.
+// One solve. `residual` is scaled; solver_infos() name the scale. An iteration that diverges may leave infinity or NaN.
 struct SolveReport {
   std::int64_t iterations = 0;
   double residual = 0;
@@ -57,14 +57,16 @@ enum class IterativeSolver : unsigned char {
   contact_newton,
   impact_queue,
   impact_time,
+  slip_path,
   simultaneous_impacts,
   contact_forces,
   redundant_contacts,
+  contact_projection,
   event_location,
   expanding_polytope,
   conservative_advancement
 };
-inline constexpr std::size_t kIterativeSolvers = 13;
+inline constexpr std::size_t kIterativeSolvers = 15;
 
 // What is printed of a solver: its name in rows and in the worker protocol, what it solves and to which tolerance, and
 // what its residual is relative to.

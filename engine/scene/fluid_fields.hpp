@@ -12,7 +12,7 @@ namespace atwood {
 struct FieldParameter {
   std::string name, doc;
   double otherwise = 0;     // unless given
-  bool from_scene = false;  // unless given it follows from the scene (a period, a middle): default_parameters()
+  bool from_scene = false;  // unless given it follows from the scene (a period, a middle)
   bool positive = false;    // must be above 0
   bool whole = false;       // must be a whole number
 };

@@ -11,7 +11,7 @@ bool is_offset(const Joint& joint, int coordinate) {
   return joint.kind == JointKind::slider || (joint.kind == JointKind::cylindrical && coordinate == 1);
 }
 
-// A number under the name with the unit of the coordinate: the other name is refused in check_units().
+// A number under the name with the unit of the coordinate: the name with the other unit is refused.
 template <class T> Key<T> with_unit(std::string name, double T::*member, bool of_offset, Range range, std::string doc) {
   Key<T> k = key<T>(std::move(name), member, number(std::move(range)), std::move(doc));
   k.write = [write = k.write, of_offset](const Scene& s, const T& from) {

@@ -124,8 +124,6 @@ std::vector<std::string> first_ids(const MotionClass& motion, const Scene& scene
   return ids;
 }
 
-std::string base_of(const std::string& id) { return id.substr(0, std::min(id.find_first_of(":+@{"), id.size())); }
-
 // The classes of motion that a method must claim an order for.
 std::vector<std::string> needed_claims(const MotionClass& motion) {
   std::vector<std::string> claims;
@@ -330,10 +328,7 @@ Candidates named_candidates(const std::vector<std::string>& methods, const std::
     for (const std::string& id : ids) {
       if (glob_match(base, id)) chosen.ids.push_back(id + method.substr(base.size()));
     }
-    if (chosen.ids.size() == before)
-      throw InputError(
-          fmt::format("--method {}: no available engine provides this method{}; `atwood list methods` shows all",
-                      method, nearest_hint(base, ids, 1)));
+    if (chosen.ids.size() == before) refuse_unknown_method("--method ", method, workers);
     check_settings("--method ", method, workers);
   }
   take_turns(chosen, chosen.ids.size());

@@ -109,6 +109,11 @@ std::vector<std::string> unconfined_engines(const std::vector<Worker>& workers);
 // Foreign engines must have answered `hello`: their methods are not known otherwise. Those of --engine that did not end
 // the command: WorkerFailure, or InputError where the program cannot be started.
 void require_answers(const std::vector<Worker>& workers, const Study* study = nullptr);
+// Ends the command: no worker provides `method`, of `option` ("--method "). Where its engine did not answer, with the
+// reason (InputError where it is not built, else WorkerFailure); else with the names that are similar, and `others`.
+[[noreturn]] void refuse_unknown_method(const std::string& option, const std::string& method,
+                                        const std::vector<Worker>& workers,
+                                        const std::vector<std::string>& others = {});
 // At most `count` of the known names that are similar to the word, the most similar first; empty where none is.
 std::vector<std::string> nearest(const std::string& word, std::vector<std::string> known, std::size_t count);
 // The same for a message, "; nearest: a, b"; empty where no name is similar.

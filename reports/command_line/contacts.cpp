@@ -105,6 +105,10 @@ int command_contacts(const Place& place, const Options& options) {
   for (const FoundTouch& t : answer.touches)
     table.row(pair(t.body_a, t.body_b) + "," + format_number(t.toi_s, digits) + joined(t.x_m, digits) +
               joined(t.normal, digits));
+  const auto& bodies = scenario.scene.bodies;
+  if (std::count_if(bodies.begin(), bodies.end(),
+                    [](const Body& body) { return !std::holds_alternative<std::monostate>(body.shape); }) < 2)
+    fmt::print(stderr, "atwood: {}: fewer than two bodies of this scene have a shape\n", options.input);
   for (const auto& [solver, tally] : answer.outcome.solvers) {
     if (tally.capped == 0) continue;
     fmt::print(stderr, "atwood: {}: {} of {} solves ended above their tolerance, with a residual of up to {}\n", solver,

@@ -67,18 +67,11 @@ void print_response(const MethodInfo& info) {
 int describe_method(const Place& place, const Options& options) {
   const MethodId id = parse_method_id(options.input);
   const std::string base = id.engine + "/" + id.scheme;
-  std::vector<std::string> known;
-  std::string absent;
   const std::vector<Worker> workers = require_workers(place, options);
   require_answers(workers);
   for (const auto& worker : workers) {
-    if (worker.status != Status::ok) {
-      if (fs::path(worker.path).filename().string() == "atwood-" + id.engine)
-        absent = to_string(worker.status) + ": " + worker.reason;
-      continue;
-    }
+    if (worker.status != Status::ok) continue;
     for (const auto& info : worker.engine.methods) {
-      known.push_back(info.id);
       if (info.id != base) continue;
       const MethodInfo* response = response_of(worker.engine, id, options.input);
       check_settings("describe ", options.input, workers);
@@ -100,11 +93,7 @@ int describe_method(const Place& place, const Options& options) {
       return exit_pass;
     }
   }
-  if (!absent.empty())
-    throw InputError(fmt::format("describe {}: the engine {} is {}", options.input, id.engine, absent));
-  throw InputError(
-      fmt::format("describe {}: no available engine provides this method{}; `atwood list methods` shows all",
-                  options.input, nearest_hint(base, known, 3)));
+  refuse_unknown_method("describe ", options.input, workers);
 }
 
 // The metric of this name; nullptr where the text names a file or a scene of the catalogue. InputError where it names

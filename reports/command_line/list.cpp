@@ -203,10 +203,11 @@ int command_list(const Place& place, const Options& options) {
   }
   if (what.empty()) fmt::print("\n");
   if (what.empty() || what == "metrics") {
-    for (const auto& m : all_metrics()) fmt::print("{:<28} [{}]  {}\n", m.name, m.unit, m.definition);
+    const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 60, 120));
+    for (const auto& m : all_metrics()) fmt::print("{} [{}]\n{}", m.name, m.unit, wrapped(m.definition, 4, width));
     fmt::print("\nsolvers that the solver-* metrics name in `body`: what they solve, and the scale of the residual\n");
     for (const SolverInfo& solver : solver_infos())
-      fmt::print("{:<28} {}. Residual: {}.\n", solver.name, solver.solves, solver.residual);
+      fmt::print("{}\n{}", solver.name, wrapped(solver.solves + ". Residual: " + solver.residual + ".", 4, width));
   }
   if (what.empty()) fmt::print("\n");
   if (what.empty() || what == "gates") {

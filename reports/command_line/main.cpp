@@ -62,12 +62,12 @@ struct Parser {
   }
   void confining(CLI::App* sub) {
     sub->add_flag("--no-sandbox", options.no_sandbox,
-                  "Engines of --engine may use the network and write anywhere (a study's engine: sandbox = false)");
+                  "Engines of --engine may use the network and write anywhere (in a study: sandbox = false)");
     sub->add_option("--memory", options.memory_GiB, "Memory of each worker with its descendants [GiB]; 0: no limit")
         ->capture_default_str();
   }
   void other_engines(CLI::App* sub) {
-    sub->add_option("--engine", options.engines, "Another engine: an executable that speaks the worker protocol")
+    sub->add_option("--engine", options.engines, "Add an engine: an executable that speaks the worker protocol")
         ->expected(1)
         ->take_all();
     confining(sub);
@@ -97,8 +97,8 @@ struct Parser {
                     options.cell_limit_s));
     auto* fresh = sub->add_flag("--fresh", options.fresh, "Run every cell again, also those in the store");
     sub->add_flag("--reuse", options.reuse,
-                  "Also reuse cells of engines whose code is not fully known (without it, every run measures them\n"
-                  "again): those of the last completed run")
+                  "Also reuse the last completed run's cells of engines whose build cannot be identified; without it\n"
+                  "every run measures them again")
         ->excludes(fresh);
     sub->add_flag("--no-timing", options.no_timing, "Skip the timed pass");
     shown_progress(sub);
@@ -118,7 +118,7 @@ struct Parser {
 void declare_commands(Parser& p) {
   Options& o = p.options;
   auto* list = p.add("list", "Scenarios, methods, metrics, gates and studies", command_list);
-  list->add_option("KIND", o.input, "scenarios, methods, metrics, gates or studies (all but studies unless given)");
+  list->add_option("KIND", o.input, "scenarios, methods, metrics, gates or studies (default: all but studies)");
   list->add_flag("--long", o.long_list, "Methods with their documentation, source and settings");
   list->add_flag("--names", o.names, "Names alone, one a line, as completion reads them")->group("");
   p.other_engines(list);
@@ -129,27 +129,27 @@ void declare_commands(Parser& p) {
       ->required();
   describe->add_flag("--program", o.evidence,
                      "Of a library's method: print a program without Atwood that shows its executed order");
-  describe->add_option("--scenario", o.scenarios, "The scene of that program (kepler-e0.6 unless given)")->expected(1);
+  describe->add_option("--scenario", o.scenarios, "The scene of that program (default: kepler-e0.6)")->expected(1);
   p.other_engines(describe);
 
   auto* run = p.add("run", "Run a study: measure, judge, report", command_run);
-  run->add_option("STUDY", o.study, "A study file, or the id of a study of the catalogue (default unless given)");
+  run->add_option("STUDY", o.study,
+                  "A study file, or the id of a study of the catalogue (default: the study `default`)");
   p.running(run);
   run->add_option("--baseline", o.baseline, "Also compare with this baseline: regressions and improvements");
-  run->add_option(
-      "--shard", o.shard,
-      "Run share I of N, I from 1 to N, into OUT/shard-I-of-N.db (unless given, the share is that of Slurm,\n"
-      "MPI or an indexed Kubernetes job); `atwood merge` joins the stores");
+  run->add_option("--shard", o.shard,
+                  "Run share I of N, I from 1 to N, into OUT/shard-I-of-N.db (default: the share of Slurm,\n"
+                  "MPI or an indexed Kubernetes job); `atwood merge` joins the stores");
   run->add_option("--costs", o.costs, "Split by these costs, a file of `atwood costs`, instead of steps times bodies");
   run->add_option("--lease", o.lease,
-                  "Take chunks of the study from this directory, which all processes share, instead of a share");
+                  "Split the study while it runs: processes take chunks of it from this shared directory");
   run->add_option("--lease-expiry", o.lease_expiry_s,
                   "Seconds without a sign of life after which a process's chunk is taken again")
       ->capture_default_str();
   run->add_flag("--dry-run", o.dry_run, "Print how the study is split, and run nothing");
   run->add_option("--keep", o.keep,
                   "Recordings that are kept: all; worst (of each ladder the run with the largest error, and runs that\n"
-                  "did not end ok); none. New metrics, plots and events can be had of kept recordings only")
+                  "did not end ok); none. New metrics, plots and events can be computed from kept recordings only")
       ->check(CLI::IsMember({"all", "worst", "none"}))
       ->capture_default_str();
   p.telling(run);
@@ -157,8 +157,8 @@ void declare_commands(Parser& p) {
   auto* trace = p.add("trace", "One run's motion as CSV; --method truth prints the truth with its bars", command_trace);
   trace->add_option("SCENE", o.input, "A file or a catalogue id")->required();
   trace->add_option("--method", o.methods, "A method id, or truth")->required()->expected(1);
-  p.counts(trace, "Step count (the scenario's last rung unless given)");
-  trace->add_option("--samples", o.samples, "Samples (the scenario's unless given)");
+  p.counts(trace, "Step count (default: the scenario's last rung)");
+  trace->add_option("--samples", o.samples, "Samples (default: the scenario's)");
   p.other_engines(trace);
   trace->add_option("--limit", o.cell_limit_s, "Seconds that the run may take")->capture_default_str();
   trace->add_flag("--events", o.events, "Print impacts and changes of regime instead of the motion");
@@ -180,20 +180,20 @@ void declare_commands(Parser& p) {
   play->add_option("--method", o.methods, "A method drawn beside the truth; any number of them")
       ->expected(1)
       ->take_all();
-  p.counts(play, "Step count of every method (the scenario's last rung unless given)");
-  play->add_option("--samples", o.samples, "Frames, each the pose at one instant (up to 600 unless given)");
+  p.counts(play, "Step count of every method (default: the scenario's last rung)");
+  play->add_option("--samples", o.samples, "Frames, each the pose at one instant (default: up to 600)");
   p.other_engines(play);
   play->add_option("--limit", o.cell_limit_s, "Seconds that a run may take")->capture_default_str();
   p.resolution(play);
   play->add_option("--out", o.out_dir, "Where the page goes unless -o names it")->capture_default_str();
-  play->add_option("-o,--output", o.outputs, "html:FILE, the page (html:OUT/play-SCENE.html unless given)")
+  play->add_option("-o,--output", o.outputs, "html:FILE, the page (default: html:OUT/play-SCENE.html)")
       ->expected(1)
       ->take_all();
 
   auto* import =
       p.add("import", "A scene from a robot's description: URDF, or MJCF where MuJoCo is built", command_import);
   import->add_option("FILE", o.input, "FILE.urdf, or FILE.xml (MJCF)")->required();
-  import->add_option("-o,--output", o.outputs, "The scene's file (standard output unless given)")->expected(1);
+  import->add_option("-o,--output", o.outputs, "The scene's file (default: standard output)")->expected(1);
 
   auto* contacts =
       p.add("contacts", "Contacts of the initial pose as CSV, or (--swept) the first touch of moving bodies",
@@ -202,7 +202,7 @@ void declare_commands(Parser& p) {
   contacts
       ->add_option(
           "--engine", o.engines,
-          "Who answers: atwood (unless given), truth, bullet64, bullet32, ode, fcl, libccd, jolt, mujoco3, rapier, or\n"
+          "Who answers: atwood (the default), truth, bullet64, bullet32, ode, fcl, libccd, jolt, mujoco3, rapier, or\n"
           "the path of an executable that speaks the worker protocol. Variants: box-edges (the naive test of edges against faces);\n"
           "bullet64/closest-points, bullet32/closest-points (the algorithms of contactPairTest instead of the stepped\n"
           "world's); ENGINE/unit-size (bodies scaled to unit size; bullet64, bullet32, ode, fcl, libccd)")
@@ -218,13 +218,13 @@ void declare_commands(Parser& p) {
   p.resolution(compare);
   compare->add_option("--metric", o.metric,
                       "The error that is compared: position, velocity, attitude, body-rate, state, energy, or a\n"
-                      "metric's name (unless given, position, or attitude where the positions do not differ)");
+                      "metric's name (default: position, or attitude where the positions do not differ)");
   compare->add_option("--error", o.wanted_error, "Compare only the costs of this error, with its unit: 1e-6rad, 0.1mm");
   compare->add_option("--budget", o.budget, "Compare only the errors reached within this time: 16.7ms, 40us");
   compare->add_flag(
       "--same-rate", o.same_rate,
       "Rank methods that all evaluate the reference's right-hand side (our own as atwood-same-rate/...), with\n"
-      "native times beside. The default where every compared method can do so");
+      "native times beside. The default if all compared methods can do so");
   compare->add_flag("--native-rate", o.native_rate, "Rank each method by times with its engine's own right-hand side")
       ->excludes("--same-rate");
   p.other_engines(compare);
@@ -236,7 +236,7 @@ void declare_commands(Parser& p) {
   p.shown_progress(compare);
   compare
       ->add_option("-o,--output", o.outputs,
-                   "Write this file; format csv, json, markdown, junit or html (html:OUT/compare.html unless given)")
+                   "Write this file; format csv, json, markdown, junit or html (default: html:OUT/compare.html)")
       ->expected(1)
       ->take_all();
 
@@ -248,12 +248,12 @@ void declare_commands(Parser& p) {
       "1e-6rad, 2cm/s; a unit decides the metric");
   advise->add_option("--budget", o.budget, "The time that a whole run may take: 16.7ms, 40us");
   advise->add_option("--metric", o.metric,
-                     "position (unless given), velocity, attitude, body-rate, state, energy, or a metric's name");
+                     "position (the default), velocity, attitude, body-rate, state, energy, or a metric's name");
   advise->add_option("--method", o.methods, "Only these methods: ids or globs")->expected(1)->take_all();
   p.resolution(advise);
   advise->add_flag(
       "--same-rate", o.same_rate,
-      "Judge methods that all evaluate the reference's right-hand side: ours and those of odeint, ARKODE, CVODE");
+      "Only methods that evaluate the reference's right-hand side: ours and those of odeint, ARKODE, CVODE");
   p.other_engines(advise);
   advise->add_option("--time", o.search_s, "Seconds after which no further method is started")->capture_default_str();
   p.shown_progress(advise);
@@ -273,7 +273,7 @@ void declare_commands(Parser& p) {
   tune->add_option("--scenario", o.scenarios, "Only these scenes of the class: ids or globs")->expected(1)->take_all();
   tune->add_option(
       "--file", o.tuned_file,
-      "Where settings and evidence are kept (OUT/tuned.json unless given). The `tuned` presets are built from\n"
+      "Where settings and evidence are kept (default: OUT/tuned.json). The `tuned` presets are built from\n"
       "reference/rivals/tuned.json");
   tune->add_flag("--no-timing", o.no_timing, "Compare at equal steps instead of equal time");
   tune->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
@@ -306,11 +306,11 @@ void declare_commands(Parser& p) {
   bless->add_option("STUDY", o.study, "The study whose rows become the baseline");
   p.narrowing(bless);
   bless->add_option("--reason", o.reason, "Why this is the new baseline")->required();
-  bless->add_option("--baseline", o.baseline, "The file (atwood-baseline.tsv unless given)");
+  bless->add_option("--baseline", o.baseline, "The file (default: atwood-baseline.tsv)");
 
-  auto* bench =
-      p.add("bench", "Measure times: kernels and steps with Google Benchmark, goals, heaps per frame, broad phases",
-            command_bench);
+  auto* bench = p.add(
+      "bench", "Measure times: kernels and steps with Google Benchmark, goals, largest heap per frame, broad phases",
+      command_bench);
   bench->add_option(
       "FILTER", o.input,
       "`goals`: the project's goals beside its rivals, in one run. `frame-budget`: the largest heap and the\n"
@@ -321,7 +321,7 @@ void declare_commands(Parser& p) {
   bench->add_option("--method", o.methods, "Only these methods (frame-budget)")->expected(1)->take_all();
   bench
       ->add_option("--engine", o.engines,
-                   "Another engine: an executable that speaks the worker protocol (goals, frame-budget)")
+                   "Add an engine: an executable that speaks the worker protocol (goals, frame-budget)")
       ->expected(1)
       ->take_all();
   p.confining(bench);
@@ -356,7 +356,7 @@ void declare_commands(Parser& p) {
   history->add_option("-o,--output", o.outputs, "html:FILE, plots of the metric (--metric)")->expected(1)->take_all();
   auto* keep = history->add_option(
       "--prune-keep", o.prune_keep,
-      "Remove runs: of each study, and of each part of one, keep the newest N judged runs and what is newer than them");
+      "Of each study, and of each part of one, keep only the newest N judged runs and all runs after them");
   history->add_option("--prune-older", o.prune_older_days, "Remove runs that began more than DAYS ago")->excludes(keep);
   history->add_flag("--dry-run", o.dry_run, "Print how many runs would be removed (--prune-keep, --prune-older)");
 
@@ -367,7 +367,7 @@ void declare_commands(Parser& p) {
   auto* costs = p.add("costs", "What a study's cells cost, learned from the store, for `run --costs`", command_costs);
   costs->add_option("STUDY", o.study, "The study whose cells are asked for");
   p.narrowing(costs);
-  costs->add_option("-o,--output", o.outputs, "The file (standard output unless given)")->expected(1);
+  costs->add_option("-o,--output", o.outputs, "The file (default: standard output)")->expected(1);
 
   auto* doctor = p.add("doctor", "The installation: engines, versions, precisions, the machine", command_doctor);
   p.other_engines(doctor);
@@ -376,7 +376,7 @@ void declare_commands(Parser& p) {
                    "Compare the store's entries with their checksums; exit code 5 where it is damaged");
 
   auto* schema = p.add("schema", "The JSON Schema of scenario files and of rows", command_schema);
-  schema->add_option("SCHEMA", o.input, "scenario (unless given) or rows");
+  schema->add_option("SCHEMA", o.input, "scenario (the default) or rows");
 
   auto* help = p.add("help", "The commands, or one command's options", [&p](const Place&, const Options& asked) {
     if (asked.manual) {
@@ -386,7 +386,7 @@ void declare_commands(Parser& p) {
     fmt::print("{}", help_text(asked.input.empty() ? p.app : command_of(p.app, asked.input), terminal_width()));
     return exit_pass;
   });
-  help->add_option("COMMAND", o.input, "One command (all unless given)");
+  help->add_option("COMMAND", o.input, "One command (default: all)");
   help->add_flag("--man", o.manual, "The manual page, as roff: atwood help --man | man -l -");
 
   auto* completion = p.add("completion", "A script that completes commands, options and ids in a shell",

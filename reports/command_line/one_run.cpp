@@ -22,18 +22,10 @@ const Worker& worker_of(const std::vector<Worker>& workers, const std::string& m
   }
   if (method.find_first_of("*?") != std::string::npos)
     throw InputError(fmt::format("--method {}: found a glob; expected the id of one method, or truth", method));
-  std::vector<std::string> names;
-  for (const auto& worker : workers) {
-    if (worker.status != Status::ok) continue;
-    for (const auto& info : worker.engine.methods) {
-      if (info.id == id.engine + "/" + id.scheme) return worker;
-      names.push_back(info.id);
-    }
-  }
-  names.emplace_back("truth");
-  throw InputError(
-      fmt::format("--method {}: no available engine provides this method{}; `atwood list methods` shows all", method,
-                  nearest_hint(id.engine + "/" + id.scheme, names, 3)));
+  for (const Worker& worker : workers)
+    for (const MethodInfo& info : worker.engine.methods)
+      if (worker.status == Status::ok && info.id == id.engine + "/" + id.scheme) return worker;
+  refuse_unknown_method("--method ", method, workers, {"truth"});
 }
 
 void refine(const Options& options, Scenario& scenario) {

@@ -8,11 +8,10 @@
 
 #include "reports/render/text.hpp"
 #include "scene/files.hpp"
+#include "validation/metrics/work_precision.hpp"
 
 namespace atwood {
 namespace {
-
-std::string base_of(const std::string& method) { return method.substr(0, method.find_first_of(":+@{")); }
 
 bool offers(const std::vector<Worker>& workers, const std::string& engine, const std::string& base) {
   return std::any_of(workers.begin(), workers.end(), [&](const Worker& worker) {

@@ -14,6 +14,7 @@
 #include "reports/command_line/units.hpp"
 #include "scene/files.hpp"
 #include "validation/gates/gates.hpp"
+#include "validation/metrics/work_precision.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;
@@ -256,6 +257,22 @@ void require_answers(const std::vector<Worker>& workers, const Study* study) {
     if (worker.status == Status::not_built) throw InputError(words);  // it cannot be started
     throw WorkerFailure(words);
   }
+}
+
+void refuse_unknown_method(const std::string& option, const std::string& method, const std::vector<Worker>& workers,
+                           const std::vector<std::string>& others) {
+  const std::string base = base_of(method), engine = engine_of(method);
+  if (const Worker* worker = unanswered(workers, engine)) {
+    const std::string words = fmt::format("{}{}: the engine {} did not start: {}: {}", option, method, engine,
+                                          to_string(worker->status), worker->reason);
+    if (worker->status == Status::not_built) throw InputError(words);
+    throw WorkerFailure(words);
+  }
+  std::vector<std::string> known = others;
+  for (const Worker& worker : workers)
+    for (const MethodInfo& info : worker.engine.methods) known.push_back(info.id);
+  throw InputError(fmt::format("{}{}: no available engine provides this method{}; `atwood list methods` shows all",
+                               option, method, nearest_hint(base, known, 3)));
 }
 
 namespace {

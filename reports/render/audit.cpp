@@ -6,6 +6,7 @@
 
 #include "reports/report.hpp"
 #include "text.hpp"
+#include "validation/metrics/work_precision.hpp"
 
 namespace atwood {
 namespace {
@@ -20,9 +21,6 @@ struct OwnClaim {
   double order = 0;
   std::string from;
 };
-
-// "odeint/rk4@long-double{in_place=true}" -> "odeint/rk4"
-std::string base_of(const std::string& method) { return method.substr(0, method.find_first_of(":+@{")); }
 
 std::map<std::string, OwnClaim> claims_of(const std::vector<Engine>& engines) {
   std::map<std::string, OwnClaim> claims;

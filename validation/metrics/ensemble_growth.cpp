@@ -27,9 +27,10 @@ double exponent(std::span<const std::vector<double>> squares, std::span<const st
   return metrics::fit_line(log_t, log_rms).slope;
 }
 
-// Degrees of freedom of a variance estimated from n values of kurtosis k: Satterthwaite's, 2 / ((k - 3) / n + 2 / (n -
-// 1)). The runs' contributions to the exponent have heavy tails, for which n - 1 is too large.
-double freedom(std::span<const double> shares) {
+// Degrees of freedom of a variance estimated from n values of kurtosis k (Satterthwaite):
+//   2 / ((k - 3) / n + 2 / (n - 1)).
+// The runs' contributions to the exponent have heavy tails, for which n - 1 is too large.
+double degrees_of_freedom(std::span<const double> shares) {
   const double n = static_cast<double>(shares.size());
   double mean = 0, second = 0, fourth = 0;
   for (double s : shares) mean += s / n;
@@ -94,7 +95,7 @@ GrowthFit fit_growth_ensemble(std::span<const double> t_s, std::span<const std::
   }
   // Corrects the variance of resamples by n / (n - 1).
   const double error = std::sqrt((squared - mean * mean) * static_cast<double>(n) / static_cast<double>(n - 1));
-  fit.half_width_95 = metrics::students_t(freedom(shares), 0.975) * error;
+  fit.half_width_95 = metrics::students_t(degrees_of_freedom(shares), 0.975) * error;
   name_law(fit);
   return fit;
 }

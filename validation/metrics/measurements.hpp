@@ -62,8 +62,8 @@ void append_penetration(const Scene& scene, const Recording& run, std::vector<Ro
 void append_landing(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 // solver-* rows, also for a run that ended early. None for a run that reports no solver.
 void append_solver_figures(const Recording& run, std::vector<Row>& rows);
-// Errors below 30 of these are dominated by the truth's bar or by round-off and show no law. Energy: of
-// relative_energy.
+// Errors below 30 of these are dominated by the truth's bar or by round-off and show no law. Energy is relative to
+// energy_scale().
 struct GrowthFloors {
   double position_m = 0, attitude_rad = 0, energy = 0;
 };

@@ -29,8 +29,7 @@ struct OverheadFit {
 // line by least squares in every round (weights 1 / ns^2: disturbances of a timing are proportional to it), so that
 // load during one round affects only that round. Estimates are medians over the rounds, their intervals order
 // statistics: ranks of the sorted values that enclose the median with 95 % for every distribution (sign test; David and
-// Nagaraja, Order Statistics, section 7.1). For fewer than six rounds: the range, which contains it with 1 - 2^(1 -
-// rounds).
+// Nagaraja, Order Statistics, section 7.1). For n < 6 rounds: the range, which contains it with 1 - 2^(1 - n).
 OverheadFit fit_overhead(std::span<const int> repeats, const std::vector<std::vector<double>>& ns);
 
 // The overhead of one method as `compare` measured it.

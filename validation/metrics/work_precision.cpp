@@ -163,6 +163,7 @@ std::string method_family(const std::string& method) {
 }
 
 std::string engine_of(const std::string& method) { return method.substr(0, method.find('/')); }
+std::string base_of(const std::string& method) { return method.substr(0, method.find_first_of(":+@{")); }
 
 bool at_bar(const WorkPoint& point) { return point.bar > 0 && point.error < 3 * point.bar; }
 double known_error(const WorkPoint& point) { return at_bar(point) ? point.error + point.bar : point.error; }

@@ -27,6 +27,8 @@ enum class Cost { seconds, evaluations };
 std::string method_family(const std::string& method);
 // "bullet64" of "bullet64/tuned".
 std::string engine_of(const std::string& method);
+// "atwood/rk4" of "atwood/rk4+event@quad": what stands before tolerance, response, scalar and settings.
+std::string base_of(const std::string& method);
 
 struct WorkPoint {
   std::string method;         // full id

@@ -38,6 +38,18 @@ std::string name_by_file(const std::string& path) {
   return file.rfind("atwood-", 0) == 0 ? file.substr(7) : "";
 }
 
+}  // namespace
+
+const Worker* unanswered(const std::vector<Worker>& workers, const std::string& engine) {
+  for (const Worker& worker : workers) {
+    if (worker.status == Status::ok) continue;
+    if (name_by_file(worker.path) == engine || std::filesystem::path(worker.path).filename() == engine) return &worker;
+  }
+  return nullptr;
+}
+
+namespace {
+
 // Rows of two engines with one name could not be distinguished: the first worker keeps the name, another one is
 // refused. The same command twice is one engine. No engine may be called `truth`.
 void refuse_taken_names(std::vector<Worker>& workers) {

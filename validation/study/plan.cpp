@@ -157,16 +157,11 @@ std::string with_settings(const std::string& method, const Settings& settings) {
 
 // Sets the reason why the cell has no worker: that of the engine's executable, if there is one.
 void explain_absence(Cell& cell, const std::vector<Worker>& workers) {
-  const std::string engine = cell.method.substr(0, cell.method.find('/'));
   cell.absent_reason = "no available engine provides " + cell.method;
-  for (const Worker& worker : workers) {
-    if (worker.status == Status::ok) continue;
-    const std::string name = std::filesystem::path(worker.path).filename().string();
-    if (name != engine && name != "atwood-" + engine && !(engine == "atwood" && name == "atwood-engine")) continue;
-    cell.absent = worker.status;
-    cell.absent_reason = worker.reason;
-    return;
-  }
+  const Worker* worker = unanswered(workers, cell.method.substr(0, cell.method.find('/')));
+  if (worker == nullptr) return;
+  cell.absent = worker->status;
+  cell.absent_reason = worker->reason;
 }
 
 bool frames_taken(const Cell& cell, const std::vector<Worker>& workers) {

@@ -64,6 +64,8 @@ struct Worker {                        // an executable that answered hello, or 
 };
 // Starts each worker, sends `hello` and reads the answer (limit 10 s each).
 std::vector<Worker> find_workers(const std::vector<std::string>& paths);
+// The worker of this engine, by its executable's name, that did not answer; nullptr: none.
+const Worker* unanswered(const std::vector<Worker>& workers, const std::string& engine);
 // The settings of a method's response, the id's over the standard ones; empty: it has no response.
 Settings response_settings(const Worker& worker, const MethodId& id);
 // `confinements`: of each command; empty: the default one.

@@ -156,8 +156,8 @@ void solve_coupled_contacts(const Bodies<S>& bodies, const Proximity<S>& proximi
   distribute_friction_by_normal_force(bodies, proximity, active, constraints);
 }
 
-// Of coupled contacts: the Delassus form x . A x of their forces per square of all normal forces, with A x = right -
-// rows without them. Recorded at the first contact that slips.
+// Records, at the first contact that slips, the Delassus form x . A x of the coupled contacts' forces x, divided by the
+// square of the sum of their normal forces. A x is the right side less the rows' values without these forces.
 template <class S> void record_coupled_delassus(ActiveSet<S>& active, ConstraintSystem<S>& constraints) {
   Contact<S>* slips = nullptr;
   S along = S(0), size = S(0), normal = S(0), free_rows[5];

@@ -79,8 +79,8 @@ template <class S> struct GaussSeidel {
                                           delassus_entry(bodies, proximity, contact, {}, t2, {}, t2)) +
                                 real::abs(delassus_entry(bodies, proximity, contact, {}, t, {}, t2));
   }
-  // Solves one contact for the present forces of the others. `change` and `size` are raised to its largest change of a
-  // force and its normal force.
+  // Solves one contact for the present forces of the others. Raises `change` to the largest change of a force, or of a
+  // couple over the bounding radii, and `size` to the normal force.
   void solve(Contact<S>& contact, S rate_per_s, S& change, S& size) {
     const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
     const Vec3<S>& n = contact.kinematics.normal;
@@ -106,6 +106,7 @@ template <class S> struct GaussSeidel {
       const Vec3<S> couple =
           shortened(contact.couple_N_m - (S(1) / contact.inverse_inertia_r) * across, pair.rolling_friction_m * normal);
       apply(contact, {}, couple - contact.couple_N_m);
+      change = real::max(change, norm(couple - contact.couple_N_m) / pair.bounding_radii);
       contact.couple_N_m = couple;
     }
   }
@@ -147,6 +148,7 @@ Convergence solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S
                   across = u_end - dot(u_end, contact.kinematics.normal) * contact.kinematics.normal;
     const S braking = proximity.pairs[proximity.candidates[contact.candidate].pair].friction * contact.normal_N *
                       contact.inverse_mass_t;
+    // The direction of slip after its onset, unless friction nearly stops it: then it is round-off.
     if (norm(across) > S(0x1p-16) * braking) contact.slip_direction = (S(1) / norm(across)) * across;
   }
   return ended;

@@ -109,19 +109,18 @@ template <class S> bool solve_impacts(ImpactProblem<S>& problem) {
     else if (!collide_as_one_point(problem, first, end - first) && !collide_simultaneously(problem, first, end - first))
       return false;
   }
-  return collide_simultaneously(problem, 0,
-                                count);  // what ever smaller impacts have left
+  return collide_simultaneously(problem, 0, count);  // the approach that is left is resolved as one problem
 }
 
-// False: a vertex approaches a face steeply on whose boundary it leaves the face, within round-off. Whether it strikes is
-// not decided there; the run ends.
+// False, and the run ends: a vertex approaches a face and leaves it over its boundary at the same instant, within
+// round-off, so that an impact can be neither affirmed nor excluded.
 template <class S> bool refuse_leaving_vertices(EventRun<S>& run, S t_s) {
   for (const ImpactPoint<S>& point : run.impacts.points) {
     const Candidate<S>& candidate = run.proximity.candidates[point.candidate];
     if (candidate.in_contact || !(point.kinematics.rate < -run.bodies.approach_round_off())) continue;
     if (leaving_speed(run.bodies, run.proximity, candidate) > S(0))
       return refuse_at(run.report, static_cast<double>(t_s),
-                       "a vertex leaves a face over its boundary while it approaches the face, within round-off");
+                       "whether a vertex hits the edge of a face or passes it is decided by round-off");
   }
   return true;
 }
@@ -176,12 +175,13 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
   }
   for (const AppliedImpulse<S>& made : run.impacts.applied)
     if (!made.impulse.converged) {
-      run.report.outcome = {Status::diverged,
-                            "atwood's +event: the path of an impact's slip at t = " +
-                                format_double(static_cast<double>(t_s)) + " s was not followed to its end",
-                            0,
-                            0,
-                            {}};
+      run.report.outcome = {
+          Status::diverged,
+          "atwood's +event: the path of an impact's slip at t = " + format_double(static_cast<double>(t_s)) +
+              " s was not resolved: its iteration did not converge",
+          0,
+          0,
+          {}};
       return false;
     }
   for (const AppliedImpulse<S>& made : run.impacts.applied)

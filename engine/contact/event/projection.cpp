@@ -39,25 +39,36 @@ void change_velocity(const Bodies<S>& bodies, const ConstraintSystem<S>& constra
     store3(load3(at + kAtBodyRate) + turned_back(bodies.poses[body], by.angular), at + kAtBodyRate);
 }
 
+template <class S> S largest_drift(const ActiveSet<S>& active) {
+  S worst = S(0);
+  for (const Contact<S>& contact : active.contacts)
+    if (contact.active) worst = real::max(worst, real::abs(contact.kinematics.gap - contact.held_gap));
+  return worst;
+}
+
 // Restores the gaps at which contacts are held, by the least displacement; two Newton iterations at most.
 template <class S>
 void project_positions(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
                        ConstraintSystem<S>& constraints, StateBuffers<S>& states) {
-  const S near_enough = bodies.gap_round_off() / S(16);
-  for (int turn = 0; turn < 2; ++turn) {
-    S worst = S(0);
-    for (const Contact<S>& contact : active.contacts)
-      if (contact.active) worst = real::max(worst, real::abs(contact.kinematics.gap - contact.held_gap));
-    if (worst <= near_enough) return;
+  constexpr int max_iterations = 2;
+  const S tolerance = bodies.gap_round_off() / S(16);
+  if (largest_drift(active) <= tolerance) return;
+  int iteration = 0;
+  S worst{};
+  do {
     assign_rows(bodies, proximity, active, constraints, ConstraintLevel::position);
     for (const Contact<S>& contact : active.contacts)
       if (contact.active) constraints.right[contact.first_row] = contact.held_gap - contact.kinematics.gap;
-    std::fill_n(constraints.right_round_off.begin(), constraints.row_count, near_enough);
+    std::fill_n(constraints.right_round_off.begin(), constraints.row_count, tolerance);
     solve_least_change(bodies, active, constraints);
     S* y = states.overwrite(states.y);
     for (const int body : active.bodies) displace_body(bodies, constraints, body, y);
     update_active_kinematics(bodies, proximity, active, y, states.y.version);
-  }
+    worst = largest_drift(active);
+  } while (++iteration < max_iterations && !(worst <= tolerance));
+  bodies.model.system().solvers.add(IterativeSolver::contact_projection,
+                                    {iteration, static_cast<double>(worst / bodies.length_scale),
+                                     worst <= bodies.gap_round_off() ? SolveEnd::converged : SolveEnd::capped});
 }
 
 // Do the velocities obey the constraints up to round-off? Angular velocities count as those of points at the bodies'

@@ -28,7 +28,7 @@ constexpr double kFractionOfAStep = 1e-3;
 constexpr int kMaxFacetChanges = 1000;  // in a step; a ball that rolls over a mesh changes its facet a few times
 constexpr int kMaxPiecesNearSingularity = 5000;  // each changes a Delassus element by an eighth at most
 constexpr const char* kSingularSlip =
-    "a contact slides into a configuration without contact forces (Painleve): its normal force grows without bound";
+    "a contact slips towards a singular configuration (Painleve), where its normal force would be infinite";
 
 // How much of the step was left when its time last advanced, and how many events or pieces came since; and the changes of
 // facets in all of the step.
@@ -194,7 +194,7 @@ template <class S> void advance_to(EventRun<S>& run, State<S>& reached) {
 template <class S> bool makes_progress(EventRun<S>& run, Progress<S>& progress, S t_s, S h_s, S left_s) {
   if (progress.stalls_at_piece(left_s, S(kFractionOfAStep) * h_s))
     return diverged_at(run.report, static_cast<double>(t_s),
-                       "slip needs more than 100000 pieces within a thousandth of a step");
+                       "slip changes so fast that 100000 segments cover less than a thousandth of a step");
   if (progress.pieces > kMaxPiecesNearSingularity && run.active.count > 0 &&
       near_singularity(run.bodies, run.proximity, run.active))
     return refuse_at(run.report, static_cast<double>(t_s), kSingularSlip);
@@ -242,11 +242,10 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     if (!(left_s > round_off_s)) return true;
     if (first.function == Switch::facet && ++progress.facet_changes > kMaxFacetChanges)
       return refuse_at(run.report, static_cast<double>(t_s),
-                       "a contact changes between two facets more than 1000 times within a step: it stays on their "
-                       "common boundary, and round-off decides on which of them it is");
+                       "a contact changed its facet more than 1000 times within a step: it stays on the common edge of "
+                       "two facets, and round-off decides on which of them it is");
     if (progress.stalls_at_event(left_s, real::epsilon<S>() * real::abs(t_s)))
-      return diverged_at(run.report, static_cast<double>(t_s),
-                         "10000 events followed each other without the time advancing");
+      return diverged_at(run.report, static_cast<double>(t_s), "10000 events at one instant");
   }
 }
 

@@ -9,6 +9,7 @@
 // An approach that is no faster than the velocity increment of a substep is a lasting contact and left to the velocity
 // solver. So are contacts without restitution and, after inelastic collapse, the impacts that remain at the limit.
 #include <algorithm>
+#include <limits>
 
 #include "contact/impulse.hpp"
 #include "contact/stepping/contact_points.hpp"
@@ -137,6 +138,9 @@ template <class S> void apply_impact(World<S>& world, int contact, const Predict
     set_velocity_after_impact(world, a, body_a, t_s);
     set_velocity_after_impact(world, b, body_b, t_s);
   }
+  if (!impulse.converged)
+    world.model->system().solvers.add(IterativeSolver::slip_path,
+                                      {1, std::numeric_limits<double>::quiet_NaN(), SolveEnd::capped});
   if (world.records_impulses) {
     ImpulseSum<S>& sum = world.impulse_sums[static_cast<std::size_t>(contact)];
     const Vec3<S> along = dot(change, predicted.normal) * predicted.normal;

@@ -31,10 +31,19 @@ struct Run {
   Sample end;
 };
 
-inline Run run(const Engine& engine, const std::string& method, const Scenario& given, std::int64_t steps) {
+// Runs the scene and returns its end, whatever the outcome's status: for tests of a refusal.
+inline Run try_run(const Engine& engine, const std::string& method, const Scenario& given, std::int64_t steps) {
   Run made;
   made.outcome = engine.run(parse_method_id(method), given.scene, {given.t_end_s, steps, 1},
                             {[&](const Sample& s) { made.end = s; }, {}}, 0);
+  return made;
+}
+
+// Runs the scene; the test fails here unless the run ended ok.
+inline Run run(const Engine& engine, const std::string& method, const Scenario& given, std::int64_t steps) {
+  Run made = try_run(engine, method, given, steps);
+  INFO(method << " " << steps << ": " << to_string(made.outcome.status) << ", " << made.outcome.reason);
+  REQUIRE(made.outcome.status == Status::ok);
   return made;
 }
 

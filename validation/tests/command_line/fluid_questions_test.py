@@ -176,7 +176,7 @@ class Words(Case):
     def test_every_solver_is_described(self):
         told = self.ask("list", "metrics").stdout
         for solver in ("implicit-stages", "contact-newton", "expanding-polytope"):
-            self.assertRegex(told, solver + r" +.*Residual: ")
+            self.assertRegex(told, solver + r"\n(?:    .*\n)*?    .*Residual:")
 
 
 if __name__ == "__main__":

@@ -15,9 +15,10 @@ constexpr double g = 9.81, r = 0.1;
 std::vector<Shape> tops() { return {Rectangle{{0.5, 0.4}}, Box{{0.5, 0.4, 0.2}}, flat_mesh(0.5, 0.4)}; }
 double top_of(const Shape& shape) { return std::holds_alternative<Box>(shape) ? 0.2 : 0; }
 
-// A ball that slides without friction about an edge, from its top at speed v0: R theta'^2 = v^2 / R = v0^2 / R + 2 g (1
-// - cos theta), and N = m (g cos theta - v^2 / R) vanishes at 3 cos theta = v0^2 / (g R) + 2. The time there by
-// Simpson's rule.
+// A ball that slides without friction about an edge, from its top at speed v0:
+//   R theta'^2 = v^2 / R = v0^2 / R + 2 g (1 - cos theta)
+//   N = m (g cos theta - v^2 / R), which vanishes at 3 cos theta = v0^2 / (g R) + 2.
+// The time there by Simpson's rule.
 struct Leaves {
   double angle = 0, after_s = 0;
 };

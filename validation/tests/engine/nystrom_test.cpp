@@ -10,8 +10,9 @@ namespace {
 
 // An acceleration's expansion, tree by tree: with m factors of c (from x + c h v) and branches t_1 ... t_n at the root,
 //   phi_i(t) = c_i^m prod_k sum_j a_ij phi_j(t_k), of order r(t) = 1 + m + sum_k (1 + r(t_k)).
-// Along the exact solution it is th^(r - 1) / g, each branch integrated twice: g(t) = prod_k g(t_k) r(t_k) (r(t_k) +
-// 1). So
+// Along the exact solution it is th^(r - 1) / g, each branch integrated twice:
+//   g(t) = prod_k g(t_k) r(t_k) (r(t_k) + 1).
+// So
 //   sum b'_i phi_i = 1 / (g r) for r <= p, and sum b_i phi_i = 1 / (g r (r + 1)) for r <= p - 1
 // (Hairer, Norsett, Wanner I, section II.14, with the trees of x'' = a(t, x) only).
 struct NystromTree {

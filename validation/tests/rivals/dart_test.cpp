@@ -22,7 +22,7 @@ Run run_with(const std::string& scheme, const Scene& scene, const Plan& plan, co
 }
 
 std::string refusal_of(const Scene& scene, const Settings& overrides = {}) {
-  const Run refused = run_with("default", scene, Plan{0.1, 10, 1}, overrides);
+  const Run refused = try_run(engine(), method(engine(), "default", overrides), scene, Plan{0.1, 10, 1});
   CHECK(to_string(refused.outcome.status) == "unsupported");
   return refused.outcome.reason;
 }
@@ -159,7 +159,7 @@ TEST_CASE("every detector stops a sliding box on a box; what it does not collide
 }
 
 TEST_CASE("a body whose spin diverges ends the run and not the process") {
-  const Run lost = run_with("default", free_box_complex(), Plan{100, 300, 10});
+  const Run lost = try_run(engine(), method(engine(), "default"), free_box_complex(), Plan{100, 300, 10});
   CHECK(to_string(lost.outcome.status) == "not finite");
 }
 

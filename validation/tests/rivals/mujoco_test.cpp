@@ -73,7 +73,7 @@ TEST_CASE("scenes with restitution are refused, where the pair can meet") {
   Scene scene = of_materials({PairLaw{0, 0, 0, 0.3, 0}, PairLaw{0, 1, 0.5, 0.3, 0}, PairLaw{1, 1, 0, 0, 0}}, 2);
   CHECK(run_with("default", scene, Plan{0.1, 10, 1}).outcome.status == Status::ok);  // no body has material 1
   scene.bodies[1].material = 1;
-  const Run refused = run_with("tuned", scene, Plan{0.1, 10, 1});
+  const Run refused = try_run(engine(), method(engine(), "tuned"), scene, Plan{0.1, 10, 1});
   CHECK(to_string(refused.outcome.status) == "unsupported");
   CHECK_THAT(refused.outcome.reason, Catch::Contains("MuJoCo has no restitution"));
 }
@@ -160,10 +160,11 @@ TEST_CASE("joints and ropes may be tied to a fixed plane") {
 TEST_CASE("scenes that MuJoCo does not support are refused, with its own message where there is one") {
   Scene light = free_box_complex();
   light.bodies[0].mass_kg = 1e-16;
-  CHECK_THAT(run_with("default", light, Plan{1, 10, 10}).outcome.reason, Catch::Contains("MuJoCo's compiler says"));
+  CHECK_THAT(try_run(engine(), method(engine(), "default"), light, Plan{1, 10, 10}).outcome.reason,
+             Catch::Contains("MuJoCo's compiler says"));
   Scene heap = bounce(0, 1, 0.5);
   for (int i = 0; i < 5000; ++i) heap.bodies.push_back(sphere_body("b" + std::to_string(i), 1, 0.1, {0.3 * i, 0, 1}));
-  const Run refused = run_with("default", heap, Plan{1, 10, 10});
+  const Run refused = try_run(engine(), method(engine(), "default"), heap, Plan{1, 10, 10});
   CHECK(to_string(refused.outcome.status) == "unsupported");
   CHECK_THAT(refused.outcome.reason, Catch::Contains("2 GiB"));
 }
@@ -173,7 +174,7 @@ TEST_CASE("warnings go into the outcome, and no log file into the working direct
   std::filesystem::remove(here);
   Scene scene = free_box_complex();
   scene.forces.push_back(Attractor{{0}, {0, 0, 0}, 1});  // the box starts in its centre: 0 / 0
-  const Run lost = run_with("default", scene, Plan{1, 10, 10});
+  const Run lost = try_run(engine(), method(engine(), "default"), scene, Plan{1, 10, 10});
   CHECK(to_string(lost.outcome.status) == "not finite");
   CHECK_THAT(lost.outcome.reason, Catch::Contains("MuJoCo warned"));
   CHECK_FALSE(std::filesystem::exists(here));

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <catch2/catch.hpp>
+
 #include "protocol/method.hpp"
 #include "scene/scene.hpp"
 
@@ -82,12 +84,22 @@ struct Run {
   }
 };
 
-inline Run run(const Engine& engine, const MethodId& id, const Scene& scene, const Plan& plan) {
+// Runs `scene` and returns what was observed, whatever the outcome's status: for tests of a refusal.
+inline Run try_run(const Engine& engine, const MethodId& id, const Scene& scene, const Plan& plan) {
   Run result;
   Observer observer;
   observer.sample = [&](const Sample& sample) { result.samples.push_back(sample); };
   observer.event = [&](const Event& event) { result.events.push_back(event); };
   result.outcome = engine.run(id, scene, plan, observer, 0);
+  return result;
+}
+
+// Runs `scene`; the test fails here unless the run ended ok with all its samples.
+inline Run run(const Engine& engine, const MethodId& id, const Scene& scene, const Plan& plan) {
+  Run result = try_run(engine, id, scene, plan);
+  INFO(to_string(id) << ": " << to_string(result.outcome.status) << ", " << result.outcome.reason);
+  REQUIRE(result.outcome.status == Status::ok);
+  REQUIRE(static_cast<std::int64_t>(result.samples.size()) == plan.samples + 1);
   return result;
 }
 

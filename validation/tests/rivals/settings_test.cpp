@@ -18,7 +18,7 @@ const MethodInfo& method_info(const Engine& engine, const std::string& scheme) {
 }
 
 std::string refusal_of(const MethodId& id, const Scene& scene) {
-  const Run result = run(engine_under_test(), id, scene, Plan{1, 10, 10});
+  const Run result = try_run(engine_under_test(), id, scene, Plan{1, 10, 10});
   CHECK(to_string(result.outcome.status) == "unsupported");
   CHECK(result.samples.empty());
   return result.outcome.reason;
@@ -161,7 +161,7 @@ TEST_CASE("a state that is not a number ends the run as such") {
   Scene scene = free_box_complex();
   scene.forces.push_back(Attractor{{0}, {0, 0, 0}, 1});  // the box starts in its centre: 0 / 0
   const Engine engine = engine_under_test();
-  const Run result = run(engine, method(engine, "default"), scene, Plan{1, 10, 10});
+  const Run result = try_run(engine, method(engine, "default"), scene, Plan{1, 10, 10});
   CHECK(to_string(result.outcome.status) == "not finite");
   CHECK_THAT(result.outcome.reason, Catch::Contains("box"));
   CHECK(result.samples.size() < 11);

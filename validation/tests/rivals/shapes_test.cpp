@@ -87,8 +87,7 @@ Body flat(const Shape& shape) {
 // rocks.
 void check_slide(const Engine& engine, const Scene& scene, const std::string& what, bool one_point = false) {
   const Run end = run(engine, sharpest(engine), scene, Plan{1, 480, 24});
-  INFO(engine.name << ", " << what << ": " << end.outcome.reason);
-  REQUIRE(to_string(end.outcome.status) == "ok");
+  INFO(engine.name << ", " << what);
   CHECK(end.p(1, 0) - 0.02 == Approx(kStop_m).epsilon(one_point ? 0.25 : 0.04));
   CHECK(end.p(1, 1) - 0.01 == Approx(0).margin(one_point ? 0.03 : 5e-3));
   CHECK(end.p(1, 2) == Approx(0.05).margin(one_point ? 0.01 : 2e-3));
@@ -111,13 +110,12 @@ TEST_CASE("a box slides over every shape of floor") {
     const Scene scene = scene_of(floor.shape, depth_m, flat(Box{{0.2, 0.2, 0.05}}), kMu);
     if (engine.name == "ode" && floor.name == "convex") {  // ODE's own loss: one point between a box and a hull
       const Run sunk = run(engine, sharpest(engine), scene, Plan{1, 480, 24});
-      CHECK(to_string(sunk.outcome.status) == "ok");
       CHECK(sunk.p(1, 2) < 0.04);
     } else if (takes(engine, floor)) {
       check_slide(engine, scene, "box on a " + floor.name,
                   engine.name == "mujoco" && (floor.name == "convex" || floor.name == "cylinder"));
     } else {
-      const Run refused = run(engine, sharpest(engine), scene, Plan{1, 480, 24});
+      const Run refused = try_run(engine, sharpest(engine), scene, Plan{1, 480, 24});
       CHECK(to_string(refused.outcome.status) == "unsupported");
       CHECK_THAT(refused.outcome.reason, Catch::Contains("`" + scene.bodies[0].name + "`"));
     }
@@ -130,8 +128,7 @@ TEST_CASE("a smooth ball glides over every shape of floor, seams and all") {
     if (!takes(engine, floor)) continue;
     const Scene scene = scene_of(floor.shape, depth_m, sphere_body("ball", 1, 0.1, {0.02, 0.01, 0.1}), 0);
     const Run end = run(engine, sharpest(engine), scene, Plan{1, 480, 480});
-    INFO(engine.name << ", ball on a " << floor.name << ": " << end.outcome.reason);
-    REQUIRE(to_string(end.outcome.status) == "ok");
+    INFO(engine.name << ", ball on a " << floor.name);
     const bool trips = is_bullet(engine) && floor.name == "compound";  // Bullet's own loss: a seam it knows nothing of
     CHECK(end.p(1, 0) == Approx(0.02 + kSpeed_m_per_s).epsilon(trips ? 0.1 : 5e-3));
     CHECK(end.p(1, 1) == Approx(0.01).margin(2e-3));
@@ -151,13 +148,13 @@ TEST_CASE("rolling friction slows a rolling ball by 5/7 c g / r") {
   scene.pairs[0].rolling_friction_m = 0.002;
   scene.bodies[1].velocity_m_per_s = {1, 0, 0};
   scene.bodies[1].angular_velocity_body_rad_per_s = {0, 10, 0};
-  const Run end = run(engine, sharpest(engine), scene, Plan{1, 1000, 10});
   if (engine.name == "dart") {
-    CHECK(to_string(end.outcome.status) == "unsupported");
-    CHECK_THAT(end.outcome.reason, Catch::Contains("no rolling friction"));
+    const Run refused = try_run(engine, sharpest(engine), scene, Plan{1, 1000, 10});
+    CHECK(to_string(refused.outcome.status) == "unsupported");
+    CHECK_THAT(refused.outcome.reason, Catch::Contains("no rolling friction"));
     return;
   }
-  REQUIRE(to_string(end.outcome.status) == "ok");
+  const Run end = run(engine, sharpest(engine), scene, Plan{1, 1000, 10});
   CHECK(1 - end.v(1, 0) == Approx(5.0 / 7 * 0.002 * kGravity_m_per_s2 / 0.1).epsilon(0.02));
   CHECK(end.w(1, 1) * 0.1 == Approx(end.v(1, 0)).epsilon(0.01));
 }

@@ -1,6 +1,6 @@
 """The sources are formatted and their constants named alike: format_test.py ROOT. `.clang-format` is checked with
 clang-format 14 (Debian 12's; other versions break lines elsewhere); where it is missing, that part is skipped with a
-word, and 77 is answered if nothing else was wrong. A constant at namespace scope is named kLikeThis, a trait is_like_this
+word, and 77 is answered if nothing else was wrong. Comments, which clang-format leaves as they are, end at column 120. A constant at namespace scope is named kLikeThis, a trait is_like_this
 or has_like_this; tests name the quantities of their scenes as their formulas do."""
 import os
 import re
@@ -9,6 +9,7 @@ import subprocess
 import sys
 
 SKIPPED = 77
+WIDTH = 120
 ROOT = sys.argv[1]
 FOLDERS = ("engine", "reference", "validation", "benchmarks", "reports")
 CONSTANT = re.compile(r"^(?:template\s*<[^>]*>\s*)?(?:inline |static )*constexpr (?P<rest>[^()]*?(?: =|\{)|[^()]*$)")
@@ -32,6 +33,14 @@ def misnamed(path):
                 yield f"{os.path.relpath(path, ROOT)}:{number}: the constant `{name.group(1)}` should be named kLikeThis"
 
 
+def too_wide(path):
+    """Comments that go beyond column 120; long string literals are no fault, for clang-format decides about code."""
+    with open(path, encoding="utf-8") as file:
+        for number, line in enumerate(file, 1):
+            if len(line.rstrip("\n")) > WIDTH and re.search(r'(?:^|[\s;{},)])//(?![^"]*"[^"]*$)', line):
+                yield f"{os.path.relpath(path, ROOT)}:{number}: the comment goes beyond column {WIDTH}"
+
+
 def clang_format():
     for program in ("clang-format-14", "clang-format"):
         found = shutil.which(program)
@@ -46,6 +55,7 @@ def main():
         print(f"{len(every)} sources in {ROOT}; expected the tree")
         return 1
     faults = [fault for path in every if "/tests/" not in path for fault in misnamed(path)]
+    faults += [fault for path in every for fault in too_wide(path)]
     print("\n".join(faults), end="\n" if faults else "")
     program = clang_format()
     if program is None:

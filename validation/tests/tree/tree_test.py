@@ -1,5 +1,6 @@
 """Dependencies run one way, read from the includes: between rooms engine <- reference <- validation <- benchmarks <- reports,
-and inside a room between folders, whose graph has no cycle."""
+and inside a room between folders, whose graph has no cycle; folders of engine/ include from those on their left in the table of
+CONTRIBUTING.md."""
 import collections
 import os
 import re
@@ -103,6 +104,22 @@ def cycles():
                 yield "    " + line
 
 
-found = list(faults()) + list(cycles())
+def engine_order():
+    """Includes of engine/ from a folder that stands to the right in the table of CONTRIBUTING.md, or in no place there."""
+    table = re.search(r"^engine/ +(.*?)^reference/", open(os.path.join(ROOT, "CONTRIBUTING.md"), encoding="utf-8").read(), re.M | re.S)
+    order = [name.rstrip("/") for name in table.group(1).split() if name.endswith("/")]
+    place = {f"engine/{name}": at for at, name in enumerate(order)}
+    place["engine"] = len(order)  # simulation.* and the engine's other files
+    graph = folder_includes()
+    for folder in sorted(f for f in graph if f.split("/")[0] == "engine"):
+        if folder not in place:
+            yield f"{folder}: not in the table of CONTRIBUTING.md"
+            continue
+        for target in sorted(graph[folder]):
+            if target.startswith("engine/") and place.get(target, len(order)) > place[folder]:
+                yield from (f"{line}, to its right in the table of CONTRIBUTING.md" for line in graph[folder][target])
+
+
+found = list(faults()) + list(cycles()) + list(engine_order())
 print("\n".join(found) if found else "the tree is in order")
 sys.exit(1 if found else 0)

@@ -123,8 +123,10 @@ struct Flights {
     ball.now.q = {w, rest[0], rest[1], rest[2]};
   }
 
-  // The relative velocity of the surfaces changes by J (1/m_a + 1/m_b) along n and by T (1/m_a + 1/m_b + r_a^2/I_a +
-  // r_b^2/I_b) across it; T stops the slip, or has the size mu J.
+  // The relative velocity of the surfaces changes by
+  //   J (1/m_a + 1/m_b)                          along n,
+  //   T (1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b)  across it;
+  // T stops the slip, or has the size mu J.
   void collide(int a, int b) {
     Ball &one = balls[a], &other = balls[b];
     Long3 n;
