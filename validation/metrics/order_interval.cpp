@@ -24,10 +24,10 @@ namespace {
 constexpr double kSafety = 1.25;      // Roache 1994
 constexpr double kEvenWeight = 3e-3;  // rungs whose relative bar is larger weigh less, as 1 / bar^2
 constexpr double kLoose = 5;          // estimates with more than this times the line's uncertainty are not used
-constexpr std::size_t kFewest = 4;
+constexpr std::size_t kMinRungs = 4;
 
 // The most by which the rungs' bars can move sum_i weight_i y_i.
-double reach(std::span<const double> weight, std::span<const double> bar) {
+double uncertainty_by_bars(std::span<const double> weight, std::span<const double> bar) {
   double sum = 0;
   for (std::size_t i = 0; i < weight.size(); ++i) sum += std::fabs(weight[i]) * bar[i];
   return sum;
@@ -52,13 +52,13 @@ Powers powers_of(std::span<const double> x) {
 }
 
 // Whether all local slopes change in one sense; changes within the bars do not count.
-bool one_sense(std::span<const double> x, std::span<const double> y, std::span<const double> bar) {
+bool slopes_monotone(std::span<const double> x, std::span<const double> y, std::span<const double> bar) {
   bool up = false, down = false;
   for (std::size_t i = 0; i + 2 < x.size(); ++i) {
     const double a = 1 / (x[i + 1] - x[i]), b = 1 / (x[i + 2] - x[i + 1]);
     const double change = (y[i + 2] - y[i + 1]) * b - (y[i + 1] - y[i]) * a;
     const std::vector<double> weight{a, a + b, b};
-    const double within = reach(weight, bar.subspan(i, 3));
+    const double within = uncertainty_by_bars(weight, bar.subspan(i, 3));
     up = up || change > within;
     down = down || change < -within;
   }
@@ -67,37 +67,40 @@ bool one_sense(std::span<const double> x, std::span<const double> y, std::span<c
 
 struct Ladder {
   std::span<const double> x, y, bar;
-  std::vector<double> root;  // square roots of the rungs' weights
+  std::vector<double> sqrt_weight;  // square roots of the rungs' weights
   Powers powers;
   ColumnFit line;
-  double blur = 0;  // uncertainty of the line's slope by the bars
-  ColumnFit with(std::vector<double> a) const { return fit_columns({powers.one, std::move(a), powers.x}, y, root); }
+  double line_uncertainty = 0;  // of the line's slope, by the bars
+  ColumnFit with(std::vector<double> a) const {
+    return fit_columns({powers.one, std::move(a), powers.x}, y, sqrt_weight);
+  }
 };
 
-bool is_curved(const Ladder& ladder, bool sense, const ColumnFit& bent) {
+bool is_curved(const Ladder& ladder, bool monotone, const ColumnFit& parabola) {
   if (*std::min_element(ladder.bar.begin(), ladder.bar.end()) > 0) return true;
-  if (sense) return true;
-  const double freedom = static_cast<double>(ladder.x.size()) - 3, limit = students_t(freedom, 0.975);
-  return ladder.line.squares - bent.squares > limit * limit * bent.squares / freedom;
+  if (monotone) return true;
+  const double degrees_of_freedom = static_cast<double>(ladder.x.size()) - 3,
+               limit = students_t(degrees_of_freedom, 0.975);
+  return ladder.line.squares - parabola.squares > limit * limit * parabola.squares / degrees_of_freedom;
 }
 
 // 95 % of the line's slope by the scatter about the line, or, where that is curved, about the parabola.
 double scatter_half_width(const Ladder& ladder, const ColumnFit& left, double parameters) {
   double variance = 0;
   for (std::size_t i = 0; i < ladder.x.size(); ++i) {
-    const double a = ladder.line.weight[i] / ladder.root[i];
+    const double a = ladder.line.weight[i] / ladder.sqrt_weight[i];
     variance += a * a;
   }
-  const double freedom = static_cast<double>(ladder.x.size()) - parameters;
-  return students_t(freedom, 0.975) * std::sqrt(left.squares / freedom * variance);
+  const double degrees_of_freedom = static_cast<double>(ladder.x.size()) - parameters;
+  return students_t(degrees_of_freedom, 0.975) * std::sqrt(left.squares / degrees_of_freedom * variance);
 }
 
 // Whether local slopes change faster as h decreases and so do not converge: 1/h then fits better than h or h^2.
-bool runs_away(const Ladder& ladder, bool sense, const ColumnFit& linear, const ColumnFit& square) {
-  const bool few = ladder.x.size() == kFewest;
+bool diverges(const Ladder& ladder, bool monotone, const ColumnFit& linear, const ColumnFit& square) {
+  const bool few = ladder.x.size() == kMinRungs;
   const ColumnFit away = ladder.with(ladder.powers.inverse);
   const bool better = away.squares < (few ? 1 : 0.25) * std::min(linear.squares, square.squares);
-  return better && sense && std::fabs(away.last - ladder.line.last) > reach(away.weight, ladder.bar);
+  return better && monotone && std::fabs(away.last - ladder.line.last) > uncertainty_by_bars(away.weight, ladder.bar);
 }
 
 }  // namespace
@@ -105,45 +108,45 @@ bool runs_away(const Ladder& ladder, bool sense, const ColumnFit& linear, const 
 OrderInterval order_interval(std::span<const double> x, std::span<const double> y, std::span<const double> bar) {
   const std::size_t n = x.size();
   Ladder ladder{x, y, bar, {}, powers_of(x), {}, 0};
-  for (double b : bar) ladder.root.push_back(kEvenWeight / std::hypot(kEvenWeight, b));
-  ladder.line = fit_columns({ladder.powers.one, ladder.powers.x}, y, ladder.root);
-  ladder.blur = reach(ladder.line.weight, bar);
+  for (double b : bar) ladder.sqrt_weight.push_back(kEvenWeight / std::hypot(kEvenWeight, b));
+  ladder.line = fit_columns({ladder.powers.one, ladder.powers.x}, y, ladder.sqrt_weight);
+  ladder.line_uncertainty = uncertainty_by_bars(ladder.line.weight, bar);
   const double slope = ladder.line.last;
   const ColumnFit linear = ladder.with(ladder.powers.h), square = ladder.with(ladder.powers.h_squared);
-  const ColumnFit bent = ladder.with(ladder.powers.x_squared);
-  const bool sense = one_sense(x, y, bar);
+  const ColumnFit parabola = ladder.with(ladder.powers.x_squared);
+  const bool monotone = slopes_monotone(x, y, bar);
 
   OrderInterval out;
   const double last = 1 / (x[n - 1] - x[n - 2]);
   out.finest = (y[n - 1] - y[n - 2]) * last;
   out.extrapolated = linear.last;
-  out.curved = is_curved(ladder, sense, bent);
-  const double scatter =
-      out.curved && n > kFewest ? scatter_half_width(ladder, bent, 3) : scatter_half_width(ladder, ladder.line, 2);
+  out.curved = is_curved(ladder, monotone, parabola);
+  const double scatter = out.curved && n > kMinRungs ? scatter_half_width(ladder, parabola, 3)
+                                                     : scatter_half_width(ladder, ladder.line, 2);
   out.low = slope - scatter;
   out.high = slope + scatter;
   if (out.curved) {
     const auto take = [&](double estimate, std::span<const double> weight) {
-      const double blur = reach(weight, bar), shift = estimate - slope;
-      if (std::fabs(shift) <= blur && blur > kLoose * ladder.blur) return;
-      out.low = std::min(out.low, slope + kSafety * shift - blur);
-      out.high = std::max(out.high, slope + kSafety * shift + blur);
+      const double uncertainty = uncertainty_by_bars(weight, bar), shift = estimate - slope;
+      if (std::fabs(shift) <= uncertainty && uncertainty > kLoose * ladder.line_uncertainty) return;
+      out.low = std::min(out.low, slope + kSafety * shift - uncertainty);
+      out.high = std::max(out.high, slope + kSafety * shift + uncertainty);
     };
     take(linear.last, linear.weight);
     take(square.last, square.weight);
-    if (n > kFewest) {
+    if (n > kMinRungs) {
       const Powers& p = ladder.powers;
-      const ColumnFit both = fit_columns({p.one, p.h, p.h_squared, p.x}, y, ladder.root);
+      const ColumnFit both = fit_columns({p.one, p.h, p.h_squared, p.x}, y, ladder.sqrt_weight);
       take(both.last, both.weight);
     }
     std::vector<double> finest(n, 0.0);
     finest[n - 1] = last;
     finest[n - 2] = -last;
     take(out.finest, finest);
-    out.settles = !runs_away(ladder, sense, linear, square);
+    out.settles = !diverges(ladder, monotone, linear, square);
   }
-  out.low -= ladder.blur;
-  out.high += ladder.blur;
+  out.low -= ladder.line_uncertainty;
+  out.high += ladder.line_uncertainty;
   return out;
 }
 
