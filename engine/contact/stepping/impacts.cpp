@@ -7,7 +7,8 @@
 // step, and no approach is slowed down to close the gap.
 //
 // An approach that is no faster than the velocity increment of a substep is a lasting contact and left to the velocity
-// solver. So are contacts without restitution and, after inelastic collapse, the impacts that remain at the limit.
+// solver. So are contacts without restitution and, after inelastic collapse, the impacts that remain at the limit. The
+// limit counts what impacts dissipate: those of restitution 1 may be any number, as long as the time advances.
 #include <algorithm>
 #include <limits>
 
@@ -20,8 +21,12 @@
 namespace atwood::stepping {
 namespace {
 
-constexpr int kMaxImpactsPerContact = 8;  // on average, in a substep
-constexpr int kMaxRefinements = 20;       // Newton iterations of refine_on_surfaces()
+constexpr int kMaxLossPerContact = 8;  // on average, in a substep, in units of loss_by()
+constexpr int kMaxImpactsPerStop = 8;  // on average, in a substep
+constexpr int kMaxRefinements = 20;    // Newton iterations of refine_on_surfaces()
+
+// Impacts that follow each other without the time advancing: at least the first number, and the second per contact.
+constexpr std::size_t kMaxImpactsAtAnInstant = 10000, kMaxImpactsAtAnInstantPerContact = 1000;
 
 template <class S> ImpactBody<S> impact_body(const World<S>& world, int body, const Vec3<S>& arm) {
   ImpactBody<S> out;
@@ -251,6 +256,43 @@ void select_fastest_approach(World<S>& world, S now_s, S sub_s, const Later& lat
   }
 }
 
+// What an impact takes of the limit: 1 where it leaves at most half of the approach speed, 0 where it leaves all.
+template <class S> S loss_by(S restitution) { return real::min(S(1), S(2) * (S(1) - restitution)); }
+
+// The limits of one substep, and what has been resolved in it.
+template <class S> struct ImpactCount {
+  S loss_left{}, now_s{}, fastest{};
+  std::size_t resolved = 0, at_an_instant = 0, most_at_an_instant = 0;
+  bool missed_a_pair = false;  // an impact sent a body where candidate pairs are not known before the next step
+
+  explicit ImpactCount(std::size_t contacts)
+      : loss_left(S(kMaxLossPerContact) * S(contacts)),
+        most_at_an_instant(std::max(kMaxImpactsAtAnInstant, kMaxImpactsAtAnInstantPerContact * contacts)) {}
+  bool may_go_on() const { return loss_left > S(0) && at_an_instant <= most_at_an_instant; }
+  void add(S t_s, S approach, S restitution) {
+    ++resolved;
+    at_an_instant = t_s > now_s ? 0 : at_an_instant + 1;
+    now_s = t_s;
+    fastest = real::max(fastest, approach);
+    loss_left -= loss_by(restitution);
+  }
+};
+
+// Adds the substep's queue to the tallies. Its residual is the fastest approach that was left to the velocity solver,
+// over the fastest that was resolved.
+template <class S> void report_impact_queue(World<S>& world, const ImpactCount<S>& count, S sub_s) {
+  if (count.resolved == 0) return;
+  S left{};
+  for (const PredictedTime<S>& next : world.impacts.queue) {
+    const PredictedImpact<S> predicted = predict_impact(world, next.contact, count.now_s, sub_s);
+    if (predicted.occurs) left = real::max(left, approach_speed_m_per_s(world, next.contact, predicted));
+  }
+  const S residual = left > S(0) ? left / count.fastest : S(0);
+  world.model->system().solvers.add(IterativeSolver::impact_queue,
+                                    {static_cast<std::int64_t>(count.resolved), static_cast<double>(residual),
+                                     left > S(0) || count.missed_a_pair ? SolveEnd::capped : SolveEnd::converged});
+}
+
 }  // namespace
 
 template <class S> void list_contacts_with_restitution(World<S>& world) {
@@ -281,7 +323,7 @@ template <class S> void resolve_impacts(World<S>& world, S sub_s) {
       enqueue(impacts.of_body[static_cast<std::size_t>(i)]);
   };
   // An impact at a stop comes first where it is earlier, and changes what the contacts of its mechanism meet.
-  std::size_t stop_impacts_left = has_stops ? kMaxImpactsPerContact * world.tied->stops.size() : 0;
+  std::size_t stop_impacts_left = has_stops ? kMaxImpactsPerStop * world.tied->stops.size() : 0;
   const auto resolve_stop = [&](S until_s) {
     if (stop_impacts_left == 0) return false;
     const Mechanism<S>* mechanism = resolve_stop_impact(world, now_s, until_s, sub_s);
@@ -292,15 +334,13 @@ template <class S> void resolve_impacts(World<S>& world, S sub_s) {
   };
   if (world.has_restitution)
     for (const int contact : impacts.with_restitution) enqueue(contact);
-  const std::size_t max_impacts = impacts.with_restitution.size() * kMaxImpactsPerContact;
-  std::size_t n = 0;
+  ImpactCount<S> count(impacts.with_restitution.size());
   for (;;) {
     if (queue.empty()) {
       if (resolve_stop(sub_s)) continue;
       break;
     }
-    if (n == max_impacts) break;
-    ++n;
+    if (!count.may_go_on()) break;
     std::pop_heap(queue.begin(), queue.end(), later);
     PredictedTime<S> next = queue.back();
     queue.pop_back();
@@ -319,19 +359,19 @@ template <class S> void resolve_impacts(World<S>& world, S sub_s) {
     if (sequential) select_fastest_approach(world, now_s, sub_s, later, next, predicted);
     if (!refine_on_surfaces(world, next.contact, now_s, sub_s, predicted)) continue;
     now_s = predicted.t_s;
+    count.add(now_s, approach_speed_m_per_s(world, next.contact, predicted), restitution_of(world, next.contact));
     apply_impact(world, next.contact, predicted, now_s);
     const auto [a, b] = bodies_of(world, next.contact);
     for (const int body : {a, b}) {
+      count.missed_a_pair = count.missed_a_pair || (world.bodies.moves[body] && !is_tied(world, body) &&
+                                                    may_miss_a_pair(world, body, world.step_end_s - world.t_s));
       if (!is_tied(world, body)) enqueue_contacts_of(body);
       else
         for (const int other : mechanism_with(world, body)) enqueue_contacts_of(other);
     }
   }
-  if (n == 0 || impacts.with_restitution.empty()) return;
-  const double left = static_cast<double>(queue.size()) / static_cast<double>(impacts.with_restitution.size());
-  world.model->system().solvers.add(
-      IterativeSolver::impact_queue,
-      {static_cast<std::int64_t>(n), left, queue.empty() ? SolveEnd::converged : SolveEnd::capped});
+  report_impact_queue(world, count, sub_s);
+  world.impacts_stand_still = world.impacts_stand_still || count.at_an_instant > count.most_at_an_instant;
 }
 
 #define ATWOOD_IMPACTS(S)                                     \

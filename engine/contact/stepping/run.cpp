@@ -16,6 +16,9 @@ namespace {
 
 using namespace stepping;
 
+constexpr const char *kJointsNotMet = "joints were not met",
+                     *kImpactsStandStill = "10000 impacts or more followed each other without the time advancing";
+
 // Impacts with restitution are resolved one after another, contacts without it are solved together. A scene that names
 // a convention for simultaneous impacts is refused where one of its pairs follows the other convention. Returns the
 // reason; "": there is none.
@@ -132,6 +135,7 @@ template <class S> void restart(World<S>& world) {
   world.candidates_valid = false;
   wake_all(world);
   world.points_beyond_limit = 0;
+  world.impacts_stand_still = false;
   if (world.tied != nullptr) world.tied->failed = false;
   world.sphere_contacts.clear();
   world.sphere_pairs.clear();
@@ -200,9 +204,13 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
     if (world.points_beyond_limit > 0)
       return refused("+impulse{solver=direct}: an island has " + std::to_string(world.points_beyond_limit) +
                      " contact points, direct_points is " + std::to_string(world.options.direct_points));
-    if (world.tied != nullptr && world.tied->failed) {
+    const bool joints_failed = world.tied != nullptr && world.tied->failed;
+    if (const char* fault = joints_failed               ? kJointsNotMet
+                            : world.impacts_stand_still ? kImpactsStandStill
+                                                        : nullptr;
+        fault != nullptr) {
       outcome.status = Status::diverged;
-      outcome.reason = "joints were not met at t = " + format_double(static_cast<double>(to_s)) + " s";
+      outcome.reason = fault + (" at t = " + format_double(static_cast<double>(to_s)) + " s");
       break;
     }
     outcome.steps_taken = n + 1;

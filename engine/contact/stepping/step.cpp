@@ -365,6 +365,7 @@ template <class S> void store_bodies(World<S>& world) {
 template <class S> bool step(World<S>& world, S t_s, S h_s) {
   PhaseTimer timer(world.profile);
   world.sub_s = h_s / S(world.substeps);
+  world.step_end_s = t_s + h_s;
   if (world.stepper == nullptr) set_increments_of_symplectic_euler(world, t_s, h_s);
   else if (!set_increments_of_stepper(world, t_s, h_s)) return false;
   timer.end("integrate");

@@ -168,9 +168,11 @@ template <class S> struct World {
   std::vector<S> y, y_free;  // the state as the model lays it out, and where it is without contacts
   S t_s{};                   // beginning of the substep
   S h_s{}, sub_s{};          // a step, a substep
+  S step_end_s{};
   int substeps = 1;
-  bool records_impulses = false;  // impulses of this step are summed: it ends at a sample, or events are wanted
-  int points_beyond_limit = 0;    // solver=direct: points of an island that is too large for it; the run ends
+  bool records_impulses = false;     // impulses of this step are summed: it ends at a sample, or events are wanted
+  bool impacts_stand_still = false;  // impacts at one instant found no end; the run ends
+  int points_beyond_limit = 0;       // solver=direct: points of an island that is too large for it; the run ends
 
   Bodies<S> bodies;
   bool has_pose_increment = false;      // some row of Bodies::pose_increment is not 0
@@ -274,6 +276,10 @@ template <class S> Row<S> inverse_inertia(const MassProperties<S>& mass, const Q
 // Sets the pairs that may touch within the coming step of h_s and lays out the sphere contacts, unless the current
 // pairs are still valid. Sets the bodies' motion bounds.
 template <class S> void update_candidate_pairs(World<S>& world, S h_s);
+
+// True: `body` has left its margin since detection, or will within rest_s (an impact has made it faster), and may meet
+// there a body with which it is no candidate pair.
+template <class S> bool may_miss_a_pair(const World<S>& world, int body, S rest_s);
 
 // ---- narrow_phase.cpp
 // Once a step: detects the manifolds of all pairs, transfers the impulses of the last step, lays out the contacts.

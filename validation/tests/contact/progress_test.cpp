@@ -1,4 +1,4 @@
-// Long series of impacts under `+event`, and conventions for impacts of one instant.
+// Long series of impacts, and conventions for impacts of one instant.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -42,6 +42,40 @@ TEST_CASE("Galperin's billiard of touching balls has all its impacts at once") {
   const Recorded it = run("atwood/rk4+event", billiard(1e6, 0), {1, 1, 1});
   CHECK(it.count(EventKind::impact) == 3141);
   CHECK(it.v(2)[0] > 0.999);
+}
+
+// +impulse resolves the impacts of a substep one after another: any number that dissipate nothing.
+TEST_CASE("+impulse: Galperin's billiard has as many impacts as pi has, in steps of any length") {
+  const std::string method = "atwood/symplectic-euler+impulse{substeps=1}";
+  const int digits[] = {3, 31, 314, 3141, 31415};
+  for (int k = 1; k <= 4; ++k)
+    for (const int steps : {1, 7}) {
+      const Recorded it = run(method, billiard(std::pow(100., k), 0.001), {0.04, steps, 1});
+      INFO(k << ", " << steps << " steps");
+      CHECK(it.count(EventKind::impact) == digits[k]);
+      CHECK(it.outcome.solvers.at("impact-queue").capped == 0);
+    }
+}
+
+TEST_CASE("+impulse: impacts that find no end at one instant end the run, those of a collapse are counted") {
+  const std::string method = "atwood/symplectic-euler+impulse{substeps=1}";
+  const Recorded at_once = try_run(method, billiard(1e8, 0), {1, 1, 1});
+  CHECK(at_once.outcome.status == Status::diverged);
+  CHECK(at_once.outcome.reason.find("10000 impacts or more followed each other without the time advancing") == 0);
+
+  Scene collapses = billiard(1e4, 0.001);
+  collapses.pairs.front().restitution = 0.5;
+  const SolveTally one = run(method, collapses, {0.04, 1, 1}).outcome.solvers.at("impact-queue");
+  CHECK(one.capped == 1);
+  CHECK(one.iterations_max == 16);  // of two contacts
+  CHECK(one.residual_max > 0.1);
+}
+
+// Pairs are searched for at the beginning of a step, near each body's path: the small ball rests then, far from the wall.
+TEST_CASE("+impulse: an impact that sends a body far away within the step is counted") {
+  const Recorded it = run("atwood/symplectic-euler+impulse{substeps=1}", billiard(100, 1), {40, 1, 1});
+  CHECK(it.count(EventKind::impact) < 31);
+  CHECK(it.outcome.solvers.at("impact-queue").capped > 0);
 }
 
 TEST_CASE("a scene's convention for simultaneous impacts is followed, and a setting may not contradict it") {
