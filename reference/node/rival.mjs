@@ -14,7 +14,7 @@
 //   overlaps(scene, settings)        optional: contact points of a scene at rest, for contact queries (contacts.mjs)
 //   files       paths of the engine's own files, whose bytes decide its results
 import { readFileSync } from "node:fs";
-import { Refusal, readScene, refuseScene } from "./scene.mjs";
+import { Refusal, conventionNote, readScene, refuseScene } from "./scene.mjs";
 import { describeSettings, mergedSettings, parseMethodId } from "./settings.mjs";
 import { sceneClass } from "./scene_class.mjs";
 import { runWorld } from "./run.mjs";
@@ -112,6 +112,8 @@ export async function runRival(rival, request, put) {
   if (reason) throw new Refusal(reason);
   await rival.prepare?.(settings);
   const done = runWorld((observe) => rival.make(scene, settings, observe), scene, request, settings.substeps, put);
+  const note = conventionNote(rival.name, scene);
+  if (note) done.reason = done.reason ? `${done.reason}; ${note}` : note;
   if (done.status === "ok" && request.pass === "timing")
     done.call_ns = emptyStepTime(rival.emptyStep(settings)) * settings.substeps;
   return done;

@@ -89,9 +89,25 @@ export function refuseScene(engine, scalar, scene) {
     if (!(body.mass_kg > 0)) throw new Refusal(`${engine} requires a mass of mobile bodies; \`${body.name}\` has none`);
     if (matter && body.shape?.plane) throw new Refusal(`${engine} has fixed planes only; \`${body.name}\` is mobile`);
   }
+  if (scene.simultaneous_impacts === "together" && impactsMayCoincide(scene))
+    throw new Refusal(
+      `${engine} does not solve all impacts of one instant as one problem: the scene's simultaneous_impacts is together`,
+    );
   if (lawsInPlay(scene).some((law) => law.contact_law && law.contact_law !== "rigid"))
     throw new Refusal(`${engine}'s adapter has no compliant contact laws (contact_law)`);
 }
+
+/** Whether two pairs of bodies with rigid contact laws may have impacts at one instant. */
+const impactsMayCoincide = (scene) =>
+  shapesMatter(scene) &&
+  lawsInPlay(scene).some((law) => !law.contact_law || law.contact_law === "rigid") &&
+  scene.bodies.filter(hasShape).length > 2;
+
+/** What the cell of an engine states that has its own order for impacts of one instant; "": nothing. */
+export const conventionNote = (engine, scene) =>
+  scene.simultaneous_impacts === "sequential" && impactsMayCoincide(scene)
+    ? `${engine} has its own order for impacts of one instant: the scene's simultaneous_impacts = sequential is not followed`
+    : "";
 
 function numbersIn(value) {
   if (typeof value === "number") return [value];

@@ -74,7 +74,8 @@ Outcome run(const Rival& rival, const MethodId& id, const Scene& scene, const Pl
     if (rival.diagnostics) rival.diagnostics();
     Outcome outcome = run_world(make, scene, plan, observer, repeats, count(*settings, "substeps"));
     const std::string diagnostics = rival.diagnostics ? rival.diagnostics() : "";
-    if (!diagnostics.empty()) outcome.reason += (outcome.reason.empty() ? "" : "; ") + diagnostics;
+    for (const std::string& more : {diagnostics, convention_note(rival.name, scene)})
+      if (!more.empty()) outcome.reason += (outcome.reason.empty() ? "" : "; ") + more;
     return outcome;
   } catch (const std::invalid_argument& error) {
     return refused(rival.name + ": " + error.what());

@@ -19,6 +19,20 @@ static_assert(std::size(kShapeNames) == std::variant_size_v<Shape>);
 const char* shape_name(const Shape& shape) { return kShapeNames[shape.index()]; }
 bool has_shape(const Body& body) { return !std::holds_alternative<std::monostate>(body.shape); }
 
+// True: two pairs of bodies with rigid contact laws may have impacts at one instant.
+bool impacts_may_coincide(const Scene& scene) {
+  const auto is_rigid = [](const PairLaw& law) { return law.contact_law == ContactLaw::rigid; };
+  const std::vector<PairLaw> laws = laws_in_play(scene);
+  return shapes_matter(scene) && std::any_of(laws.begin(), laws.end(), is_rigid) &&
+         std::count_if(scene.bodies.begin(), scene.bodies.end(), has_shape) > 2;
+}
+
+std::string convention_note(const std::string& engine, const Scene& scene) {
+  if (scene.simultaneous_impacts != SimultaneousImpacts::sequential || !impacts_may_coincide(scene)) return "";
+  return engine +
+         " has its own order for impacts of one instant: the scene's simultaneous_impacts = sequential is not followed";
+}
+
 std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene,
                     bool compliant) {
   if (id.rtol || id.atol) return engine + " has no error control: expected a method without a tolerance";
@@ -38,6 +52,9 @@ std::string refusal(const std::string& engine, const MethodId& id, const std::st
     if (matter && std::holds_alternative<Plane>(body.shape))
       return engine + " has fixed planes only; `" + body.name + "` is mobile";
   }
+  if (scene.simultaneous_impacts == SimultaneousImpacts::together && impacts_may_coincide(scene))
+    return engine +
+           " does not solve all impacts of one instant as one problem: the scene's simultaneous_impacts is together";
   for (const auto& law : laws_in_play(scene)) {
     if (!compliant && law.contact_law != ContactLaw::rigid)
       return engine + "'s adapter has no compliant contact laws (contact_law)";

@@ -65,6 +65,10 @@ Outcome run_world(const WorldMaker& make, const Scene& scene, const Plan& plan, 
 std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene,
                     bool compliant = false);
 
+// What the cell of an engine states that has its own order for impacts of one instant where the scene states a sequence;
+// "": nothing. (A scene whose simultaneous impacts are one problem is refused.)
+std::string convention_note(const std::string& engine, const Scene& scene);
+
 // Whether shapes have an effect: two bodies have one, and at least one of them is mobile.
 bool shapes_matter(const Scene& scene);
 

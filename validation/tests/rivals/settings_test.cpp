@@ -120,6 +120,24 @@ TEST_CASE("unknown settings and unsupported scenes are refused by name") {
   CHECK_THAT(refusal_of(plain, potential), Catch::Contains("moon"));
 }
 
+TEST_CASE("a scene's convention for simultaneous impacts is refused, or the cell says that it is not followed") {
+  const Engine engine = engine_under_test();
+  const MethodId plain = method(engine, "default");
+  Scene scene = bounce(0, 1);
+  scene.simultaneous_impacts = SimultaneousImpacts::together;
+  const auto reason = [&] { return engine.run(plain, scene, {0.125, 8, 1}, {}, 0).reason; };
+  CHECK_THAT(reason(), !Catch::Contains("simultaneous"));  // one pair
+  Body second = scene.bodies[1];
+  second.name = "second";
+  second.position_m[0] += 10;
+  scene.bodies.push_back(second);
+  CHECK_THAT(refusal_of(plain, scene), Catch::Contains("the scene's simultaneous_impacts is together"));
+  scene.simultaneous_impacts = SimultaneousImpacts::sequential;
+  CHECK_THAT(reason(), Catch::Contains("simultaneous_impacts = sequential is not followed"));
+  scene.simultaneous_impacts = SimultaneousImpacts::unspecified;
+  CHECK_THAT(reason(), !Catch::Contains("simultaneous"));
+}
+
 TEST_CASE("every setting is declared with what it takes and means, and the tuned presets are in range") {
   const Engine engine = engine_under_test();
   for (const MethodInfo& info : engine.methods) {

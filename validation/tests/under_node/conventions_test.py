@@ -144,6 +144,15 @@ class Conventions(unittest.TestCase):
         # e = 0.5, masses 1 and 3: the first keeps 4 (1 - 0.75 (1 + e)) = -0.5, the second gets 4 * 0.25 (1 + e) = 1.5
         self.near([found[2][2][1], found[3][2][1]], [-0.5, 1.5], 1e-4)
 
+    def test_a_convention_for_simultaneous_impacts_is_refused_or_the_cell_says_that_it_is_not_followed(self):
+        def told(convention, *bodies):
+            return self.worker.reason("default", scene(*bodies, floor(), simultaneous_impacts=convention))
+
+        two = ball("one", position_m=[0, 0, 1]), ball("two", position_m=[10, 0, 1])
+        self.assertRegex(told("together", *two), "unsupported: .*the scene's simultaneous_impacts is together")
+        self.assertRegex(told("sequential", *two), "ok: .*simultaneous_impacts = sequential is not followed")
+        self.assertRegex(told("together", two[0]), "^ok: (?!.*simultaneous)")  # one pair
+
     def test_friction_is_the_pair_s_own_and_has_no_preferred_direction(self):
         """Slabs slide on two laws, along x and at 30 degrees: v = v0 - mu g t, without sideways motion."""
         inertia = [0.17, 0, 0, 0, 0.17, 0, 0, 0, 0.33]
