@@ -4,16 +4,22 @@
 //   atwood-truth-fuzz --list
 //   atwood-truth-fuzz --pair 'closed-form/*' --answered 10000 --log fuzz.tsv
 //
-// The log holds one line per scene (pair, seed, index, outcome, largest error in bars, reason); a campaign with the
-// same seed continues where its log ends. Exit code: 0, or 1 when a bar was breached or more scenes were refused than
-// the pair allows, 2 for usage.
+// The log holds one line per scene (pair, seed, index, outcome, largest error in bars, build, reason); a campaign with
+// the same seed and build continues where its log ends. The build is a hash of the program, which holds the truths:
+// scenes of another build are solved again, and a new commit that changes no truth goes on. Exit code: 0; 1 when a bar
+// was breached or more scenes were refused than the pair allows; 2 for usage; 3 when a pair ended incomplete, with fewer
+// answered scenes than asked (unless --may-be-incomplete).
 #include <fmt/core.h>
 #include <fnmatch.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <fstream>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "kinds.hpp"
 #include "scene/files.hpp"
@@ -29,7 +35,9 @@ struct Settings {
   std::uint64_t seed = 1784;
   int answered = 100;
   double most_seconds = 1e9;  // per pair
+  bool may_be_incomplete = false;
   std::int64_t show = -1;
+  std::string build;  // a hash of this program
 };
 
 enum class Result { held, breach, refused, unchecked };
@@ -79,6 +87,17 @@ Judged judge(const Truth& truth, const Checked& exact) {
   return made;
 }
 
+// FNV-1a, 64 bits, of the running program.
+std::string hash_of_program() {
+  std::ifstream in("/proc/self/exe", std::ios::binary);
+  std::uint64_t hash = 14695981039346656037ull;
+  std::vector<char> block(1 << 16);
+  while (in.read(block.data(), static_cast<std::streamsize>(block.size())), in.gcount() > 0)
+    for (std::streamsize k = 0; k < in.gcount(); ++k)
+      hash = (hash ^ static_cast<unsigned char>(block[static_cast<std::size_t>(k)])) * 1099511628211ull;
+  return fmt::format("{:016x}", hash);
+}
+
 Scenario scene_of(const Kind& kind, const Settings& settings, std::uint64_t index) {
   Random random(settings.seed, index);
   Scenario scenario = kind.scene(random, index % 2 == 1);
@@ -111,18 +130,21 @@ Tally read_log(const Settings& settings, const std::string& pair) {
   std::ifstream in(settings.log);
   for (std::string line; std::getline(in, line);) {
     std::istringstream words(line);
-    std::string of, result;
+    std::string of, result, build;
     std::uint64_t seed = 0, index = 0;
     double worst = 0;
-    if (!(words >> of >> seed >> index >> result >> worst) || of != pair || seed != settings.seed) continue;
+    if (!(words >> of >> seed >> index >> result >> worst >> build) || of != pair || seed != settings.seed ||
+        build != settings.build)
+      continue;
     for (int k = 0; k < 4; ++k)
       if (result == kResults[k] && index == tally.next) tally.add(static_cast<Result>(k), worst);
   }
   return tally;
 }
 
-// Whether no bar was breached and not too many scenes were refused.
-bool campaign(const Kind& kind, const Settings& settings) {
+enum class Ended { well, incomplete, failed };  // the worst of several is the largest
+
+Ended campaign(const Kind& kind, const Settings& settings) {
   const std::string pair = kind.truth + "/" + kind.name;
   Tally tally = settings.log.empty() ? Tally{} : read_log(settings, pair);
   std::ofstream log;
@@ -136,19 +158,23 @@ bool campaign(const Kind& kind, const Settings& settings) {
     const Judged judged = try_scene(kind, scene_of(kind, settings, index));
     tally.add(judged.result, judged.worst);
     if (log.is_open())
-      log << fmt::format("{}\t{}\t{}\t{}\t{:.3g}\t{}\n", pair, settings.seed, index,
-                         kResults[static_cast<int>(judged.result)], judged.worst, judged.reason)
+      log << fmt::format("{}\t{}\t{}\t{}\t{:.3g}\t{}\t{}\n", pair, settings.seed, index,
+                         kResults[static_cast<int>(judged.result)], judged.worst, settings.build, judged.reason)
           << std::flush;
     if (judged.result == Result::breach)
       fmt::print("BREACH {} --seed {} --show {}: {} ({:.3g} bars)\n", pair, settings.seed, index, judged.reason,
                  judged.worst);
   }
-  const double refused = tally.all() == 0 ? 1 : 1 - static_cast<double>(tally.answered()) / tally.all();
-  const bool many = refused > kind.most_refused;
-  fmt::print("{:36} {:6} answered, {} breached, worst {:.2g} bars; {} refused, {} not checked{}\n", pair,
+  const int all = tally.all(), left = all - tally.answered();
+  // The share is judged where chance alone would not exceed it: two standard deviations, and one scene.
+  const double share = kind.most_refused, allowed = all * share + 2 * std::sqrt(all * share * (1 - share)) + 1;
+  const bool many = left > allowed, incomplete = tally.answered() < settings.answered;
+  fmt::print("{:36} {:6} answered, {} breached, worst {:.2g} bars; {} refused, {} not checked{}{}\n", pair,
              tally.answered(), tally.count[1], tally.worst, tally.count[2], tally.count[3],
-             many ? fmt::format(": more than {:.0f} %", 100 * kind.most_refused) : "");
-  return tally.count[1] == 0 && !many;
+             many ? fmt::format(": more than {:.3g} %", 100 * share) : "",
+             incomplete ? fmt::format("; INCOMPLETE, {} asked", settings.answered) : "");
+  if (tally.count[1] > 0 || many) return Ended::failed;
+  return incomplete && !settings.may_be_incomplete ? Ended::incomplete : Ended::well;
 }
 
 }  // namespace
@@ -162,16 +188,19 @@ int main(int argc, char** argv) {
   app.add_option("--pair", settings.pair, "glob of pairs");
   app.add_option("--answered", settings.answered, "scenes a pair that must be answered")->check(CLI::PositiveNumber);
   app.add_option("--seed", settings.seed, "of the scenes");
-  app.add_option("--log", settings.log, "file of outcomes; a campaign goes on where it ends");
+  app.add_option("--log", settings.log, "file of outcomes; a campaign of the same build goes on where it ends");
   app.add_option("--most-seconds", settings.most_seconds, "a pair; it then ends with fewer scenes")
       ->check(CLI::PositiveNumber);
+  app.add_flag("--may-be-incomplete", settings.may_be_incomplete, "a pair that --most-seconds ended is no failure");
   app.add_option("--show", settings.show, "print one scene as JSON, and its judgement");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  bool held = true, any = false;
+  settings.build = hash_of_program();
+  Ended ended = Ended::well;
+  bool any = false;
   for (const Kind& kind : kinds()) {
     const std::string pair = kind.truth + "/" + kind.name;
     if (fnmatch(settings.pair.c_str(), pair.c_str(), 0) != 0) continue;
@@ -183,11 +212,12 @@ int main(int argc, char** argv) {
       const Judged judged = try_scene(kind, scenario);
       fmt::print("{}\n{}: {} ({:.3g} bars) {}\n", scenario_to_json(scenario), pair,
                  kResults[static_cast<int>(judged.result)], judged.worst, judged.reason);
-      held = held && judged.result != Result::breach;
+      if (judged.result == Result::breach) ended = Ended::failed;
     } else {
-      held = campaign(kind, settings) && held;
+      ended = std::max(ended, campaign(kind, settings));
     }
   }
   if (!any) fmt::print(stderr, "no pair `{}`; --list names them\n", settings.pair);
-  return !any ? 2 : held ? 0 : 1;
+  if (!any) return 2;
+  return ended == Ended::failed ? 1 : ended == Ended::incomplete ? 3 : 0;
 }
