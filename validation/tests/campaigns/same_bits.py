@@ -3,10 +3,12 @@
 engine and in the C library, other numbers of threads, locales and folders, and other builds of the engine. Every number of
 every sample must have the same bits; samples are compared as the worker writes them, with all their digits.
 
-    python3 validation/tests/campaigns/same_bits.py BUILD_FOLDER SOURCE_FOLDER [--build 'COMPILER FLAGS']... [--build-folder DIR]
+    python3 validation/tests/campaigns/same_bits.py BUILD_FOLDER SOURCE_FOLDER [--build 'COMPILER FLAGS']... [--builds-only]
+        [--build-folder DIR]
 
 --build 'clang++ -O1' builds the engine alone with that compiler and these flags, in a folder of its own (kept, so that the
-next call compiles only what changed). Answers 77 (skipped) with a word where such a compiler is not installed.
+next call compiles only what changed), and its warnings are errors there too. --builds-only leaves the other circumstances
+out. Answers 77 (skipped) with a word where such a compiler is not installed.
 """
 import argparse
 import concurrent.futures
@@ -75,16 +77,27 @@ def built(words, source, folder):
         print(f"skipped: {compiler} is not installed")
         raise SystemExit(SKIPPED)
     place = os.path.join(folder, re.sub(r"[^A-Za-z0-9]+", "-", words).strip("-"))
-    more = ""
+    more = ["-DCMAKE_CXX_FLAGS=-w"]  # levels of optimisation differ in what GCC takes for uninitialised
     if "clang" in compiler:  # quadmath.h is GCC's; -idirafter keeps clang's intrinsics before GCC's
-        more = "-idirafter " + subprocess.run(["g++", "-print-file-name=include"], capture_output=True, text=True, check=True).stdout.strip()
+        headers = subprocess.run(["g++", "-print-file-name=include"], capture_output=True, text=True, check=True).stdout.strip()
+        more = [f"-DCMAKE_CXX_FLAGS=-idirafter {headers}", "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON"]  # each source includes what it needs
     for command in (["cmake", "-S", source, "-B", place, "-G", "Ninja", f"-DCMAKE_CXX_COMPILER={compiler}", "-DCMAKE_BUILD_TYPE=Release",
-                     f"-DCMAKE_CXX_FLAGS={more} -w", f"-DCMAKE_CXX_FLAGS_RELEASE={' '.join(flags)} -DNDEBUG", "-DATWOOD_WARNINGS_AS_ERRORS=OFF"],
-                    ["ninja", "-C", place, "atwood-engine"]):
+                     f"-DCMAKE_CXX_FLAGS_RELEASE={' '.join(flags)} -DNDEBUG", *more],
+                    ["ninja", "-C", place, "-j", str(os.cpu_count()), "atwood-engine"]):
         made = subprocess.run(command, capture_output=True, text=True)
         if made.returncode != 0:
             raise SystemExit(f"FAILED: {' '.join(command)}\n{made.stdout[-3000:]}{made.stderr[-3000:]}")
     return os.path.join(place, "bin", "atwood-engine")
+
+
+def circumstances(ours, scratch, odd):
+    """The same program otherwise called: by name the worker, what it adds to the environment, its folder and its threads."""
+    variants = {f"vectors {width}": (ours, {"ATWOOD_VECTOR_WIDTH": width}, scratch, None) for width in ("narrow", "v3", "v4")}
+    variants["the C library without AVX and FMA"] = (ours, {"GLIBC_TUNABLES": NARROW_LIBRARY}, scratch, None)
+    variants["another folder and locale"] = (ours, {"LC_ALL": "C", "LANG": "de_DE.UTF-8", "TZ": "Asia/Kathmandu"}, odd, None)
+    for threads in (1, 16):
+        variants[f"{threads} thread{'' if threads == 1 else 's'}"] = (ours, {}, scratch, threads)
+    return variants
 
 
 def main():
@@ -92,6 +105,7 @@ def main():
     options.add_argument("build")
     options.add_argument("source")
     options.add_argument("--build", dest="others", action="append", default=[])
+    options.add_argument("--builds-only", action="store_true")
     options.add_argument("--build-folder", default=None)
     given = options.parse_args()
     ours = os.path.join(os.path.abspath(given.build), "bin", "atwood-engine")
@@ -101,11 +115,7 @@ def main():
         os.mkdir(odd)
         first = hashes_of(ours, lines, {}, scratch)
         refused = [f"{name}: {outcome}" for name, (outcome, _) in zip(names, first) if outcome is None or outcome[0] != "ok"]
-        variants = {f"vectors {width}": (ours, {"ATWOOD_VECTOR_WIDTH": width}, scratch, None) for width in ("narrow", "v3", "v4")}
-        variants["the C library without AVX and FMA"] = (ours, {"GLIBC_TUNABLES": NARROW_LIBRARY}, scratch, None)
-        variants["another folder and locale"] = (ours, {"LC_ALL": "C", "LANG": "de_DE.UTF-8", "TZ": "Asia/Kathmandu"}, odd, None)
-        for threads in (1, 16):
-            variants[f"{threads} thread{'' if threads == 1 else 's'}"] = (ours, {}, scratch, threads)
+        variants = {} if given.builds_only else circumstances(ours, scratch, odd)
         for words in given.others:
             worker = built(words, given.source, given.build_folder or os.path.join(given.build, "same-bits"))
             variants[words] = (worker, {}, scratch, None)
