@@ -33,6 +33,7 @@ add_library(atwood_engine STATIC
   joints/constraint.cpp
   joints/constraints.cpp
   joints/constraints_rows.cpp
+  joints/derivatives.cpp
   joints/joint_forces.cpp
   joints/mass_matrix.cpp
   joints/planar_rates.cpp
@@ -133,7 +134,8 @@ set_source_files_properties(
   integrators/conserving_correction.cpp integrators/free_flight_alone.cpp integrators/free_flight_lanes.cpp
   integrators/maximal_coordinates.cpp integrators/radau15_point_masses.cpp
   integrators/radau15.cpp integrators/runge_kutta.cpp integrators/taylor.cpp joints/constraints.cpp
-  joints/constraints_rows.cpp joints/planar_loops.cpp joints/tree.cpp joints/tree_dynamics.cpp joints/tree_motion.cpp
+  joints/constraints_rows.cpp joints/derivatives.cpp joints/planar_loops.cpp
+  joints/tree.cpp joints/tree_dynamics.cpp joints/tree_motion.cpp
   joints/tree_rates.cpp rigid/mechanism.cpp rigid/model.cpp rigid/rate_lanes.cpp smooth/prepare.cpp smooth/run.cpp
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 # Its names (pair, stages, boris) are those of other files.

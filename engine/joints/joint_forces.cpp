@@ -1,3 +1,5 @@
+#include "math/dual.hpp"  // before templates that use it
+
 #include "joints/joint_forces.hpp"
 
 #include <algorithm>
@@ -76,5 +78,6 @@ template class JointForces<float>;
 template class JointForces<double>;
 template class JointForces<long double>;
 template class JointForces<Quad>;
+template class JointForces<Dual<double>>;
 
 }  // namespace atwood

@@ -1,4 +1,6 @@
 // The links of a scene: their order, their constants, their places in the state.
+#include "math/dual.hpp"  // before templates that use it
+
 #include "joints/tree.hpp"
 
 namespace atwood {
@@ -192,5 +194,6 @@ template class Tree<float>;
 template class Tree<double>;
 template class Tree<long double>;
 template class Tree<Quad>;
+template class Tree<Dual<double>>;
 
 }  // namespace atwood

@@ -1,4 +1,6 @@
 // Dynamics of trees: the articulated-body algorithm, its solves, and the reactions.
+#include "math/dual.hpp"  // before templates that use it
+
 #include "joints/tree.hpp"
 
 #include <algorithm>
@@ -232,5 +234,6 @@ template class Tree<float>;
 template class Tree<double>;
 template class Tree<long double>;
 template class Tree<Quad>;
+template class Tree<Dual<double>>;
 
 }  // namespace atwood

@@ -1,4 +1,6 @@
 // Kinematics of trees: poses, velocities and bias accelerations, from the roots outwards.
+#include "math/dual.hpp"  // before templates that use it
+
 #include "joints/tree.hpp"
 
 namespace atwood {
@@ -146,5 +148,6 @@ template class Tree<float>;
 template class Tree<double>;
 template class Tree<long double>;
 template class Tree<Quad>;
+template class Tree<Dual<double>>;
 
 }  // namespace atwood
