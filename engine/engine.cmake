@@ -38,6 +38,7 @@ add_library(atwood_engine STATIC
   joints/mass_matrix.cpp
   joints/planar_rates.cpp
   joints/planar_loops.cpp
+  joints/planar_loops_wide.cpp
   joints/rope.cpp
   joints/tree.cpp
   joints/tree_dynamics.cpp
@@ -135,7 +136,7 @@ set_source_files_properties(
   integrators/maximal_coordinates.cpp integrators/radau15_point_masses.cpp
   integrators/radau15.cpp integrators/runge_kutta.cpp integrators/taylor.cpp joints/constraints.cpp
   joints/constraints_rows.cpp joints/derivatives.cpp joints/planar_loops.cpp
-  joints/tree.cpp joints/tree_dynamics.cpp joints/tree_motion.cpp
+  joints/planar_loops_wide.cpp joints/tree.cpp joints/tree_dynamics.cpp joints/tree_motion.cpp
   joints/tree_rates.cpp rigid/mechanism.cpp rigid/model.cpp rigid/rate_lanes.cpp smooth/prepare.cpp smooth/run.cpp
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 # Its names (pair, stages, boris) are those of other files.

@@ -39,6 +39,7 @@ template <class S> std::unique_ptr<PlanarLoops<S>> PlanarLoops<S>::of(Tree<S>& t
   loops->qr_.resize(static_cast<int>(rates), loops->chosen_);
   for (auto* room : {&loops->value_, &loops->tolerance_, &loops->rate_, &loops->scale_, &loops->b_})
     room->resize(equations);
+  loops->fine_.resize(loops->bodies_.size());
   loops->before_.resize(static_cast<std::size_t>(tree.state_end()));
   loops->unused_.resize(loops->before_.size());
   loops->z_.resize(rates);
@@ -275,7 +276,13 @@ template <class S> bool PlanarLoops<S>::project(S* y) {
   }
   constraints_.fault_.clear();
   factor();
-  const S least = qr_.rank() < chosen_ ? S(0) : qr_.pivot(chosen_ - 1);
+  const auto least_pivot = [&] { return qr_.rank() < chosen_ ? S(0) : qr_.pivot(chosen_ - 1); };
+  if (least_pivot() < S(kLeastPivot)) {
+    sharpen_positions(y);
+    set_values(y);
+    factor();
+  }
+  const S least = least_pivot();
   constraints_.usual_pivot_ = real::max(constraints_.usual_pivot_, least);
   for (int e = 0; e < chosen_; ++e) b_[e] = -scale_[e] * rate_[e];
   change(y, true);

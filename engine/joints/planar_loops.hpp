@@ -3,10 +3,13 @@
 //
 // Rates are solved for by a QR factorisation of W G^T in the order of the rows, of one state or of eight at once. Where a
 // pivot is below kLeastPivot, rows may be dependent, and the pivoted factorisation of constraints.hpp has to take over;
-// both give the same accelerations elsewhere. Projections use the pivoted one.
+// both give the same accelerations elsewhere. Projections use the pivoted one. A gap of round-off turns links by itself over
+// the pivot, and their rates by that over the pivot once more; so below kLeastPivot a projection of float or double
+// positions ends with a step by gaps of a wider scalar.
 #pragma once
 
 #include <memory>
+#include <type_traits>
 
 #include "joints/constraints.hpp"
 #include "joints/planar_rates.hpp"
@@ -74,6 +77,14 @@ template <class S> class PlanarLoops {
     V angle{};
     PairOf<V> A, v;
   };
+  using Finer = std::conditional_t<std::is_same_v<S, long double>, Quad, long double>;
+  struct FinePlace {
+    Finer angle{}, cosine = Finer(1), sine{}, x{}, y{};  // x, y: of the link's point A
+    void turn(const Pair& v, Finer& along, Finer& across) const {
+      along = cosine * Finer(v.x) - sine * Finer(v.y);
+      across = cosine * Finer(v.y) + sine * Finer(v.x);
+    }
+  };
   template <class V> struct Work {
     RegisterVector<State<V>> links;
     RegisterVector<Place<V>> places;
@@ -103,6 +114,7 @@ template <class S> class PlanarLoops {
   template <class K, class States, class V>
   ATWOOD_INLINE V constrain(K lane, const States& y, const Vec3<S>& gravity_W, const V* applied, Work<V>& work) const;
   void set_values(const S* y);
+  void sharpen_positions(S* y);
   S worst_value(bool chosen_alone) const;
   void factor();
   void change(S* y, bool rates);
@@ -119,6 +131,7 @@ template <class S> class PlanarLoops {
   Work<Pack<S>> lanes_;  // float and double
   // of projections
   LeastNorm<S> qr_;
+  std::vector<FinePlace> fine_;
   std::vector<S> value_, tolerance_, rate_, scale_, before_, unused_, no_forces_, b_, z_;
 };
 
