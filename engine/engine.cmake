@@ -40,6 +40,7 @@ add_library(atwood_engine STATIC
   joints/planar_loops.cpp
   joints/planar_loops_wide.cpp
   joints/rope.cpp
+  joints/symmetric_corrections.cpp
   joints/tree.cpp
   joints/tree_dynamics.cpp
   joints/tree_motion.cpp
@@ -113,6 +114,7 @@ add_library(atwood_engine STATIC
   integrators/rotation_methods.cpp
   integrators/runge_kutta.cpp
   integrators/stepper.cpp
+  integrators/symmetric_projection.cpp
   integrators/tableaux.cpp
   integrators/tableaux_low_order.cpp
   integrators/tableaux_order_7_8.cpp
@@ -134,9 +136,9 @@ set_source_files_properties(
   fluid/polynomial_fit.cpp fluid/run.cpp fluid/spectrum.cpp fluid/sph.cpp fluid/sums.cpp fluid/transport.cpp
   integrators/conserving_correction.cpp integrators/free_flight_alone.cpp integrators/free_flight_lanes.cpp
   integrators/maximal_coordinates.cpp integrators/radau15_point_masses.cpp
-  integrators/radau15.cpp integrators/runge_kutta.cpp integrators/taylor.cpp joints/constraints.cpp
+  integrators/radau15.cpp integrators/runge_kutta.cpp integrators/symmetric_projection.cpp integrators/taylor.cpp joints/constraints.cpp
   joints/constraints_rows.cpp joints/derivatives.cpp joints/planar_loops.cpp
-  joints/planar_loops_wide.cpp joints/tree.cpp joints/tree_dynamics.cpp joints/tree_motion.cpp
+  joints/planar_loops_wide.cpp joints/symmetric_corrections.cpp joints/tree.cpp joints/tree_dynamics.cpp joints/tree_motion.cpp
   joints/tree_rates.cpp rigid/mechanism.cpp rigid/model.cpp rigid/rate_lanes.cpp smooth/prepare.cpp smooth/run.cpp
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 # Its names (pair, stages, boris) are those of other files.

@@ -19,7 +19,7 @@ std::map<std::string, double> claims_everywhere(double order) {
 
 std::map<std::string, double> claims_in_any_coordinates(double order) {
   std::map<std::string, double> claims = claims_everywhere(order);
-  claims["mechanism"] = order;
+  claims["mechanism"] = claims["loop"] = order;  // loop: mechanisms with closing joints or ropes
   return claims;
 }
 
@@ -42,7 +42,7 @@ MethodInfo fixed_step(const std::string& scheme, std::map<std::string, double> c
         {strictly_between(0, 1),
          "Opening of the tree: a node replaces its bodies where its radius is less than this times its distance."}},
        {"threads", std::int64_t(1), {between(1, 256), "Threads that share the rates of a step."}}});
-  if (info.claimed_order.count("mechanism") > 0 && info.claimed_order.size() > 1)
+  if (info.claimed_order.count("mechanism") > 0 && info.claimed_order.count("rotation") > 0)
     declare_settings(
         info,
         {{"projection",

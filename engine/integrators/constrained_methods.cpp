@@ -42,15 +42,16 @@ bool steps_maximal_coordinates(const std::string& scheme) {
 
 std::vector<MethodInfo> constrained_methods() {
   return {
-      fixed_step("rattle", {{"mechanism", 2}},
+      fixed_step("rattle", {{"mechanism", 2}, {"loop", 2}},
                  "RATTLE: half a kick and impulses of the constraints so that they hold at the end of the free motion "
                  "that follows, exact for rotating bodies; half a kick and impulses so that their rates are 0. "
                  "Symmetric, symplectic." +
                      maximal,
                  rattle_source),
-      fixed_step("rattle4", {{"mechanism", 4}}, "Suzuki's symmetric composition of five steps of RATTLE." + maximal,
+      fixed_step("rattle4", {{"mechanism", 4}, {"loop", 4}},
+                 "Suzuki's symmetric composition of five steps of RATTLE." + maximal,
                  rattle_source + "; Suzuki, Phys. Lett. A 146 (1990) 319"),
-      fixed_step("rattle6", {{"mechanism", 6}},
+      fixed_step("rattle6", {{"mechanism", 6}, {"loop", 6}},
                  "Kahan and Li's symmetric composition of nine steps of RATTLE." + maximal,
                  rattle_source + "; Kahan, Li, Math. Comput. 66 (1997) 1089, s9odr6a"),
       baumgarte()};

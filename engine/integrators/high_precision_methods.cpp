@@ -50,16 +50,17 @@ std::vector<MethodInfo> high_precision_methods() {
          "(prs23: Pham, Rein, Spiegel, Open J. Astrophys. 7 (2024)); the tolerance then only ends the sweeps. The timescale of prs23 is 0 for a body "
          "on which no force acts at the end of a step: steps cannot pass a point where the forces on a body cancel."}},
        {"epsilon", 1e-9, {strictly_between(0, 1), "Accuracy parameter of `rein-spiegel` and `prs23`."}}});
-  MethodInfo gbs =
-      with_tolerance("gbs", claims_in_any_coordinates(12),
-                     "Extrapolation of Gragg's midpoint rule with 2, 4, 6, ... substeps. Without a tolerance: equal "
-                     "steps with a fixed number of columns, order twice that, the order-12 default with 37 "
-                     "evaluations per step. With one: each step takes as many columns as cost the fewest evaluations "
-                     "for its length, by the differences of successive columns (`order=fixed`: the fixed number, and "
-                     "PI step control by the last difference); samples by a shorter step." +
-                         embedded_attitude,
-                     "Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; "
-                     "Hairer, Norsett, Wanner, Solving ODEs I, section II.9");
+  MethodInfo gbs = with_tolerance(
+      "gbs", claims_in_any_coordinates(12),
+      "Extrapolation of Gragg's midpoint rule with 2, 4, 6, ... substeps. Without a tolerance: equal "
+      "steps with a fixed number of columns, order twice that, the order-12 default with 37 "
+      "evaluations per step. With one: each step takes as many columns as cost the fewest evaluations "
+      "for its length, by the differences of successive columns (`order=fixed`: the fixed number, and "
+      "PI step control by the last difference); samples by a shorter step. Quaternions, loops and ropes are "
+      "projected after the extrapolation, never before it." +
+          embedded_attitude,
+      "Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; "
+      "Hairer, Norsett, Wanner, Solving ODEs I, section II.9");
   declare_settings(gbs, {{"columns",
                           std::int64_t(6),
                           {between(2, kMostColumns),

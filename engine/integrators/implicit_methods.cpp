@@ -3,6 +3,7 @@
 #include "integrators/implicit_alpha.hpp"
 #include "integrators/implicit_runge_kutta.hpp"
 #include "integrators/implicit_tableaux.hpp"
+#include "integrators/symmetric_projection.hpp"
 
 namespace atwood {
 namespace {
@@ -14,17 +15,31 @@ const std::string solved_how =
 const std::string gauss_attitude =
     " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in "
     "body axes; its length is a quadratic invariant, which the method keeps to round-off with no projection.";
+const std::string symmetric_on_loops =
+    " On loops and ropes the symmetric projection keeps the order and the reversibility; quadratic invariants are kept "
+    "without it alone.";
 
 MethodInfo gauss(const std::string& scheme, int stages, const std::string& name) {
   const int order = 2 * stages;
-  return fixed_step(
+  MethodInfo info = fixed_step(
       scheme, claims_in_any_coordinates(order),
       name + ": collocation at the zeros of Legendre's polynomial of degree " + std::to_string(stages) + ", of order " +
           std::to_string(order) +
-          "; symplectic, reversible, A-stable without damping at infinity; conserves quadratic invariants." +
-          solved_how + gauss_attitude,
+          "; reversible, A-stable without damping at infinity; conserves quadratic invariants; symplectic where positions "
+          "and momenta are the state: points, not mechanisms in joint coordinates and rates (q, u), whose momenta are "
+          "p = M(q) u." +
+          solved_how + gauss_attitude + symmetric_on_loops,
       "Butcher, Math. Comp. 18 (1964) 50; Hairer, Wanner, Solving ODEs II (2nd ed.), section IV.5; Hairer, Lubich, "
-      "Wanner, Geometric Numerical Integration (2nd ed.), VIII.6");
+      "Wanner, Geometric Numerical Integration (2nd ed.), V.4.1 and VIII.6");
+  declare_settings(
+      info,
+      {{"projection",
+        std::string("symmetric"),
+        {one_of({"symmetric", "standard", "none"}),
+         "Of mechanisms with loops or ropes: the same multipliers move the state before and after a step so that it ends "
+         "on the constraints (symmetric; several solves a step); or positions and rates are put back onto the "
+         "constraints after a step, which then is not symmetric (standard); or nothing, and they drift off (none)."}}});
+  return info;
 }
 
 MethodInfo generalised_alpha() {
@@ -49,8 +64,9 @@ std::vector<MethodInfo> implicit_methods() {
                  "y_new = y + h f(t + h, y_new); L-stable." + solved_how + embedded_attitude,
                  "Hairer, Wanner, Solving ODEs II (2nd ed.), eq. IV.1.8"),
       fixed_step("trapezoid", claims_in_any_coordinates(2),
-                 "y_new = y + h/2 (f(t, y) + f(t + h, y_new)); A-stable without damping at infinity." + solved_how +
-                     embedded_attitude,
+                 "y_new = y + h/2 (f(t, y) + f(t + h, y_new)); A-stable without damping at infinity. Reversible where "
+                 "nothing is normalised or projected after a step: not with quaternions, loops or ropes." +
+                     solved_how + embedded_attitude,
                  "Dahlquist, BIT 3 (1963) 27; Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. II.7.4"),
       gauss("implicit-midpoint", 1, "y_new = y + h f(t + h/2, (y + y_new) / 2), the implicit midpoint rule"),
       gauss("gauss2", 1, "Gauss's method of one stage, the implicit midpoint rule"),
@@ -77,17 +93,25 @@ std::vector<MethodInfo> implicit_methods() {
 
 template <class S> StepperResult<S> make_implicit(const StepperRequest<S>& request) {
   const std::string& scheme = request.scheme;
+  const bool constrained = request.model != nullptr && request.model->constraints() != nullptr;
   const auto runge_kutta = [&](const CollocationTableau& tableau, bool projects, bool estimates = false) {
-    const bool constrained = request.model != nullptr && request.model->constraints() != nullptr;
-    const ImplicitOptions options{request.flag("compensated"), projects || constrained, estimates};
+    const ImplicitOptions options{request.flag("compensated"), projects, estimates};
     return StepperPointer<S>(std::make_unique<ImplicitRungeKutta<S>>(request.system, tableau, options));
+  };
+  const auto gauss = [&](int stages) -> StepperResult<S> {
+    const CollocationTableau tableau = gauss_collocation(stages);
+    if (!constrained || std::get<std::string>(request.settings.at("projection")) != "symmetric")
+      return runge_kutta(tableau, constrained);
+    if (request.flag("compensated"))
+      return cannot_step(scheme, "takes either compensated sums or the symmetric projection of loops and ropes");
+    return StepperPointer<S>(std::make_unique<SymmetricProjection<S>>(*request.model, runge_kutta(tableau, false)));
   };
   if (scheme == "implicit-euler") return runge_kutta(radau_right_collocation(1), true);
   if (scheme == "trapezoid") return runge_kutta(trapezoid_tableau(), true);
-  if (scheme == "implicit-midpoint" || scheme == "gauss2") return runge_kutta(gauss_collocation(1), false);
-  if (scheme == "gauss4") return runge_kutta(gauss_collocation(2), false);
-  if (scheme == "gauss6") return runge_kutta(gauss_collocation(3), false);
-  if (scheme == "gauss8") return runge_kutta(gauss_collocation(4), false);
+  if (scheme == "implicit-midpoint" || scheme == "gauss2") return gauss(1);
+  if (scheme == "gauss4") return gauss(2);
+  if (scheme == "gauss6") return gauss(3);
+  if (scheme == "gauss8") return gauss(4);
   if (scheme == "radau5") return runge_kutta(radau_right_collocation(3), true, true);
   if (scheme == "sdirk2") return runge_kutta(sdirk2_tableau(), true);
   if (scheme == "sdirk4") return runge_kutta(sdirk4_tableau(), true);

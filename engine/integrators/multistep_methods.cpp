@@ -31,7 +31,8 @@ const std::string history =
     "thruster switches).";
 const std::string attitude =
     " A rotating body's quaternion is integrated as four numbers, q' = 1/2 q (0, w), beside Euler's equations in "
-    "body axes, and normalised after each step; the history of rates is kept.";
+    "body axes, and normalised after each step; the history of rates is kept. On loops and ropes each step is followed by the "
+    "projection, and the history is of projected states and their increments: of its claims the order remains.";
 
 std::string starter(const std::string& name, int stages, int order) {
   return " The first steps are " + name + " of " + std::to_string(stages) + " stages, of order " +

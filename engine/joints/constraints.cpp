@@ -202,19 +202,24 @@ template <class S> bool Constraints<S>::project_positions(S* y) {
   return false;
 }
 
-// The speed at which a rope with heavy pulleys runs is that of its first end.
+// b_: what the rates of the rows in use lack, of the rates in scratch_. The speed at which a rope with heavy pulleys runs
+// is that of its first end.
+template <class S> void Constraints<S>::missing_rates(const Group& group) {
+  for (std::size_t j = 0; j < group.used.size(); ++j) {
+    const Row& row = rows_[group.used[j]];
+    S rate = row.row.rate - row_rate(row, scratch_.data());
+    if (row.further >= 0) rate += row_rate(row.part == 0 ? row : rows_[group.used[j] - 1], scratch_.data());
+    b_[j] = row.scale * rate;
+  }
+}
+
 template <class S> void Constraints<S>::project_rates(S* y) {
   for (std::size_t k = 0; k < scratch_.size(); ++k) scratch_[k] = y[tree_.state_of_rate(static_cast<int>(k))];
   std::fill(change_.begin(), change_.end(), S(0));
   for (Group& group : groups_) {
     factor(group, false, pivot_tolerance<S>());
     if (group.used.empty()) continue;
-    for (std::size_t j = 0; j < group.used.size(); ++j) {
-      const Row& row = rows_[group.used[j]];
-      S rate = row.row.rate - row_rate(row, scratch_.data());
-      if (row.further >= 0) rate += row_rate(row.part == 0 ? row : rows_[group.used[j] - 1], scratch_.data());
-      b_[j] = row.scale * rate;
-    }
+    missing_rates(group);
     solve(group, b_, change_.data());
   }
   for (std::size_t k = 0; k < change_.size(); ++k)

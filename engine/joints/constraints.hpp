@@ -77,6 +77,19 @@ template <class S> class Constraints {
   const std::string& fault() const { return fault_; }
   const SolveReport& report() const { return report_; }  // of the last project()
 
+  // ---- symmetric projection (integrators/symmetric_projection.hpp); one entry a row
+  struct Multipliers {
+    std::vector<S> position, rate;
+  };
+  Multipliers no_multipliers() const { return {std::vector<S>(rows_.size()), std::vector<S>(rows_.size())}; }
+  // Moves y by M^-1 G^T times the multipliers, coordinates and rates, with M and G those at `at`.
+  void displace(const S* at, const Multipliers& by, S* y);
+  // Adds to `by` half of what would take y onto the constraints along M^-1 G^T. Returns how far y is from them, in 16
+  // roundings of the lengths in a constraint and of the speed, at least `speed`.
+  S add_half_correction(const S* y, Multipliers& by, S speed);
+  // The root of twice the kinetic energy, or more, at the last kinematics.
+  S speed_scale() const;
+
   // Of the last constrain()
   S tension(int rope) const;
   // The wrench of a closing joint on its child at its anchor, and which of its components (bits 0 to 2 the force, 3 to 5
@@ -148,6 +161,7 @@ template <class S> class Constraints {
   void move(const Group& group, const S* change, S* y) const;
   bool project_positions(S* y);
   void project_rates(S* y);
+  void missing_rates(const Group& group);
   void set_held(S* y) const;
   bool choose_more(const S* y);
   void choose_beside(const S* y);

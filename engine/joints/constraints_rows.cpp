@@ -157,7 +157,7 @@ template <class S> void Constraints<S>::build_groups() {
   std::size_t most = 0, equations = rows_.size();
   for (const Group& group : groups_) most = std::max(most, static_cast<std::size_t>(group.size()));
   z_.resize(most);
-  b_.resize(equations);
+  b_.resize(std::max(most, equations));
   x_.resize(equations);
 }
 

@@ -19,7 +19,7 @@ PARTS = [("fluid", "Fluids"), ("mechanism", "Mechanisms"), ("pile", "Heaps, wall
          ("section-b", "Rotating bodies"), ("section-a", "Points and their orbits"), ("response", "Contact"),
          ("contact", "Contact"), ("section-d", "Contact")]
 SHOWN = ("Points and their orbits", "Rotating bodies", "Contact", "Heaps, walls, settling", "Mechanisms", "Fluids", "Others")
-MOTIONS = ("point-mass", "velocity-dependent", "rotation", "mechanism")
+MOTIONS = ("point-mass", "velocity-dependent", "rotation", "mechanism", "loop")
 
 
 def ask(program, *words):

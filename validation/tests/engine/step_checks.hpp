@@ -9,9 +9,10 @@
 namespace atwood::testing {
 
 // n steps forward, n back with -h; in double. The largest difference of a component from the start.
-inline double back_and_forth(const std::string& scheme, const Scene& scene, double h, int steps) {
+inline double back_and_forth(const std::string& scheme, const Scene& scene, double h, int steps,
+                             const Settings& settings = {}) {
   RigidModel<double> model(scene);
-  const auto stepper = stepper_of(scheme, model);
+  const auto stepper = stepper_of(scheme, model, settings);
   std::vector<double> y(model.state_size()), y_new(model.state_size());
   model.initial_state(y.data());
   const std::vector<double> start = y;
