@@ -1,4 +1,4 @@
-// Time against the number of bodies: free flight, gravity over all pairs, gravity by a tree, chains of links.
+// Time against the number of bodies: free flight, gravity over all pairs, gravity by a tree, chains of links, loops.
 //
 //   scaling/free-flight/SCALAR/N, scaling/free-flight-2-threads/SCALAR/N
 //       ns_per_step of all N; ns_per_body_step
@@ -9,6 +9,8 @@
 //       ns_per_step: one evaluation of all rates
 //   scaling/chain-hinges/N, scaling/chain-planar/N
 //       ns_per_step: one evaluation of the rates of a chain of N links; ns_per_body_step: of a link
+//   scaling/four-bars/N
+//       the same of (N - 1) / 2 loops in a row, which are one group of constraints: its factors are dense
 //
 // Fitted exponents and memory per body are printed to standard error at the end.
 #include <benchmark/benchmark.h>
@@ -162,15 +164,15 @@ void register_all_gravity() {
   }
 }
 
-// ---- chains of links ----------------------------------------------------------------------------------------------
-void chain(benchmark::State& state, const std::string& family, int links, bool planar) {
-  const Scene scene = chain_scene(links, planar);
+// ---- chains of links, loops ---------------------------------------------------------------------------------------
+// `batch`: long enough for the clock.
+void links_of(benchmark::State& state, const std::string& family, const Scene& scene, int batch) {
+  const int links = static_cast<int>(scene.bodies.size());
   double bytes = bytes_in_use();
   RigidModel<double> model(scene, {});
   std::vector<double> y(static_cast<std::size_t>(model.state_size())), rate(y.size());
   bytes = bytes_in_use() - bytes;
   model.initial_state(y.data());
-  const int batch = std::max(1, 20000 / links);  // long enough for the clock
   double total_ns = 0, runs = 0;
   for (auto _ : state) {
     const auto start = std::chrono::steady_clock::now();
@@ -194,10 +196,21 @@ void register_chains() {
     for (const int links : {20, 100, 200, 500, 1000}) {
       const std::string family = planar ? "chain-planar" : "chain-hinges";
       benchmark::RegisterBenchmark(("scaling/" + family + "/" + std::to_string(links)).c_str(),
-                                   [=](benchmark::State& state) { chain(state, family, links, planar); })
+                                   [=](benchmark::State& state) {
+                                     const int batch = std::max(1, 20000 / links);
+                                     links_of(state, family, chain_scene(links, planar), batch);
+                                   })
           ->UseManualTime()
           ->Iterations(50);
     }
+  for (const int loops : {10, 20, 40, 80, 160}) {
+    const int links = 2 * loops + 1, batch = std::max(1, 2000000 / (links * links * links));
+    benchmark::RegisterBenchmark(
+        ("scaling/four-bars/" + std::to_string(links)).c_str(),
+        [=](benchmark::State& state) { links_of(state, "four-bars", four_bar_scene(loops), batch); })
+        ->UseManualTime()
+        ->Iterations(20);
+  }
 }
 
 // ---- the fits -----------------------------------------------------------------------------------------------------
@@ -206,7 +219,7 @@ void print_fits() {
     std::vector<double> bodies, seconds;
     double bytes = 0;
     for (const auto& [n, run] : runs) {
-      if (n < 100) continue;
+      if (n < (family == "four-bars" ? 40 : 100)) continue;
       bodies.push_back(n);
       seconds.push_back(run.seconds);
       bytes = run.bytes;
