@@ -1,5 +1,5 @@
-// Mechanisms of any number of links: a chain of equal links on hinges that hangs from the world under gravity, bent a little
-// at every joint and moving; four-bars in a row.
+// Mechanisms of any number of links: a chain of equal links on hinges that hangs from the world under gravity, bent a
+// little at every joint and moving; four-bars in a row.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace atwood {
 
-// Links of 0.25 m and 1 kg. `planar`: all axes parallel, gravity across them; else axes alternate between x and z, and the
-// motion fills space. Poses of the bodies are left at the origin: methods in joint coordinates place them.
+// Links of 0.25 m and 1 kg. `planar`: all axes parallel, gravity across them; else axes alternate between x and z, and
+// the motion fills space. Poses of the bodies are left at the origin: methods in joint coordinates place them.
 inline Scene chain_scene(int links, bool planar) {
   Scene scene;
   scene.gravity_m_per_s2 = {0, -9.81, 0};
@@ -35,8 +35,8 @@ inline Scene chain_scene(int links, bool planar) {
   return scene;
 }
 
-// Four-bars in a row: loops + 1 rods of 1 m and 1 kg stand side by side on hinges, and `loops` couplers join their tips,
-// each closed by a hinge. All rods lean by 0.4 rad and turn at 1 rad/s. 2 loops + 1 links, one degree of freedom.
+// Four-bars in a row: loops + 1 rods of 1 m and 1 kg stand side by side on hinges, and `loops` couplers join their
+// tips, each closed by a hinge. All rods lean by 0.4 rad and turn at 1 rad/s. 2 loops + 1 links, one degree of freedom.
 inline Scene four_bar_scene(int loops) {
   Scene scene = chain_scene(0, true);
   const auto rod = [&](const std::string& name, Real3 moments) {

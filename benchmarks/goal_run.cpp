@@ -72,8 +72,8 @@ std::vector<Cell> plan_goal(const Goal& goal, const Scenario& scenario, const st
   return plan_cells(study, {scenario}, workers, cpu);
 }
 
-// Whether a row is the figure that a goal judges: of the whole run, or at an instant. Orders are of the method's ladder.
-// Probes have a row each, of which the worst is judged.
+// Whether a row is the figure that a goal judges: of the whole run, or at an instant. Orders are of the method's
+// ladder. Probes have a row each, of which the worst is judged.
 bool is_figure(const Row& row, const Goal& goal) {
   const bool of_part = !row.body.empty() && goal.metric != "probe-error";
   if (row.metric != goal.metric || of_part || row.t_s.has_value() != (goal.at_s > 0)) return false;
@@ -206,7 +206,8 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
   return candidates;
 }
 
-// The error of every candidate becomes that over all variants of the goal's scene. One that failed in a variant has no error.
+// The error of every candidate becomes that over all variants of the goal's scene. One that failed in a variant has no
+// error.
 void GoalRun::take_variants(const Goal& goal, const Scenario& scenario, std::vector<Candidate>& candidates) {
   std::map<std::string, std::vector<double>> errors;
   const auto key = [](const Candidate& c) { return c.cell->method + " " + std::to_string(c.cell->plan.steps); };

@@ -1,4 +1,5 @@
-// The error over the last quarter of a run, beside that at its end: an error that oscillates may pass through zero there.
+// The error over the last quarter of a run, beside that at its end: an error that oscillates may pass through zero
+// there.
 #pragma once
 
 #include <map>

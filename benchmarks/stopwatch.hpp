@@ -33,8 +33,8 @@ class Stopwatch {
  public:
   explicit Stopwatch(double limit_s) : limit_s_(limit_s) {}
   void allow(double limit_s) { limit_s_ = limit_s; }
-  // Median seconds of one run over repeats of about 2 ms in total; NaN where it failed. Taken again, at most twice, where
-  // the worker had to wait for its processor. Throws Interrupted.
+  // Median seconds of one run over repeats of about 2 ms in total; NaN where it failed. Taken again, at most twice,
+  // where the worker had to wait for its processor. Throws Interrupted.
   double seconds(const Contender& contender);
   // Times [s], rounds x contenders: every contender once per round, in order.
   std::vector<std::vector<double>> in_turns(const std::vector<Contender>& contenders, int rounds);

@@ -139,8 +139,8 @@ std::string render_quiet(const ReportData& data, const std::string& tail);
 // new, counted.
 std::string render_baseline_table(const std::string& path, const std::vector<BaselineChange>& changes, bool colour);
 std::string render_baseline_json(const std::vector<BaselineChange>& changes);  // an array of what is not unchanged
-// Workflow commands of GitHub Actions, at most ten lines; and the summary of a step, in Markdown. `workspace`: the folder
-// that files are named from.
+// Workflow commands of GitHub Actions, at most ten lines; and the summary of a step, in Markdown. `workspace`: the
+// folder that files are named from.
 std::string render_github_annotations(const ReportData& data, const std::string& workspace);
 std::string render_step_summary(const ReportData& data);
 std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows, bool colour,

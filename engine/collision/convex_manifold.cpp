@@ -38,8 +38,8 @@ template <class S> struct PlacedPiece {
 // The largest sine of the angle between directions that count as parallel.
 template <class S> constexpr S parallel_tolerance() { return sizeof(S) == 4 ? S(2e-3) : S(1e-6); }
 
-// The face whose normal is nearest to `outwards`; with at_vertex >= 0 only faces that have this vertex. Of a cylinder: the
-// cap on that side.
+// The face whose normal is nearest to `outwards`; with at_vertex >= 0 only faces that have this vertex. Of a cylinder:
+// the cap on that side.
 template <class S> Feature<S> nearest_face(const PlacedPiece<S>& body, const Vec3<S>& outwards, int at_vertex = -1) {
   Feature<S> face;
   const Vec3<S> d = turned_back(body.place, outwards);
@@ -65,8 +65,8 @@ template <class S> Feature<S> nearest_face(const PlacedPiece<S>& body, const Vec
   return face;
 }
 
-// The edge with the vertex at_vertex that is most nearly perpendicular to `outwards`; of a cylinder: the line of its side.
-// Kind `none` if none is perpendicular within parallel_tolerance.
+// The edge with the vertex at_vertex that is most nearly perpendicular to `outwards`; of a cylinder: the line of its
+// side. Kind `none` if none is perpendicular within parallel_tolerance.
 template <class S> Feature<S> nearest_edge(const PlacedPiece<S>& body, const Vec3<S>& outwards, int at_vertex) {
   Feature<S> found;
   found.misfit = parallel_tolerance<S>();
@@ -94,8 +94,8 @@ template <class S> void add_side(const PlacedPiece<S>& body, const Vec3<S>& outw
     out.push_back({placed(body.place, {h.x * radial.x, h.x * radial.y, z}), z < S(0) ? 101u : 102u});
 }
 
-// The vertices of a feature. Of a disc: kRimPoints points of its rim, of which the first lies farthest along `outwards`.
-// Of a piece without a feature: all of its vertices.
+// The vertices of a feature. Of a disc: kRimPoints points of its rim, of which the first lies farthest along
+// `outwards`. Of a piece without a feature: all of its vertices.
 template <class S>
 void outline(const PlacedPiece<S>& body, const Feature<S>& feature, const Vec3<S>& outwards, Polygon<S>& out) {
   out.clear();
@@ -127,8 +127,8 @@ void outline(const PlacedPiece<S>& body, const Feature<S>& feature, const Vec3<S
   }
 }
 
-// Keeps the part with side . (x - at) <= 0. Two points are a segment; three or more a closed polygon (Sutherland, Hodgman
-// 1974). New vertices get ids that are made of `id` and the ends of the edge that was cut.
+// Keeps the part with side . (x - at) <= 0. Two points are a segment; three or more a closed polygon (Sutherland,
+// Hodgman 1974). New vertices get ids that are made of `id` and the ends of the edge that was cut.
 template <class S>
 void clip(Polygon<S>& polygon, const Vec3<S>& at, const Vec3<S>& side, std::uint32_t id, Polygon<S>& scratch) {
   scratch.clear();
@@ -154,8 +154,9 @@ void clip_to_polygon(Polygon<S>& polygon, const Polygon<S>& face, const Vec3<S>&
   }
 }
 
-// Clips a point, segment or polygon to the prism over a cylinder's cap along `axis` (nearly the cap's normal). The result
-// has the vertices inside the rim, the intersections of edges with the rim, and the rim's points inside the polygon.
+// Clips a point, segment or polygon to the prism over a cylinder's cap along `axis` (nearly the cap's normal). The
+// result has the vertices inside the rim, the intersections of edges with the rim, and the rim's points inside the
+// polygon.
 template <class S>
 void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature<S>& disc, const Vec3<S>& axis,
                   Polygon<S>& scratch) {
@@ -188,8 +189,8 @@ void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature
         inside = (slope < S(0) ? -dot(side, x.x - polygon[i].x) : dot(side, x.x - polygon[i].x)) <= S(0);
       }
       if (!inside) continue;
-      // The rim's point is moved along the axis into the polygon's plane. It is left out where an edge crosses the rim at
-      // this point.
+      // The rim's point is moved along the axis into the polygon's plane. It is left out where an edge crosses the rim
+      // at this point.
       const Vec3<S> onto = x.x + (dot(across, polygon[0].x - x.x) / slope) * axis;
       bool known = false;
       for (const Marked<S>& other : scratch) known = known || norm(other.x - onto) <= parallel_tolerance<S>() * r;

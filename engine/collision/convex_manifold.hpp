@@ -6,10 +6,10 @@
 
 namespace atwood {
 
-// At most four contact points, in A's axes. Where a face is perpendicular to the normal, the other piece's face, edge or
-// disc is clipped to it (Sutherland, Hodgman 1974); parallel edges have the ends of their common part; otherwise the
-// point of the nearest features is the only one. Points at which the surfaces are more than `margin` apart are left out.
-// manifold.count is 0 if the normal was given instead of computed (features.gap is infinite) and nothing overlaps.
+// At most four contact points, in A's axes. Where a face is perpendicular to the normal, the other piece's face, edge
+// or disc is clipped to it (Sutherland, Hodgman 1974); parallel edges have the ends of their common part; otherwise the
+// point of the nearest features is the only one. Points at which the surfaces are more than `margin` apart are left
+// out. manifold.count is 0 if the normal was given instead of computed (features.gap is infinite) and nothing overlaps.
 template <class S>
 void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
                     const NearestFeatures<S>& features, S margin, Manifold<S>& manifold);

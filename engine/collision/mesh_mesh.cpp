@@ -22,9 +22,10 @@ template <class S> struct TrianglePair {
 };
 
 // The contact points of a pair whose normal of least overlap belongs to neither triangle's Voronoi regions: along the
-// normal of one of the two faces. The face with the smaller depth is tried first. A face is skipped if the overlap along
-// the normal of one of its neighbours is smaller (neighbour_is_shallower): the pair with that neighbour has the contact.
-// manifold.count is 0 if both faces are skipped. `depths_a`, `depths_b`: depths of the contacts found by regions.
+// normal of one of the two faces. The face with the smaller depth is tried first. A face is skipped if the overlap
+// along the normal of one of its neighbours is smaller (neighbour_is_shallower): the pair with that neighbour has the
+// contact. manifold.count is 0 if both faces are skipped. `depths_a`, `depths_b`: depths of the contacts found by
+// regions.
 template <class S>
 void face_contact(const TrianglePair<S>& of, const TriangleDepths<S>& depths_a, const TriangleDepths<S>& depths_b,
                   S margin, S round_off, Manifold<S>& manifold) {

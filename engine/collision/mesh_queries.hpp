@@ -83,8 +83,8 @@ template <class S> Vec3<S> pseudonormal(const TriangleMesh<S>& mesh, int t, cons
 // neighbour's region or points into a closed mesh. An n that equals the face's normal up to round-off is set to it.
 template <class S> bool normal_in_region(const TriangleMesh<S>& mesh, int t, Vec3<S>& n);
 
-// Whether a neighbour of triangle t has a depth below `depth`. Neighbours are the triangles around t's three corners, as
-// far as they are reached across edges that are not concave. A body that overlaps both faces of a convex edge has a
+// Whether a neighbour of triangle t has a depth below `depth`. Neighbours are the triangles around t's three corners,
+// as far as they are reached across edges that are not concave. A body that overlaps both faces of a convex edge has a
 // contact with the face of smaller depth only; along a concave edge both faces have contacts. `side`: +1 for a body in
 // front of the surface; -1 behind, where convex edges are concave and the reverse. depth_along(s): the depth of the
 // overlap along the normal of triangle s.
@@ -133,9 +133,9 @@ template <class S> struct MeshPoint {
 };
 template <class S> MeshPoint<S> closest_on_mesh(const TriangleMesh<S>& mesh, const Vec3<S>& c);
 
-// The contact of a body inside a closed mesh. Its normal is, for a convex mesh, that of the face with the least depth of
-// penetration; for one that is not convex, that of the surface point `nearest` to the body's `center`. lowest(n): the
-// body's support point along -n. One point, halfway between the body's support point and the surface.
+// The contact of a body inside a closed mesh. Its normal is, for a convex mesh, that of the face with the least depth
+// of penetration; for one that is not convex, that of the surface point `nearest` to the body's `center`. lowest(n):
+// the body's support point along -n. One point, halfway between the body's support point and the surface.
 template <class S, class Lowest>
 Manifold<S> enclosed_manifold(const TriangleMesh<S>& mesh, const MeshPoint<S>& nearest, const Vec3<S>& center,
                               const Lowest& lowest) {

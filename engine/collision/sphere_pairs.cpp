@@ -1,5 +1,5 @@
-// Spheres against the primitive shapes: one contact point each. Shape a is the sphere, so the contact normal (from a to b)
-// is opposite to the direction from the other shape's nearest point to the sphere's centre.
+// Spheres against the primitive shapes: one contact point each. Shape a is the sphere, so the contact normal (from a to
+// b) is opposite to the direction from the other shape's nearest point to the sphere's centre.
 #include "collision/direction.hpp"
 #include "collision/pair_tests.hpp"
 
@@ -17,9 +17,9 @@ template <class S> struct Nearest {
 
 template <class S> S signed_like(S magnitude, S sign) { return sign < S(0) ? -magnitude : magnitude; }
 
-// h: half sizes; c: the centre. A centre outside is clamped to the box; for one inside, the nearest face is taken, and of
-// equally near ones z before y before x. A rectangle is a box with h.z = 0: a centre in its plane has the direction +z.
-// `feature`: which of the 27 regions, into which the planes of the box's faces divide space, holds the centre.
+// h: half sizes; c: the centre. A centre outside is clamped to the box; for one inside, the nearest face is taken, and
+// of equally near ones z before y before x. A rectangle is a box with h.z = 0: a centre in its plane has the direction
+// +z. `feature`: which of the 27 regions, into which the planes of the box's faces divide space, holds the centre.
 template <class S> Nearest<S> nearest_on_box(const Vec3<S>& h, const Vec3<S>& c) {
   const auto clamp = [](S x, S most) { return x < -most ? -most : most < x ? most : x; };
   const auto region = [](S x, S most) { return x < -most ? 0u : most < x ? 2u : 1u; };

@@ -50,7 +50,7 @@ target_sources(atwood_engine PRIVATE
   contact/event/kinematics.cpp
   contact/event/linear_solve.cpp
   contact/event/modes.cpp
-  contact/event/near_phase.cpp
+  contact/event/broad_phase.cpp
   contact/event/painleve.cpp
   contact/event/projection.cpp
   contact/event/report.cpp

@@ -1,4 +1,5 @@
-// What `corrected` adds to the sums over pairs (docs/fluids.md): loops over the lists of each slot, a particle at a time.
+// What `corrected` adds to the sums over pairs (docs/fluids.md): loops over the lists of each slot, a particle at a
+// time.
 #pragma once
 
 #include "fluid/sums.hpp"

@@ -238,7 +238,8 @@ ATWOOD_INLINE bool Neighbours<S>::fill_lists(const Grid& grid, int first_slot, i
 }
 
 // Slots that hold all points within reach of those of [first_slot, last_slot). Cells are as wide as the reach along
-// axis 0, or wider: they are those of the same sheets of cells across axis 0 and of two beside, the second for round-off.
+// axis 0, or wider: they are those of the same sheets of cells across axis 0 and of two beside, the second for
+// round-off.
 template <class S>
 auto Neighbours<S>::slots_around(const Grid& grid, int first_slot, int last_slot) const -> SlotRanges {
   const int sheets = grid.cells[0], sheet_size = grid.cells[1] * grid.cells[2], count = static_cast<int>(order_.size());

@@ -19,8 +19,8 @@ template <class S> struct OneLane {
   ATWOOD_INLINE S root_of(S a) const { return real::sqrt(a); }
   template <class Write> ATWOOD_INLINE void each(S value, const Write& write) const { write(lane, value); }
 };
-// Four lanes in one register of AVX2, from `lane` on: with all eight in two registers each, half of the values of a fit are
-// moved to memory and back.
+// Four lanes in one register of AVX2, from `lane` on: with all eight in two registers each, half of the values of a fit
+// are moved to memory and back.
 template <VectorWidth width> struct HalfLanes {
   using Value = RegisterOf<double>::Type;
   int lane;

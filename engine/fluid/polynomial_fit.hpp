@@ -19,8 +19,8 @@ namespace atwood::fluid {
 inline constexpr int kFitRecord = 8;
 inline constexpr int kMostFields = 5;
 
-// How much a slot counts in the fits and in the sum for shifting of its neighbours, and whether it is a node of the free
-// surface (1) or not (0).
+// How much a slot counts in the fits and in the sum for shifting of its neighbours, and whether it is a node of the
+// free surface (1) or not (0).
 template <class S> struct SlotWeight { S fit, crowding, surface; };
 
 // What the fits of a slot give. Field f is component f of velocity, density (f = d), temperature (f = d + 1).
@@ -40,8 +40,8 @@ template <class S> struct PolynomialFits {
   VectorWidth width = widest_vectors();
   bool lane_by_lane = false;  // the reference
 
-  // The fits of the slots of the blocks [first, last). supports: R of each slot [m]; weights: of each slot, null: all 1.
-  // scratch is resized where it is too small.
+  // The fits of the slots of the blocks [first, last). supports: R of each slot [m]; weights: of each slot, null: all
+  // 1. scratch is resized where it is too small.
   void fit(const Neighbours<S>& lists, const S* records, const S* supports, const SlotWeight<S>* weights,
            int first_block, int last_block, LaneArray<S>& scratch, Fit<S>* out) const;
 };

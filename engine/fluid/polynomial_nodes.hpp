@@ -26,8 +26,8 @@ template <class S> struct NodeFits {
   int particles = 0;               // points of the lists below this count; others are nodes and dummies
   S reach{};                       // [m]
 
-  // Of the node in a slot, whose normal is along an axis with a sign (axis < 0: free alone). False: too few particles, or
-  // they do not determine the polynomial.
+  // Of the node in a slot, whose normal is along an axis with a sign (axis < 0: free alone). False: too few particles,
+  // or they do not determine the polynomial.
   bool around(const Neighbours<S>& lists, const S* records, int slot, int axis, S sign, NodeWeights<S>& weights) const;
 };
 

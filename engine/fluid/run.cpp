@@ -37,8 +37,8 @@ template <class S> struct March {
     outcome.reason = what + " at t = " + format_double(static_cast<double>(t_s)) + " s";
     return false;
   }
-  // After every step: is the state finite? Sums of all numbers are not, if one is not. Several sums, so that an addition
-  // need not wait for the one before.
+  // After every step: is the state finite? Sums of all numbers are not, if one is not. Several sums, so that an
+  // addition need not wait for the one before.
   bool finite(const S* state, S t_s) {
     constexpr int kSums = 8;
     S sums[kSums]{}, sum{};

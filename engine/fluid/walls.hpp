@@ -1,5 +1,5 @@
-// Walls of dummy particles that carry the fluid's own values to their side: Adami, Hu, Adams, J. Comput. Phys. 231 (2012)
-// 7057; equations in docs/fluids.md.
+// Walls of dummy particles that carry the fluid's own values to their side: Adami, Hu, Adams, J. Comput. Phys. 231
+// (2012) 7057; equations in docs/fluids.md.
 #pragma once
 
 #include <memory>

@@ -14,8 +14,8 @@ namespace atwood {
 
 class Team;
 
-// Where a body's scalars (13, or 6 of a point mass) are stored: in the state, or in a separate array if it is fixed, held
-// or placed by a joint.
+// Where a body's scalars (13, or 6 of a point mass) are stored: in the state, or in a separate array if it is fixed,
+// held or placed by a joint.
 template <class S> struct Slot {
   int offset = -1;  // of p_WB in the state; -1: not there
   bool rotates = false;

@@ -20,7 +20,8 @@ int evaluations_of(int column) {
   return count;
 }
 
-// Whether an error in this column is too large for convergence in `last`: err_j <= prod (n_i / n_1)^2, i = j + 1 .. last.
+// Whether an error in this column is too large for convergence in `last`: err_j <= prod (n_i / n_1)^2, i = j + 1 ..
+// last.
 bool hopeless(double error, int column, int last) {
   double most = 1;
   for (int i = column + 1; i <= last; ++i) most *= substeps_of(i) / substeps_of(1);
@@ -66,8 +67,8 @@ template <class S> void Extrapolation<S>::add_column(S t_s, S h_s, const S* y, i
   }
 }
 
-// The columns up to the first of k - 1, k and k + 1 whose error is within the tolerance, k being the expected one; fewer
-// where that cannot come.
+// The columns up to the first of k - 1, k and k + 1 whose error is within the tolerance, k being the expected one;
+// fewer where that cannot come.
 template <class S> void Extrapolation<S>::columns_to_tolerance(S t_s, S h_s, const S* y) {
   converged_ = false;
   for (reached_ = 1;; ++reached_) {

@@ -1,6 +1,6 @@
-// Notation. y' = f(t, y): the equations of motion; y, y_new: the state before and after a step of length h. p, v: positions
-// and velocities, p' = v, v' = a(t, p). exp, R, F: rotations in body axes, applied on the right of the quaternion q. Maps are
-// written in the order in which they are applied, the first one on the left.
+// Notation. y' = f(t, y): the equations of motion; y, y_new: the state before and after a step of length h. p, v:
+// positions and velocities, p' = v, v' = a(t, p). exp, R, F: rotations in body axes, applied on the right of the
+// quaternion q. Maps are written in the order in which they are applied, the first one on the left.
 #include "integrators/formulas.hpp"
 
 #include <map>

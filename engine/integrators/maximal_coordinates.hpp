@@ -1,7 +1,7 @@
 // Mechanisms in maximal coordinates: every body free, every joint a constraint. Contrast methods.
 //
-// RATTLE over h (Andersen, J. Comput. Phys. 52 (1983) 24; Jay, SIAM J. Numer. Anal. 33 (1996) 368; Hairer, Lubich, Wanner,
-// Geometric Numerical Integration, 2nd ed., VII.1.4), with forces that depend on positions alone:
+// RATTLE over h (Andersen, J. Comput. Phys. 52 (1983) 24; Jay, SIAM J. Numer. Anal. 33 (1996) 368; Hairer, Lubich,
+// Wanner, Geometric Numerical Integration, 2nd ed., VII.1.4), with forces that depend on positions alone:
 //   v += h/2 M^-1 f(q_n) + M^-1 G(q_n)^T lambda          so that g(q_(n+1)) = 0
 //   q_n -> q_(n+1), the free motion over h                (a rotating body's is exact, rigid/free_top.hpp)
 //   v += h/2 M^-1 f(q_(n+1)) + M^-1 G(q_(n+1))^T mu       so that G(q_(n+1)) v = 0
@@ -21,8 +21,8 @@
 
 namespace atwood {
 
-// The same scene with all its bodies free: joints that placed bodies close loops. Throws nothing; `fault` says what has no
-// such form ("": all has).
+// The same scene with all its bodies free: joints that placed bodies close loops. Throws nothing; `fault` says what has
+// no such form ("": all has).
 Scene in_maximal_coordinates(const Scene& scene, std::string& fault);
 
 // The constraints of a model in maximal coordinates at one state.
@@ -32,8 +32,8 @@ template <class S> class MaximalConstraints {
 
   // Takes the rows and their factors at y, which later calls refer to.
   void factor_at(const S* y);
-  // Changes the velocities in `v` (a state) by M^-1 G^T x with x of least effect so that their rates change by `b`, one a
-  // row.
+  // Changes the velocities in `v` (a state) by M^-1 G^T x with x of least effect so that their rates change by `b`, one
+  // a row.
   void change_rates(const std::vector<S>& b, S* v);
   // G v of the velocities in a state, by the rows of factor_at().
   void rates(const S* v, std::vector<S>& out) const;

@@ -7,8 +7,8 @@
 namespace atwood {
 namespace {
 
-// The integral over [0, 1] of the Lagrange polynomial that is 1 at first - j and 0 at the other points first, first - 1,
-// ... first - count + 1; Gauss's formula of `count` points is exact for it.
+// The integral over [0, 1] of the Lagrange polynomial that is 1 at first - j and 0 at the other points first,
+// first - 1, ... first - count + 1; Gauss's formula of `count` points is exact for it.
 Quad weight(int first, int count, int j) {
   const CollocationTableau points = gauss_collocation(count);
   Quad total = Quad(0);

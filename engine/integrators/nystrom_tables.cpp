@@ -4,7 +4,8 @@
 
 namespace atwood {
 
-// Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 235, RKN6(4)6FM: the last stage is the first of the next step.
+// Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 235, RKN6(4)6FM: the last stage is
+// the first of the next step.
 const NystromTableau dormand_prince_nystrom6{
     .stages = 6,
     .order = 6,
@@ -18,8 +19,8 @@ const NystromTableau dormand_prince_nystrom6{
     .embedded_velocity = "1349/157500 7873/45000 27457/90000 521683/630000 -2/5 1/12",
     .first_same_as_last = true};
 
-// Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 423; coefficients in Brankin, Gladwell, Dormand, Prince, Seward,
-// ACM Trans. Math. Softw. 15 (1989) 31, algorithm 670: RKN12(10)17M.
+// Dormand, El-Mikkawy, Prince, IMA J. Numer. Anal. 7 (1987) 423; coefficients in Brankin, Gladwell, Dormand, Prince,
+// Seward, ACM Trans. Math. Softw. 15 (1989) 31, algorithm 670: RKN12(10)17M.
 const NystromTableau dormand_prince_nystrom12{
     .stages = 17,
     .order = 12,
@@ -142,8 +143,8 @@ const NystromTableau dormand_prince_nystrom12{
         "4764516608/44377554375 14236677607187/124730332137000 "
         "198066487470143918516004831967805004004/2855490440070733221356946700793437123125 1/50"};
 
-// Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3: SRKN_6^b and SRKN_14^a. The 15 digits of the paper were
-// brought to 42 by Newton's method on the Nystrom order conditions, symmetry kept, steps of least norm.
+// Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3: SRKN_6^b and SRKN_14^a. The 15 digits of the paper
+// were brought to 42 by Newton's method on the Nystrom order conditions, symmetry kept, steps of least norm.
 const SymplecticNystromTable blanes_moan_nystrom4{
     .order = 4,
     .kicks =

@@ -360,8 +360,8 @@ template <class S> S Radau15<S>::roughness() const {
   return most;
 }
 
-// The least timescale (radau15_timescale.hpp) of any body, and of each kind of the other unknowns as a whole; 0: nothing
-// changes.
+// The least timescale (radau15_timescale.hpp) of any body, and of each kind of the other unknowns as a whole; 0:
+// nothing changes.
 template <class S> S Radau15<S>::least_timescale() const {
   S least{};
   for (std::size_t n = 0; n < kinds_.size(); ++n) {

@@ -12,8 +12,9 @@ namespace atwood::radau {
 inline constexpr int kNodes = kRadauNodes;
 
 // When sweeps end: where the change that the next one would make (the last change times the contraction) is below the
-// last place, or below a part of the tolerance (a thirtieth of it node by node; a hundredth where all nodes are swept at
-// once, whose contraction differs more from one step to the next); where changes among the last places no longer shrink; or in failure.
+// last place, or below a part of the tolerance (a thirtieth of it node by node; a hundredth where all nodes are swept
+// at once, whose contraction differs more from one step to the next); where changes among the last places no longer
+// shrink; or in failure.
 template <class S> struct SweepEnd {
   S enough, contraction, before = S(0);
   int sweeps = 0;

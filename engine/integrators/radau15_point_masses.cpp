@@ -16,9 +16,9 @@ constexpr int kCorrections = 2;
 constexpr double kCorrected = 1e-3;
 
 // x^(-3/2) to 3 units in the last place, and x^-1 to 1e-5: some 25 additions and multiplications, which run in the
-// pipelines of a processor where square roots and divisions of packs wait for one unit. The first guess of y = x^(-1/2),
-// to 3.5 %, comes from the bits of x (Lomont 2003); then, with e = 1 - x y^2, the series of (1 - e)^(-1/2) and, for the
-// result, of (1 - e)^(-3/2). 0 and infinity give no finite number.
+// pipelines of a processor where square roots and divisions of packs wait for one unit. The first guess of y =
+// x^(-1/2), to 3.5 %, comes from the bits of x (Lomont 2003); then, with e = 1 - x y^2, the series of (1 - e)^(-1/2)
+// and, for the result, of (1 - e)^(-3/2). 0 and infinity give no finite number.
 ATWOOD_INLINE P inverse_cube_of_root(const P& x, P& inverse) {
   radau::DoubleBits bits;
   __builtin_memcpy(&bits, &x, sizeof(bits));
@@ -175,8 +175,8 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
   }
 
   // A sweep evaluates G(F), the rates at states that the rates F give. Newton's method would add (1 - L)^-1 (G(F) - F)
-  // to F, where L = h^2 J a2 with the gradient J of gravity. The Neumann series of that inverse is taken to L^2, so that
-  // a sweep leaves L^3 of the error in place of L, and the square of the error; or as far as the tolerance needs.
+  // to F, where L = h^2 J a2 with the gradient J of gravity. The Neumann series of that inverse is taken to L^2, so
+  // that a sweep leaves L^3 of the error in place of L, and the square of the error; or as far as the tolerance needs.
   ATWOOD_INLINE void sweep() {
     const bool predicted = step_.rate_from != nullptr;
     const Columns<double> twice(table_.a2, step_.h_s * step_.h_s);

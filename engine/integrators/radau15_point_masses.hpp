@@ -1,7 +1,7 @@
 // Radau 15 for a few point masses under central and mutual gravity, in double: a whole step (prediction, sweeps, end)
-// in one kernel, with the numbers of bodies and dimensions known to the compiler. radau15.cpp says what a step is; here the
-// same stages are solved with fewer sweeps, since the gradient of gravity is known: equal to those of the general sweeps to
-// round-off, or to the part of a tolerance that these leave.
+// in one kernel, with the numbers of bodies and dimensions known to the compiler. radau15.cpp says what a step is; here
+// the same stages are solved with fewer sweeps, since the gradient of gravity is known: equal to those of the general
+// sweeps to round-off, or to the part of a tolerance that these leave.
 #pragma once
 
 #include <memory>

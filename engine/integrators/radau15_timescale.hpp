@@ -5,8 +5,8 @@
 
 namespace atwood {
 
-// Pham, Rein, Spiegel (2024), in units of the step, with the acceleration a, jerk j and snap s at its end of the `count`
-// components together:
+// Pham, Rein, Spiegel (2024), in units of the step, with the acceleration a, jerk j and snap s at its end of the
+// `count` components together:
 //   tau^2 = 2 |a|^2 / (|j|^2 + |a| |s|)
 // `rate`: at the nodes, of all components. 0: they have no acceleration, or it does not change.
 template <class S>

@@ -2,10 +2,10 @@
 //
 //   y~ = y + A(y) mu,   y~_new = Phi(t, h, y~),   y_new = y~_new + A(y_new) mu,   y_new on the constraints
 //
-// (Hairer, BIT 40 (2000) 726; Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed., V.4.1): the same mu before
-// and after the step, so that the projected method is symmetric where Phi is. A = M^-1 G^T, of coordinates and of rates
-// each; mu by simplified Newton iterations, 2 A^T A in place of the derivative, which contract by O(h) each. A step
-// therefore takes several of Phi.
+// (Hairer, BIT 40 (2000) 726; Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed., V.4.1): the same mu
+// before and after the step, so that the projected method is symmetric where Phi is. A = M^-1 G^T, of coordinates and
+// of rates each; mu by simplified Newton iterations, 2 A^T A in place of the derivative, which contract by O(h) each. A
+// step therefore takes several of Phi.
 #pragma once
 
 #include <memory>

@@ -202,8 +202,8 @@ template <class S> bool Constraints<S>::project_positions(S* y) {
   return false;
 }
 
-// b_: what the rates of the rows in use lack, of the rates in scratch_. The speed at which a rope with heavy pulleys runs
-// is that of its first end.
+// b_: what the rates of the rows in use lack, of the rates in scratch_. The speed at which a rope with heavy pulleys
+// runs is that of its first end.
 template <class S> void Constraints<S>::missing_rates(const Group& group) {
   for (std::size_t j = 0; j < group.used.size(); ++j) {
     const Row& row = rows_[group.used[j]];
@@ -317,8 +317,9 @@ void Constraints<S>::strike(const S* y, const std::vector<int>& joints, const st
   }
 }
 
-// ---- reactions --------------------------------------------------------------------------------------------------------
-// What a dependence of the rows on each other (multipliers that move nothing) does to the reaction of each joint.
+// ---- reactions
+// -------------------------------------------------------------------------------------------------------- What a
+// dependence of the rows on each other (multipliers that move nothing) does to the reaction of each joint.
 template <class S> void Constraints<S>::find_open_components() {
   std::fill(open_components_.begin(), open_components_.end(), 0u);
   const int links = static_cast<int>(tree_.links().size());

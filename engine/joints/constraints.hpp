@@ -1,15 +1,15 @@
 // Constraints that tie the links of a tree further: joints that close loops, ropes, coordinates that rest at a stop.
 //
-// The tree's articulated-body algorithm factors the mass matrix, M^-1 = W^T W with W generalised force -> "whitened" vector
-// of one component a rate (column k of tree.hpp: force_k / sqrt(D_k)). With the rows G u' = b of the constraints and the
-// free acceleration u'_0, Gauss's principle of least constraint asks for the smallest M-norm of u' - u'_0:
+// The tree's articulated-body algorithm factors the mass matrix, M^-1 = W^T W with W generalised force -> "whitened"
+// vector of one component a rate (column k of tree.hpp: force_k / sqrt(D_k)). With the rows G u' = b of the constraints
+// and the free acceleration u'_0, Gauss's principle of least constraint asks for the smallest M-norm of u' - u'_0:
 //   u' = u'_0 + W^T z,   z of least norm with (W G^T)^T z = b - G u'_0
-// found by QR of W G^T with column pivoting (least_norm.hpp), whose R also gives the multipliers. Neither G M^-1 G^T nor
-// its condition, the square, appears: a linkage passes its flat configuration with the pivots that are left.
+// found by QR of W G^T with column pivoting (least_norm.hpp), whose R also gives the multipliers. Neither G M^-1 G^T
+// nor its condition, the square, appears: a linkage passes its flat configuration with the pivots that are left.
 //
-// Rows. Of the rows of a closed mechanism some may depend on the others wherever its parts can go (a linkage in a plane;
-// Bricard's). Off the constraints, at the stages of a step, they depend on them no longer exactly and would act as further
-// constraints. So rows are chosen on the constraints, where their rank is known: at the start, there and at
+// Rows. Of the rows of a closed mechanism some may depend on the others wherever its parts can go (a linkage in a
+// plane; Bricard's). Off the constraints, at the stages of a step, they depend on them no longer exactly and would act
+// as further constraints. So rows are chosen on the constraints, where their rank is known: at the start, there and at
 // configurations beside it, and again after every projection, which may add rows and never removes one. A row that is
 // not chosen has to hold by itself; a run in which it does not ends.
 //
@@ -66,8 +66,8 @@ template <class S> class Constraints {
   // What constrain() notes of its pivots, of rates that planar() has given.
   void note_pivot(S least) { least_pivot_ = real::min(least_pivot_, least); }
 
-  // After tree.accelerations() at this state: changes du, the free accelerations, to those under the constraints. Bodies'
-  // accelerations stay those of the tree alone.
+  // After tree.accelerations() at this state: changes du, the free accelerations, to those under the constraints.
+  // Bodies' accelerations stay those of the tree alone.
   void constrain(S* du);
   // Of the last constrain(): the wrench of all constraints on each link, about its point A; one entry a link.
   const typename Tree<S>::Wrench* wrenches();
@@ -92,14 +92,14 @@ template <class S> class Constraints {
 
   // Of the last constrain()
   S tension(int rope) const;
-  // The wrench of a closing joint on its child at its anchor, and which of its components (bits 0 to 2 the force, 3 to 5
-  // the torque, world axes) the constraints leave open. Of joints of the tree: `not_unique` alone.
+  // The wrench of a closing joint on its child at its anchor, and which of its components (bits 0 to 2 the force, 3 to
+  // 5 the torque, world axes) the constraints leave open. Of joints of the tree: `not_unique` alone.
   typename Tree<S>::Wrench closing_wrench(int joint) const;
   unsigned not_unique(int joint) const { return open_components_[joint]; }
   void find_open_components();  // at the present kinematics and factors
 
-  // Of all constrain() since forget_pivots(): the smallest size of a row beside those it was taken after, 1 for one that
-  // nothing hinders. Near a singular configuration it is proportional to the distance from there.
+  // Of all constrain() since forget_pivots(): the smallest size of a row beside those it was taken after, 1 for one
+  // that nothing hinders. Near a singular configuration it is proportional to the distance from there.
   S least_pivot() const { return least_pivot_; }
   void forget_pivots() { least_pivot_ = S(1); }
   S usual_pivot() const { return usual_pivot_; }  // the largest least pivot of a constrain() since start() or restart()

@@ -219,8 +219,8 @@ template <class S> void set_scale(const Tree<S>& tree, const int* links, const C
   if (square > S(0)) scale = S(1) / real::sqrt(square);
 }
 
-// The wrenches of a row, or a unit force along its coordinate, taken inwards as in Tree::solve; what each rate receives,
-// over the square root of its D.
+// The wrenches of a row, or a unit force along its coordinate, taken inwards as in Tree::solve; what each rate
+// receives, over the square root of its D.
 template <class S> void Constraints<S>::whiten(const Row& row, S* column) {
   const Group& group = groups_[row.group];
   std::fill(column, column + group.size(), S(0));

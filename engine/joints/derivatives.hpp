@@ -8,15 +8,16 @@
 namespace atwood {
 
 // Of the accelerations u' of a tree under uniform gravity and the forces along its joints. Matrices have a row for each
-// acceleration and a column for each rate k: the derivative by a displacement of the coordinates along the rate (of a ball
-// or a free body's attitude: a small turn about an axis of the body), by the rate, and by a generalised force along it.
+// acceleration and a column for each rate k: the derivative by a displacement of the coordinates along the rate (of a
+// ball or a free body's attitude: a small turn about an axis of the body), by the rate, and by a generalised force
+// along it.
 struct AccelerationDerivatives {
   int rates = 0;
   std::vector<double> acceleration, by_displacement, by_rate, by_force;
 };
 
-// `offsets`, `first_free`: the layout of the state, as for Tree; y: a state of `size` scalars. The scene's other forces,
-// closing joints and ropes are left out.
+// `offsets`, `first_free`: the layout of the state, as for Tree; y: a state of `size` scalars. The scene's other
+// forces, closing joints and ropes are left out.
 AccelerationDerivatives acceleration_derivatives(const Scene& scene, const std::vector<int>& offsets, int first_free,
                                                  const double* y, int size);
 

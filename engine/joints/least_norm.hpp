@@ -1,10 +1,11 @@
 // The smallest z that satisfies dependent or independent equations A^T z = b: QR factorisation with column pivoting.
 //
 // The columns of A, one an equation, are scaled so that 1 is what they are without cancellation. A Pi = Q R with the
-// largest remaining column first (Businger and Golub, Numer. Math. 7 (1965) 269; Golub and Van Loan, Matrix Computations,
-// 4th ed., section 5.4.2); columns of which no more is left than `tolerance` max(1, their length) depend on those before
-// them, and their equations are not used. With R1 the leading block of size rank, z = Q (R1^-T b1, 0). Nothing like A^T A is formed, so the condition of A
-// is not squared. A multiplier of each used equation, x with A x = z, follows as x = R1^-1 R1^-T b1; the others get 0.
+// largest remaining column first (Businger and Golub, Numer. Math. 7 (1965) 269; Golub and Van Loan, Matrix
+// Computations, 4th ed., section 5.4.2); columns of which no more is left than `tolerance` max(1, their length) depend
+// on those before them, and their equations are not used. With R1 the leading block of size rank, z = Q (R1^-T b1, 0).
+// Nothing like A^T A is formed, so the condition of A is not squared. A multiplier of each used equation, x with A x =
+// z, follows as x = R1^-1 R1^-T b1; the others get 0.
 #pragma once
 
 #include <cmath>
@@ -99,8 +100,8 @@ template <class S> class LeastNorm {
     square_[best] = square_[k];
     std::swap(length_[k], length_[best]);
   }
-  // The reflection I - v v^T / scale that turns what is left of column k into a multiple of its first component; v stays
-  // in the column from its row k on, R's diagonal apart.
+  // The reflection I - v v^T / scale that turns what is left of column k into a multiple of its first component; v
+  // stays in the column from its row k on, R's diagonal apart.
   void reflect(int k, S length) {
     S* v = column(k);
     const S first = v[k];

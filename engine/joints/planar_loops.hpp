@@ -1,11 +1,11 @@
-// Loops of trees that move in planes, closed by hinges across the plane: the equations of joints/constraints.hpp, of which
-// every closing leaves two, in vectors of two components.
+// Loops of trees that move in planes, closed by hinges across the plane: the equations of joints/constraints.hpp, of
+// which every closing leaves two, in vectors of two components.
 //
-// Rates are solved for by a QR factorisation of W G^T in the order of the rows, of one state or of eight at once. Where a
-// pivot is below kLeastPivot, rows may be dependent, and the pivoted factorisation of constraints.hpp has to take over;
-// both give the same accelerations elsewhere. Projections use the pivoted one. A gap of round-off turns links by itself over
-// the pivot, and their rates by that over the pivot once more; so below kLeastPivot a projection of float or double
-// positions ends with a step by gaps of a wider scalar.
+// Rates are solved for by a QR factorisation of W G^T in the order of the rows, of one state or of eight at once. Where
+// a pivot is below kLeastPivot, rows may be dependent, and the pivoted factorisation of constraints.hpp has to take
+// over; both give the same accelerations elsewhere. Projections use the pivoted one. A gap of round-off turns links by
+// itself over the pivot, and their rates by that over the pivot once more; so below kLeastPivot a projection of float
+// or double positions ends with a step by gaps of a wider scalar.
 #pragma once
 
 #include <memory>
@@ -20,8 +20,8 @@ template <class S> class PlanarLoops {
  public:
   static constexpr double kLeastPivot = 0.05;
 
-  // Null where some mechanism does not move in a plane, or is tied by anything but hinges across it that close loops. The
-  // kinematics of `tree` are those of some state; `constraints` has chosen its rows.
+  // Null where some mechanism does not move in a plane, or is tied by anything but hinges across it that close loops.
+  // The kinematics of `tree` are those of some state; `constraints` has chosen its rows.
   static std::unique_ptr<PlanarLoops> of(Tree<S>& tree, Constraints<S>& constraints);
 
   // ---- rates, in this order; V: S, or Pack<S> of float and double
@@ -29,7 +29,8 @@ template <class S> class PlanarLoops {
   void move(const OneState<S>& y);
   void move(VectorWidth width, const StateLanes<S>& y);
   // For forces on bodies: p v q w of each link's body, as Tree::write_body gives them, scalar i of body b at
-  // to[b kBodyScalars + i]; and the loads that act on it (forces/force.hpp), without uniform gravity. At the same state.
+  // to[b kBodyScalars + i]; and the loads that act on it (forces/force.hpp), without uniform gravity. At the same
+  // state.
   void place(const OneState<S>& y, S* to);
   void place(VectorWidth width, const StateLanes<S>& y, LaneBlock<S>* to);
   void bear(const Load<S>* loads);

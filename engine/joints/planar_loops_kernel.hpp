@@ -202,7 +202,8 @@ ATWOOD_INLINE V PlanarLoops<S>::acceleration_along(const Equation& equation, con
   return sum;
 }
 
-// Householder's reflections of `count` columns of rates_ scalars; returns the least pivot. As LeastNorm without exchanges.
+// Householder's reflections of `count` columns of rates_ scalars; returns the least pivot. As LeastNorm without
+// exchanges.
 template <class S>
 template <class K, class V>
 ATWOOD_INLINE V PlanarLoops<S>::factor_in_order(K lane, int count, Work<V>& work) const {

@@ -1,7 +1,7 @@
-// Trees that move in planes: all hinges of a mechanism have parallel axes, its sliders move across them, and it hangs on
-// something at rest. Forces across the plane and moments in it make reactions and no motion, and of the inertia only the
-// moment about the axis of the hinges counts, so the articulated-body algorithm of joints/tree.hpp works with vectors of
-// two components: an inertia about a point is a moment J, a coupling h and a 2x2 mass M,
+// Trees that move in planes: all hinges of a mechanism have parallel axes, its sliders move across them, and it hangs
+// on something at rest. Forces across the plane and moments in it make reactions and no motion, and of the inertia only
+// the moment about the axis of the hinges counts, so the articulated-body algorithm of joints/tree.hpp works with
+// vectors of two components: an inertia about a point is a moment J, a coupling h and a 2x2 mass M,
 //   n = J alpha + h . a + n0        f = alpha h + M a + f0
 // Eliminating a hinge leaves neither J nor h: only M - h h^T / J.
 #pragma once

@@ -3,8 +3,8 @@
 //
 // Straight parts between the points and the pulleys, each touching its pulleys; arcs on them. With n the pulleys' axis,
 // d the direction of a straight part from its first end to its last and rho = radius (axis . n), it touches a pulley at
-// axle + rho d x n, so that two ends at v from each other satisfy v + (rho_last - rho_first) d x n = l d: the part is of
-// length l = sqrt(v^2 - (rho_last - rho_first)^2) and d is v turned about n by asin((rho_first - rho_last) / |v|).
+// axle + rho d x n, so that two ends at v from each other satisfy v + (rho_last - rho_first) d x n = l d: the part is
+// of length l = sqrt(v^2 - (rho_last - rho_first)^2) and d is v turned about n by asin((rho_first - rho_last) / |v|).
 //
 // Where a touching point moves, the part beside it grows as the arc shrinks, so the rate of the whole length is
 //   L' = d_last . x_last' - d_first . x_first',
@@ -51,13 +51,14 @@ RopeCourse<S> rope_course(const RopeConstraint<S>& rope, const TiedBody<S>& firs
 // Takes the length and the angles of this course as those of the start.
 template <class S> void start_rope(const RopeCourse<S>& course, RopeConstraint<S>& rope);
 
-// How far the rope has run over its pulleys since the start [m]; `before`: the angle of its first part at the last call,
-// which it continues.
+// How far the rope has run over its pulleys since the start [m]; `before`: the angle of its first part at the last
+// call, which it continues.
 template <class S> S rope_run(const RopeConstraint<S>& rope, const RopeCourse<S>& course, S& before);
 
-// The rows: with mass_kg = 0 one, whose multiplier is minus the tension; else two that share the rope's speed as a further
-// unknown of that mass, with coefficient -1 in both: d_first . x_first' - s' = 0, its multiplier the tension at the first
-// end, and d_last . x_last' - s' = 0, its multiplier minus the tension at the last end. on[0]: the first body.
+// The rows: with mass_kg = 0 one, whose multiplier is minus the tension; else two that share the rope's speed as a
+// further unknown of that mass, with coefficient -1 in both: d_first . x_first' - s' = 0, its multiplier the tension at
+// the first end, and d_last . x_last' - s' = 0, its multiplier minus the tension at the last end. on[0]: the first
+// body.
 template <class S>
 int rope_rows(const RopeConstraint<S>& rope, const RopeCourse<S>& course, const TiedBody<S>& first,
               const TiedBody<S>& last, ConstraintRow<S>* rows);

@@ -1,17 +1,18 @@
 // Mechanisms without closed loops, in the coordinates of their joints: kinematics and dynamics by the articulated-body
 // algorithm (Featherstone, Int. J. Robotics Research 2 (1983) 13; Rigid Body Dynamics Algorithms (2008), chapter 7).
 //
-// A link is a moving body of the scene. Its place follows from its parent's by its joint; a link without a joint is free
-// and has six rates (a point mass: three). In a scene with joints or ropes every moving body is a link, so that
+// A link is a moving body of the scene. Its place follows from its parent's by its joint; a link without a joint is
+// free and has six rates (a point mass: three). In a scene with joints or ropes every moving body is a link, so that
 // constraints can tie any two of them. Links stand in an order in which parents come first.
 //
 // Everything is in world axes. A link's reference point A is the material point of its body at its joint's anchor; of a
-// free body, the centre of mass. With r = centre of mass - A and J the inertia about A, Newton's and Euler's equations are
+// free body, the centre of mass. With r = centre of mass - A and J the inertia about A, Newton's and Euler's equations
+// are
 //   n = J alpha + m r x a + w x (J w)          moment about A
 //   f = m (a + alpha x r + w x (w x r))        force
-// with the body's angular acceleration alpha and the acceleration a of its point A. A joint adds, to the acceleration of
-// its parent, the bias c of the motion at constant rates, and s_k u_k' for each of its rates: s_k is an axis, about which
-// the child turns ("angular") or along which it moves. Eliminating the rates one by one, the outermost first,
+// with the body's angular acceleration alpha and the acceleration a of its point A. A joint adds, to the acceleration
+// of its parent, the bias c of the motion at constant rates, and s_k u_k' for each of its rates: s_k is an axis, about
+// which the child turns ("angular") or along which it moves. Eliminating the rates one by one, the outermost first,
 //   U = I s,  D = s^T U,  I <- I - U U^T / D,  p <- p + U (tau - s^T p) / D
 // leaves the inertia I and the bias force p that the parent feels. All rates of a link, also those of a free one, are
 // eliminated in this way; the products are those of a Cholesky factorisation of the mass matrix.
@@ -122,8 +123,8 @@ template <class S> class Tree {
   // p v q w of a link's body in the layout of a rotating body's state (kBodyScalars).
   void write_body(int link, S* to) const;
 
-  // ---- dynamics. `loads`: one per body, external forces; `applied`: generalised forces besides (rate_count(), null: none).
-  // du: u' of all rates; leaves the bodies' accelerations.
+  // ---- dynamics. `loads`: one per body, external forces; `applied`: generalised forces besides (rate_count(), null:
+  // none). du: u' of all rates; leaves the bodies' accelerations.
   void accelerations(const Load<S>* loads, const S* applied, S* du);
   // du = M^-1 force, after accelerations() at this state. Rates of driven joints and held bodies stay 0.
   void solve(const S* force, S* du);
@@ -132,19 +133,20 @@ template <class S> class Tree {
   void add_wrench(int body, const Vec3<S>& x_W, const Vec3<S>& force_W, const Vec3<S>& torque_W, S* generalised) const;
   // Accelerations of all bodies for given u'. With u' = 0: the bias accelerations J' u.
   void accelerate_bodies(const S* du);
-  // Of a material point at x, and angular, after accelerations() or accelerate_bodies() (0 for bodies that do not move).
+  // Of a material point at x, and angular, after accelerations() or accelerate_bodies() (0 for bodies that do not
+  // move).
   Vec3<S> acceleration_W(int body, const Vec3<S>& x_W) const;
   Vec3<S> angular_acceleration_W(int body) const;
 
   // ---- reactions, after the bodies' final accelerations are known
-  // The wrench that each link's joint exerts on it, at A (LinkMotion::n, f); `loads` as above, `wrenches` (one a link, null:
-  // none) of constraints that are no tree joints: force, and moment about the link's A.
+  // The wrench that each link's joint exerts on it, at A (LinkMotion::n, f); `loads` as above, `wrenches` (one a link,
+  // null: none) of constraints that are no tree joints: force, and moment about the link's A.
   struct Wrench {
     Vec3<S> force_W, moment_W;
   };
   void reactions(const Load<S>* loads, const Wrench* wrenches);
-  // Its part that does no work: without what acts along the free directions of the joint. Of a driven joint everything but
-  // the forces `applied` along its coordinate.
+  // Its part that does no work: without what acts along the free directions of the joint. Of a driven joint everything
+  // but the forces `applied` along its coordinate.
   Wrench constraint_wrench(int link, const S* applied) const;
 
  private:

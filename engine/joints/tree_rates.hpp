@@ -1,10 +1,10 @@
-// The rates of a tree under uniform gravity and forces along its joints: the articulated-body algorithm of joints/tree.hpp
-// without what only forces on bodies, constraints and reactions need, of one state or of eight at once.
+// The rates of a tree under uniform gravity and forces along its joints: the articulated-body algorithm of
+// joints/tree.hpp without what only forces on bodies, constraints and reactions need, of one state or of eight at once.
 //
-// Each link first moves as if all rates were constant, and falls: alpha0, a0 are the accelerations of its parent's motion
-// and of its joint's at u' = 0, relative to free fall, so gravity is an acceleration of the roots. With the matrix
-// B = [alpha0] + [w][w] a point of the body at x from A then has the acceleration a0 + B x. The wrench n, f of that motion
-// is what the rates' changes have to balance, and no bias is left for the way inwards.
+// Each link first moves as if all rates were constant, and falls: alpha0, a0 are the accelerations of its parent's
+// motion and of its joint's at u' = 0, relative to free fall, so gravity is an acceleration of the roots. With the
+// matrix B = [alpha0] + [w][w] a point of the body at x from A then has the acceleration a0 + B x. The wrench n, f of
+// that motion is what the rates' changes have to balance, and no bias is left for the way inwards.
 #pragma once
 
 #include "joints/states.hpp"
@@ -16,8 +16,8 @@ template <class S> class TreeRates {
  public:
   explicit TreeRates(const Tree<S>& tree);
 
-  // The rates of the whole state, under the generalised forces `applied` (Tree::rate_count() of them): of one state, and of
-  // eight at once with the bits of each (float and double only).
+  // The rates of the whole state, under the generalised forces `applied` (Tree::rate_count() of them): of one state,
+  // and of eight at once with the bits of each (float and double only).
   void rates(const OneState<S>& y, const Vec3<S>& gravity_W, const S* applied);
   void rates(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W, const Pack<S>* applied);
 

@@ -26,9 +26,9 @@ BracketedRoot<S> bisect(const Predicate& left_of_root, S low, S high, S relative
 }
 
 // False position with the Illinois rule (M. Dowell and P. Jarratt, BIT 11 (1971) 168): the secant's root, the value at
-// an end that stays twice running being halved. f(low) = f_low < 0 <= f_high = f(high), low >= 0; order 1.44 at a simple
-// root of a smooth f. Converged when high - low <= relative * high, or f(high) = 0, and then low = high. Not converged
-// after `most` evaluations, or where f is not a number.
+// an end that stays twice running being halved. f(low) = f_low < 0 <= f_high = f(high), low >= 0; order 1.44 at a
+// simple root of a smooth f. Converged when high - low <= relative * high, or f(high) = 0, and then low = high. Not
+// converged after `most` evaluations, or where f is not a number.
 template <class S, class Function>
 BracketedRoot<S> false_position(const Function& f, S low, S f_low, S high, S f_high, S relative, int most) {
   BracketedRoot<S> root{low, high};

@@ -15,8 +15,8 @@ template <class S> struct PrincipalAxes {
   bool body_axes = true;  // q_BP is the identity
 };
 
-// Cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations, 4th ed., section 8.5), carried as quaternions. Moments that
-// are not numbers: 30 sweeps did not converge.
+// Cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations, 4th ed., section 8.5), carried as quaternions.
+// Moments that are not numbers: 30 sweeps did not converge.
 template <class S> PrincipalAxes<S> principal_axes(const std::array<double, 9>& inertia_kg_m2);
 
 }  // namespace atwood

@@ -1,8 +1,8 @@
 // The scalars the engine computes in: float, double, long double, and __float128 ("quad").
 //
 // std:: has no overloads for quad, and argument-dependent lookup finds nothing for built-in types, so the functions
-// that the engine needs are declared here for all four. Those of float and double have the same bits on every processor,
-// which the C library's have not (math/elementary.hpp, math/sin_cos.hpp).
+// that the engine needs are declared here for all four. Those of float and double have the same bits on every
+// processor, which the C library's have not (math/elementary.hpp, math/sin_cos.hpp).
 #pragma once
 
 #include <cmath>

@@ -1,8 +1,8 @@
 // Sine and cosine together, of one number or of a pack of them, with the same bits: the rates of several states at once
 // are those of each (math/system.hpp). Of doubles they err by less than 0.8 units in the last place.
 //
-// x = n pi/2 + r with |r| <= pi/4: pi/2 in three parts, of which n times the first two is exact up to |x| = 2^19, so that
-// r = high + low has 100 bits. On [0, (pi/4)^2], with z = r^2, best approximations in the sense of Chebyshev:
+// x = n pi/2 + r with |r| <= pi/4: pi/2 in three parts, of which n times the first two is exact up to |x| = 2^19, so
+// that r = high + low has 100 bits. On [0, (pi/4)^2], with z = r^2, best approximations in the sense of Chebyshev:
 //   sin r = r + r z S(z)      cos r = 1 - z / 2 + z^2 C(z)
 // and n mod 4 exchanges them and sets their signs. Beyond 2^19, and of other scalars: the C library's.
 #pragma once

@@ -20,9 +20,9 @@ inline std::vector<BodySample> samples_of(const std::vector<Body>& bodies) {
   return samples;
 }
 
-// `make()` builds the world of a pass, `step(world, h_s)` takes one step of it, `look(world)` gives its bodies in the order
-// of the scene. The accuracy pass (repeats = 0) looks at t = 0 and wherever the plan has a sample. A timed pass does not
-// look, and measures the steps alone.
+// `make()` builds the world of a pass, `step(world, h_s)` takes one step of it, `look(world)` gives its bodies in the
+// order of the scene. The accuracy pass (repeats = 0) looks at t = 0 and wherever the plan has a sample. A timed pass
+// does not look, and measures the steps alone.
 template <class Make, class Step, class Look>
 Outcome equal_steps(const Plan& plan, const Observer& observer, int repeats, const Make& make, const Step& step,
                     const Look& look) {

@@ -7,8 +7,8 @@
 
 namespace atwood {
 
-// input: the words of the user (an id, a setting). scene: what the scene asks for contradicts itself or is out of range.
-// engine: the request is sound, and the engine does not provide it.
+// input: the words of the user (an id, a setting). scene: what the scene asks for contradicts itself or is out of
+// range. engine: the request is sound, and the engine does not provide it.
 enum class Blame : unsigned char { input, scene, engine };
 
 struct Fault {

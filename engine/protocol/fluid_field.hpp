@@ -1,6 +1,7 @@
 // The exact field of a fluid at positions that are asked for, and the lines that ask and answer.
 //
-// A particle method has its own positions, so a truth of a field is a function of time and place, not a list of samples:
+// A particle method has its own positions, so a truth of a field is a function of time and place, not a list of
+// samples:
 //
 //   -> {"request":"fluid-field","cell":7,"response":"sph{viscosity=morris}","scenario":{...},
 //       "t_s":[0,0.5],"positions":[[[x,y,z],...],[[x,y,z],...]]}

@@ -1,12 +1,16 @@
 // Joints and ropes in the lines of samples. Members, all optional:
 //
-//   "joints":[[q...,u...,fx,fy,fz,tx,ty,tz],...]   in the order of the scene's joints; coordinates and rates as many as the
-//                                                  joint has (fixed 0 and 0; hinge, slider 1 and 1; cylindrical, universal
-//                                                  2 and 2; ball 4 and 3), or 4 and 3 padded by zeros; without reactions
+//   "joints":[[q...,u...,fx,fy,fz,tx,ty,tz],...]   in the order of the scene's joints; coordinates and rates as many as
+//   the
+//                                                  joint has (fixed 0 and 0; hinge, slider 1 and 1; cylindrical,
+//                                                  universal
+//                                                  2 and 2; ball 4 and 3), or 4 and 3 padded by zeros; without
+//                                                  reactions
 //                                                  [q...,u...] alone
 //   "joint_bars":[[...],...]                       of a truth, in the same layout
 //   "joint_applied":[[...],...]                    springs, dampers and motors along each rate
-//   "not_unique":[0,...]                           bits 0 to 2: components of the force that the constraints leave open; 3
+//   "not_unique":[0,...]                           bits 0 to 2: components of the force that the constraints leave
+//   open; 3
 //                                                  to 5: of the torque
 //   "ropes":[[tension_N,pulley0_rad,...],...]      in the order of the scene's ropes; "rope_bars" of a truth
 #pragma once

@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::size_t kExcerpt = 120;
 
-// Counts brackets and members in one pass, so that the recursive parser only gets lines of limited depth, and its objects,
-// which look for each new member among those before, are small.
+// Counts brackets and members in one pass, so that the recursive parser only gets lines of limited depth, and its
+// objects, which look for each new member among those before, are small.
 void refuse_deep(std::string_view line) {
   std::array<std::size_t, kDeepestLine + 1> members{};  // of the bracket that is open at each depth
   std::size_t depth = 0;

@@ -28,9 +28,9 @@ Json parse(std::string_view line);
 
 // How a member of a line is read: as one value, as the elements of its array, or not at all.
 enum class Reading { whole, by_element, ignored };
-// Reads a line member by member, with one member, or one element of a long array, in memory at a time. `reading` is called
-// at each key; `take` gets its value, or its elements in order. Throws Garbage if the line is no JSON object, has a member
-// twice, nests too deeply or is too large; `take` may throw as well.
+// Reads a line member by member, with one member, or one element of a long array, in memory at a time. `reading` is
+// called at each key; `take` gets its value, or its elements in order. Throws Garbage if the line is no JSON object,
+// has a member twice, nests too deeply or is too large; `take` may throw as well.
 void read_members(std::string_view line, const std::function<Reading(const std::string& member)>& reading,
                   const std::function<void(const std::string& member, Json& value)>& take);
 

@@ -139,8 +139,8 @@ void read_solvers(const Json& solvers, Outcome& outcome) {
   }
 }
 
-// "call_ns" of an engine that runs as WebAssembly: a step of a world without bodies, which is the call into it and what the
-// engine does in any step. Native engines have none.
+// "call_ns" of an engine that runs as WebAssembly: a step of a world without bodies, which is the call into it and what
+// the engine does in any step. Native engines have none.
 std::int64_t read_call_time(const Json& done) {
   if (!done.contains("call_ns")) return 0;
   const std::int64_t call_ns = nanoseconds(done["call_ns"], "call_ns");

@@ -63,8 +63,8 @@ struct ParticleSample {
   Wide density_kg_per_m3 = 0, pressure_Pa = 0, temperature_K = 0;
 };
 
-// A joint's coordinates (unwrapped; a quaternion with a continuous sign), rates and reaction: the force of the constraints
-// alone on the child at its anchor and their torque about it, world axes. NaN: not reported.
+// A joint's coordinates (unwrapped; a quaternion with a continuous sign), rates and reaction: the force of the
+// constraints alone on the child at its anchor and their torque about it, world axes. NaN: not reported.
 struct JointSample {
   std::array<Wide, 4> q{};
   std::array<Wide, 3> u{};

@@ -129,8 +129,8 @@ void answer_truth(TruthSolver solve, const wire::Request& request, Pipe& pipe) {
   pipe.put(wire::truth_done_line(request.cell, truth));
 }
 
-// The field that was asked for last. Its solver may have work to keep (the coefficients of a spectral solution), so that
-// the next times of the same scenario are answered sooner.
+// The field that was asked for last. Its solver may have work to keep (the coefficients of a spectral solution), so
+// that the next times of the same scenario are answered sooner.
 struct LastField {
   std::string scenario, response;
   FluidField field;

@@ -19,8 +19,8 @@ template <class Values> void append_all(std::string& line, const Values& values)
 }
 
 // ---- samples ------------------------------------------------------------------------------------------------------
-// Written as text, not as a tree of nlohmann-json: a line is cut at a length, which a tree shows only once it is written.
-// (A sample of 1000 bodies through a tree takes 1.1 times as long.)
+// Written as text, not as a tree of nlohmann-json: a line is cut at a length, which a tree shows only once it is
+// written. (A sample of 1000 bodies through a tree takes 1.1 times as long.)
 // [px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz],
 void append_body(std::string& line, const BodySample& body) {
   line += '[';

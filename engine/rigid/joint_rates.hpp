@@ -1,6 +1,6 @@
-// The rates of a scene's mechanisms, of one state and of several at once, by the least that the scene asks for: trees in
-// planes, trees, loops in planes (joints/planar_rates.hpp, tree_rates.hpp, planar_loops.hpp); whatever else there is,
-// bodies that feel forces on a tree among it, by the model's own rates (rigid/mechanism.cpp).
+// The rates of a scene's mechanisms, of one state and of several at once, by the least that the scene asks for: trees
+// in planes, trees, loops in planes (joints/planar_rates.hpp, tree_rates.hpp, planar_loops.hpp); whatever else there
+// is, bodies that feel forces on a tree among it, by the model's own rates (rigid/mechanism.cpp).
 #pragma once
 
 #include <optional>

@@ -256,7 +256,8 @@ template <class S> void RigidModel<S>::gyration(std::vector<Vec3<S>>& omega_W) c
   for (std::size_t i = 0; i < slots_.size(); ++i) omega_W[i] = mass_[i].inverse_mass_per_kg * omega_W[i];
 }
 
-// The state's driven coordinates carry the rounding of their sums: a sample has those of its time, its loops closed there.
+// The state's driven coordinates carry the rounding of their sums: a sample has those of its time, its loops closed
+// there.
 template <class S> const S* RigidModel<S>::at_driven_coordinates(S t_s, const S* y) {
   if (constraints_ == nullptr || !project_constraints_) return y;
   const auto is_driven = [](const Link<S>& link) { return link.driven; };

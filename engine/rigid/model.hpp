@@ -3,8 +3,8 @@
 // State: for each body that is not fixed, one after another,
 //   p_WB(3) v_WB(3)                      a point mass
 //   p_WB(3) v_WB(3) q_WB(4) w_WB_B(3)    a body that rotates
-// A bare problem (lorenz) is three scalars. Mass, inertia, charge stay in the model. Bodies that joints place are not in
-// the state; after the bodies stand the coordinates and rates of the joints (joints/tree.hpp).
+// A bare problem (lorenz) is three scalars. Mass, inertia, charge stay in the model. Bodies that joints place are not
+// in the state; after the bodies stand the coordinates and rates of the joints (joints/tree.hpp).
 #pragma once
 
 #include <memory>
@@ -86,7 +86,8 @@ template <class S> class RigidModel {
   const Tree<S>* tree() const { return tree_.get(); }
   // Loops and ropes that tie its links further; null: none.
   Constraints<S>* constraints() { return constraints_.get(); }
-  // Why the motion cannot go on from y at t_s, the end of a step ("": it can): constraints were not met, a rope is slack.
+  // Why the motion cannot go on from y at t_s, the end of a step ("": it can): constraints were not met, a rope is
+  // slack.
   std::string constraint_fault(S t_s, const S* y);
 
   // Adds a force that the scene does not name; to be called before any stepper is made. `what` ("contact forces") names
@@ -109,7 +110,8 @@ template <class S> class RigidModel {
   const std::vector<double>& switch_times_s() const { return switch_times_s_; }  // sorted, unique, > 0
   void select_interval(S from_s, S to_s);                                        // cheap when nothing switches
   std::span<const int> moving() const { return moving_; }                        // of the state, not held at present
-  // Where the state has quaternions that change at present, each with its rate in the frame that it turns: q' = 1/2 q (0, w).
+  // Where the state has quaternions that change at present, each with its rate in the frame that it turns: q' = 1/2 q
+  // (0, w).
   struct Attitude {
     int q_at, w_at;
   };

@@ -1,5 +1,5 @@
-// Incremental convex hull: for a new point outside, the faces visible from it are removed, and it is connected with their
-// horizon. Points within a small distance of a face count as on it.
+// Incremental convex hull: for a new point outside, the faces visible from it are removed, and it is connected with
+// their horizon. Points within a small distance of a face count as on it.
 #include <algorithm>
 #include <cmath>
 #include <set>

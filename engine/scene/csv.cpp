@@ -8,8 +8,8 @@
 namespace atwood {
 namespace {
 
-// Characters of `line` up to the next comma outside quotes go to `cell`; `line` begins behind that comma. False: the line
-// has ended.
+// Characters of `line` up to the next comma outside quotes go to `cell`; `line` begins behind that comma. False: the
+// line has ended.
 bool take_cell(std::string_view& line, std::string& cell) {
   bool quoted = false;
   std::size_t kept = 0;  // of the cell, that spaces at its end do not belong to

@@ -1,4 +1,5 @@
-// Fluids as they are simulated: what fills which region, its law, and its particles at one spacing. Plain data, SI units.
+// Fluids as they are simulated: what fills which region, its law, and its particles at one spacing. Plain data, SI
+// units.
 //
 // In two dimensions the domain is the plane z = 0: every z is 0, gravity and bodies have no component out of the plane,
 // and mass, force and energy are per metre of depth.
@@ -14,8 +15,8 @@
 
 namespace atwood {
 
-// The periods of space. A period of 0: not periodic along that axis. The periodic cell begins at the origin: coordinates
-// are equivalent modulo the period, and states keep them unwrapped.
+// The periods of space. A period of 0: not periodic along that axis. The periodic cell begins at the origin:
+// coordinates are equivalent modulo the period, and states keep them unwrapped.
 struct Domain {
   int dimensions = 3;  // 2 or 3
   std::array<double, 3> periodic_m{};

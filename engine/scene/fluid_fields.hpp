@@ -1,5 +1,5 @@
-// Named fields: what a fluid is at t = 0, as velocity, density and temperature of a position, and the body accelerations
-// that keep a manufactured field going. Formulas stand in fluid_fields.cpp.
+// Named fields: what a fluid is at t = 0, as velocity, density and temperature of a position, and the body
+// accelerations that keep a manufactured field going. Formulas stand in fluid_fields.cpp.
 #pragma once
 
 #include <string>
@@ -36,7 +36,8 @@ struct FluidState {
 // Of the fluid's initial field, whose parameters are all there, at a position.
 FluidState initial_state(const Scene& scene, const Fluid& fluid, const Real3& position_m);
 
-// The density of a pressure by the fluid's equation of state, and back. Tait: the argument of the root must be positive.
+// The density of a pressure by the fluid's equation of state, and back. Tait: the argument of the root must be
+// positive.
 double density_of(const Fluid& fluid, double pressure_Pa);
 double pressure_of(const Fluid& fluid, double density_kg_per_m3);
 

@@ -1,13 +1,13 @@
 // Particles at one spacing: where a fluid's region puts them, their masses and their initial state.
 //
 // Boxes hold a lattice at the centres of cells of the spacing, x the slowest index, then y, then z; the spacing divides
-// every edge (to 1e-9 of it). Circles, ellipses and balls hold the points of such a lattice around their middle that lie
-// inside, or rings. `disturbed` moves every coordinate of a lattice by disturbance spacing u, u uniform in [0, 1) from
-// SplitMix64 with the fluid's seed, in the order of the particles and for each in the order x, y, z.
+// every edge (to 1e-9 of it). Circles, ellipses and balls hold the points of such a lattice around their middle that
+// lie inside, or rings. `disturbed` moves every coordinate of a lattice by disturbance spacing u, u uniform in [0, 1)
+// from SplitMix64 with the fluid's seed, in the order of the particles and for each in the order x, y, z.
 //
-// Rings of a circle (two dimensions): ring k = 1..radius / spacing has the radius (k - 1/2) spacing and 6 k - 3 particles
-// at the angles 2 pi (j + (k mod 2) / 2) / (6 k - 3): all have the same area, pi spacing^2 / 3. Those of an ellipse are
-// the circle's of radius sqrt(a b), stretched along the axes.
+// Rings of a circle (two dimensions): ring k = 1..radius / spacing has the radius (k - 1/2) spacing and 6 k - 3
+// particles at the angles 2 pi (j + (k mod 2) / 2) / (6 k - 3): all have the same area, pi spacing^2 / 3. Those of an
+// ellipse are the circle's of radius sqrt(a b), stretched along the axes.
 //
 // The mass of a particle is the initial density there times its volume: spacing^dimensions in boxes and files, the
 // region's volume over the count in the others. Lattice points inside a boundary body of finite extent are left out.
@@ -22,9 +22,9 @@ namespace atwood {
 inline constexpr std::size_t kMostParticles = 4'000'000;
 
 // Fills Fluid::particles of all fluids from their regions, spacings and initial fields. Positions of a fluid that came
-// from a file stay. Throws InputError: a spacing that does not divide a region, no particle or more than kMostParticles,
-// fluids that overlap (particles nearer than half the smaller spacing), a fluid behind a plane that bounds it, a density
-// that is not positive.
+// from a file stay. Throws InputError: a spacing that does not divide a region, no particle or more than
+// kMostParticles, fluids that overlap (particles nearer than half the smaller spacing), a fluid behind a plane that
+// bounds it, a density that is not positive.
 void place_particles(Scene& scene);
 
 // The scene of a scenario at this spacing and sound speed, with its particles. A value of 0: as the fluids say.
@@ -38,7 +38,8 @@ std::string unfilled(const Fluid& fluid, int dimensions, double spacing_m);
 // bounded by a formula (convex, mesh, compound). In two dimensions of its section.
 double thickness_m(const Body& body, int dimensions);
 
-// How far the point lies outside a plane, sphere, capsule, cylinder or box (negative inside); infinite for other shapes.
+// How far the point lies outside a plane, sphere, capsule, cylinder or box (negative inside); infinite for other
+// shapes.
 double distance_outside_m(const Body& body, const Real3& x);
 
 }  // namespace atwood

@@ -43,8 +43,8 @@ const char* kind_words(mode_t mode) {
 
 std::string size_words(std::size_t bytes) { return std::to_string(bytes / largest::kMebibyte) + " MiB"; }
 
-// Follows brackets and dotted keys through a text, and counts values by what stands before or between them. `open_` holds,
-// for each bracket that is open, how many levels it stands for: itself, and the dots of the key in front of it.
+// Follows brackets and dotted keys through a text, and counts values by what stands before or between them. `open_`
+// holds, for each bracket that is open, how many levels it stands for: itself, and the dots of the key in front of it.
 class Nesting {
  public:
   Nesting(std::string_view text, const std::string& name, bool toml, std::size_t most_members)

@@ -1,5 +1,6 @@
-// Files that a user names, read whole. A file is data of unknown origin: it may be a device, endless, enormous, or nested
-// so deep that a recursive parser exhausts the stack. All that is refused here, by name, before any of it is parsed.
+// Files that a user names, read whole. A file is data of unknown origin: it may be a device, endless, enormous, or
+// nested so deep that a recursive parser exhausts the stack. All that is refused here, by name, before any of it is
+// parsed.
 #pragma once
 
 #include <cstddef>
@@ -26,11 +27,11 @@ inline constexpr std::size_t kTrace = 512 * kMebibyte;    // CSV that `check` ju
 // `most_bytes`; nothing is read of such a file, and opening a pipe without a writer does not wait.
 std::string read_input_file(const std::string& path, const std::string& expected, std::size_t most_bytes);
 
-// Throw InputError with line and column where brackets or dotted keys nest deeper than any file of this project does, or
-// where there are more values than a parser's tree can hold in a gigabyte. Parsers of TOML, and what they build, are
-// recursive: deep nesting ends them on the stack. They know strings and comments, and nothing else of the language: what
-// they pass may still be no TOML or JSON. `most_members`: of one object, for parsers that look for each new member among
-// those before it.
+// Throw InputError with line and column where brackets or dotted keys nest deeper than any file of this project does,
+// or where there are more values than a parser's tree can hold in a gigabyte. Parsers of TOML, and what they build, are
+// recursive: deep nesting ends them on the stack. They know strings and comments, and nothing else of the language:
+// what they pass may still be no TOML or JSON. `most_members`: of one object, for parsers that look for each new member
+// among those before it.
 void require_shallow_toml(std::string_view text, const std::string& name);
 void require_shallow_json(std::string_view text, const std::string& name,
                           std::size_t most_members = std::numeric_limits<std::size_t>::max());

@@ -1,7 +1,8 @@
-// Joints and ropes as they are simulated: what ties which bodies together, and how a mechanism starts. Plain data, SI units.
+// Joints and ropes as they are simulated: what ties which bodies together, and how a mechanism starts. Plain data, SI
+// units.
 //
-// Notation: R_parent and R_child turn a body's axes into world axes; F is the joint's frame (frame_wxyz); exp(a q) is the
-// rotation by q about the unit vector a. The world stands for a body at the origin with the world's axes, at rest.
+// Notation: R_parent and R_child turn a body's axes into world axes; F is the joint's frame (frame_wxyz); exp(a q) is
+// the rotation by q about the unit vector a. The world stands for a body at the origin with the world's axes, at rest.
 //
 //   kind         orientation                               child's anchor - parent's   coordinates q        rates u
 //   fixed        R_child = R_parent F                      0                           none                 none
@@ -11,8 +12,8 @@
 //   universal    R_child = R_parent exp(a1 q0) F exp(a2 q1)  0                         angles about a1, a2  q0', q1'
 //   ball         R_child = R_parent F Q(q)                 0                           quaternion (w, x, y, z)  w_rel
 //
-// w_rel of a ball is the body rate of the child relative to the parent in the child's axes: w_child - R_child^T w_parent,
-// w_parent in world axes.
+// w_rel of a ball is the body rate of the child relative to the parent in the child's axes: w_child - R_child^T
+// w_parent, w_parent in world axes.
 #pragma once
 
 #include <array>
@@ -73,8 +74,8 @@ struct Joint {
 };
 
 // A pulley turns about a fixed axle without slip of the rope. Along the rope from its first body to its last, the rope
-// runs over the side on which axis x (point - axle) points along the rope, so that the rope's motion from the first body
-// to the last turns the pulley by positive angles about the axis.
+// runs over the side on which axis x (point - axle) points along the rope, so that the rope's motion from the first
+// body to the last turns the pulley by positive angles about the axis.
 struct Pulley {
   std::array<double, 3> axle_m{};       // a point of the axle, in the plane of the rope
   std::array<double, 3> axis{0, 0, 1};  // unit, orthogonal to the plane of the rope
@@ -92,7 +93,8 @@ struct Rope {
   std::vector<Pulley> over;                              // in order from the first body to the last
 };
 
-// ---- forces along a joint's first coordinate (hinge, slider; cylindrical and universal: `coordinate` 0 or 1) ----------
+// ---- forces along a joint's first coordinate (hinge, slider; cylindrical and universal: `coordinate` 0 or 1)
+// ----------
 struct JointSpring {  // -stiffness (q - rest) - damping u; a ball takes damping alone, on its rates
   int joint = 0;
   int coordinate = 0;

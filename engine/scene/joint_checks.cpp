@@ -95,7 +95,8 @@ void check_count(Reading& r, const Value& table, const char* key, const std::vec
            "; expected " + (expected == 1 ? "a number" : "a list of two, about the first and the second axis"));
 }
 
-// Of a joint that closes a loop the poses decide the start, except for the turns of an angle and for a driven coordinate.
+// Of a joint that closes a loop the poses decide the start, except for the turns of an angle and for a driven
+// coordinate.
 void check_closing_start(Reading& r, const Value& table, const JointDraft& joint) {
   const bool driven = joint.driven_rate_rad_per_s || joint.driven_rate_m_per_s;
   for (const char* key : {"offset_m", "orientation_wxyz", "axis_angle_deg", "euler_xyz_deg", "rate_rad_per_s",
@@ -147,7 +148,8 @@ void read_resolved_start(Reading& r, const Value& table, JointDraft& joint) {
     fail(r, place_of(table, "coordinates"), "`coordinates` in " + r.where + " is no unit quaternion; expected one");
 }
 
-// ---- limits, driven joints --------------------------------------------------------------------------------------------
+// ---- limits, driven joints
+// --------------------------------------------------------------------------------------------
 void read_limits(Reading& r, const Value& table, JointDraft& joint) {
   const std::optional<Real2>& limits = joint.kind == JointKind::hinge ? joint.limits_rad : joint.limits_m;
   const char* key = joint.kind == JointKind::hinge ? "limits_rad" : "limits_m";
@@ -205,10 +207,12 @@ void finish_joint(Reading& r, const Value& table, JointDraft& joint) {
   read_driven(r, table, joint);
 }
 
-// ---- ropes ------------------------------------------------------------------------------------------------------------
+// ---- ropes
+// ------------------------------------------------------------------------------------------------------------
 namespace {
 
-// The side on which the rope bends around a pulley: the axis of the turn from the way to the axle to the way on from it.
+// The side on which the rope bends around a pulley: the axis of the turn from the way to the axle to the way on from
+// it.
 void choose_axes(Reading& r, const Value& table, Rope& rope) {
   const auto end = [&](std::size_t i) {
     const Body& body = body_of(r, rope.bodies[i]);

@@ -28,7 +28,8 @@ void finish_rope(Reading& r, const Value& table, Rope& rope);
 
 // [[joint]] and [[rope]] of a file, once its bodies are there: read, checked, placed, projected. Throws InputError.
 void resolve_mechanisms(Reading& r, const FileDraft& draft);
-// "joints" and "ropes" of a resolved scene, whose start is taken as it stands; names and the order of placing are checked.
+// "joints" and "ropes" of a resolved scene, whose start is taken as it stands; names and the order of placing are
+// checked.
 void read_resolved_joints(Reading& r, const Value& list);
 void read_resolved_ropes(Reading& r, const Value& list);
 

@@ -20,8 +20,9 @@ class SymmetricMatrix {
   std::vector<quad::Real> entries_;
 };
 
-// With M = L L^T and B = L^-1 A^T = Q R P^T (Gram-Schmidt, twice, with column pivoting): dx = -L^-T Q R^-T P^T r. Columns
-// that are left with less than `rank_tolerance` of the largest one's length are dependent and their equations left out.
+// With M = L L^T and B = L^-1 A^T = Q R P^T (Gram-Schmidt, twice, with column pivoting): dx = -L^-T Q R^-T P^T r.
+// Columns that are left with less than `rank_tolerance` of the largest one's length are dependent and their equations
+// left out.
 class LeastChange {
  public:
   // `rows` of A, each with the size of M, which is symmetric and positive definite.

@@ -12,8 +12,9 @@ using namespace quad;
 
 namespace {
 
-// One unknown: a rate of a placing joint, or of a free body that no joint places (0 to 2: velocity, 3 to 5: turning about
-// its own axes). It moves the bodies as a screw does: along `axis`, or by turning about it through `point` (world).
+// One unknown: a rate of a placing joint, or of a free body that no joint places (0 to 2: velocity, 3 to 5: turning
+// about its own axes). It moves the bodies as a screw does: along `axis`, or by turning about it through `point`
+// (world).
 struct Freedom {
   int body = -1;   // a root, or the child of `joint`
   int joint = -1;  // -1: of a root
@@ -202,7 +203,8 @@ void add_orientation_rows(const Joint& joint, const BodyMotion& parent, const Bo
                           std::vector<Row>& rows) {
   const Quaternion frame = product(parent.q_wxyz, normalised(wide(joint.frame_wxyz)));
   if (joint.kind == JointKind::fixed || joint.kind == JointKind::slider) {
-    // 2 vec(q) of the orientation from the frame to the child, w >= 0, has the rate w0 w + vec x w, w in the child's axes.
+    // 2 vec(q) of the orientation from the frame to the child, w >= 0, has the rate w0 w + vec x w, w in the child's
+    // axes.
     Quaternion turned = product(conjugate(frame), child.q_wxyz);
     if (turned[0] < 0)
       for (Real& x : turned) x = -x;
@@ -454,7 +456,8 @@ constexpr double kConverged = 1e-30;  // of the residuals: lengths over the size
 
 // Newton's method; whether it converged. A step turns nothing by more than half a radian and moves nothing by more than
 // half the size, and neither by more than ten times the root of the residual: near a singular configuration a gap of g
-// closes by a displacement of the order of sqrt(g), where Newton's step may be of any size. A decomposition is used again after steps so small that it would be the same to ten digits.
+// closes by a displacement of the order of sqrt(g), where Newton's step may be of any size. A decomposition is used
+// again after steps so small that it would be the same to ten digits.
 bool close_loops(Loops& loops, MechanismStart& start, double rank_tolerance) {
   std::optional<LeastChange> solve;
   Real before = 0;

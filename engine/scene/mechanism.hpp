@@ -1,8 +1,9 @@
 // The start of the bodies that joints and ropes tie together, in __float128.
 //
-// Each joint that does not close a loop places its child: the pose and the velocity of the child follow from those of the
-// parent and from the joint's coordinates and rates (scene/joint.hpp). The doubles of the scene are the data: those of
-// bodies without a placing joint, those of placing joints, axes and frames (normalised in __float128). The rest follows.
+// Each joint that does not close a loop places its child: the pose and the velocity of the child follow from those of
+// the parent and from the joint's coordinates and rates (scene/joint.hpp). The doubles of the scene are the data: those
+// of bodies without a placing joint, those of placing joints, axes and frames (normalised in __float128). The rest
+// follows.
 #pragma once
 
 #include <optional>
@@ -47,8 +48,8 @@ std::vector<int> joints_from_root(const Scene& scene);
 
 // Poses and velocities of all bodies and the coordinates and rates of all joints at t = 0. With loops or ropes, the
 // coordinates and rates of the scene are projected onto the constraints (scene/loop_projection.hpp), so that these hold
-// to about 1e-30; a scene as reading it made it moves by the rounding of its doubles. Coordinates of a closing joint are
-// computed from the poses, those of an angle next to the scene's. Throws MechanismError.
+// to about 1e-30; a scene as reading it made it moves by the rounding of its doubles. Coordinates of a closing joint
+// are computed from the poses, those of an angle next to the scene's. Throws MechanismError.
 MechanismStart mechanism_start(const Scene& scene);
 
 // ---- the pieces ---------------------------------------------------------------------------------------------------
@@ -58,8 +59,8 @@ std::vector<BodyMotion> given_motions(const Scene& scene);
 std::vector<JointMotion> given_joint_motions(const Scene& scene);
 // The child's motion from its parent's.
 BodyMotion placed_child(const Joint& joint, const JointMotion& motion, const BodyMotion& parent);
-// Coordinates and rates of a joint from the motions of its bodies: where these violate the joint, its nearest ones. Angles
-// are within half a turn of `near`, a quaternion has a scalar product >= 0 with it.
+// Coordinates and rates of a joint from the motions of its bodies: where these violate the joint, its nearest ones.
+// Angles are within half a turn of `near`, a quaternion has a scalar product >= 0 with it.
 JointMotion joint_motion(const Joint& joint, const BodyMotion& parent, const BodyMotion& child,
                          const JointMotion& near);
 // A body at the origin with the world's axes, at rest: the parent -1.

@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
                    "`; expected " + expected);
 }
 
-// The line up to the next line feed, and the next word of a line; what follows stays in `rest`. Nothing is copied: a file
-// of one line may be as long as a file may be.
+// The line up to the next line feed, and the next word of a line; what follows stays in `rest`. Nothing is copied: a
+// file of one line may be as long as a file may be.
 std::string_view take_line(std::string_view& rest) {
   const std::size_t end = std::min(rest.find('\n'), rest.size());
   const std::string_view line = rest.substr(0, end);

@@ -5,10 +5,10 @@
 
 namespace atwood {
 
-// The unit quaternion (w, x, y, z) of a turn by `angle_deg` about `axis`, which has any finite length but 0. Right-handed.
-// Each component is the exact one rounded to double, to one unit in the last place; multiples of 90 degrees about a
-// coordinate axis are exact (0, 1, sqrt(1/2)). w >= 0: the result is the same of the two quaternions of an orientation for
-// every number of full turns in the angle.
+// The unit quaternion (w, x, y, z) of a turn by `angle_deg` about `axis`, which has any finite length but 0.
+// Right-handed. Each component is the exact one rounded to double, to one unit in the last place; multiples of 90
+// degrees about a coordinate axis are exact (0, 1, sqrt(1/2)). w >= 0: the result is the same of the two quaternions of
+// an orientation for every number of full turns in the angle.
 Real4 axis_angle_quaternion(const Real3& axis, double angle_deg);
 // Intrinsic x-y'-z'': first about the body's x, then about its turned y, then about its twice turned z;
 // R = R_x(rx) R_y(ry) R_z(rz), body to world.

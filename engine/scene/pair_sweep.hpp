@@ -1,5 +1,5 @@
-// Seeded scenes of two bodies close to each other, for the comparison of contact queries. Each process generates the same
-// poses.
+// Seeded scenes of two bodies close to each other, for the comparison of contact queries. Each process generates the
+// same poses.
 //
 // Sizes run over six decades (1e-3 to 1e3 m, two more between the two bodies); of boxes and hulls one in five is a slab
 // and one in five a needle, a thousand times thinner. A direction n is drawn (often a face's normal), the supports of

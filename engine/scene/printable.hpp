@@ -17,8 +17,8 @@ std::string printable_lines(std::string_view text);
 bool is_printable(std::string_view text);
 
 // A cell of a table that a spreadsheet would take for a formula (it begins with = + - @, a tab or a carriage return, or
-// with apostrophes before one of them) with an apostrophe in front, which spreadsheets take for "this is text". And back.
-// For text from outside only: numbers are not changed.
+// with apostrophes before one of them) with an apostrophe in front, which spreadsheets take for "this is text". And
+// back. For text from outside only: numbers are not changed.
 std::string guarded_cell(const std::string& text);
 std::string unguarded_cell(const std::string& cell);
 

@@ -9,16 +9,16 @@
 
 namespace atwood {
 
-// Unit vectors along the straight parts in the order from the first body to the last, and where each part begins and ends:
-// at the ends of the rope and where it touches the pulleys. With points p, q of the two bodies the length of the rope
-// changes by -directions.front() . p' + directions.back() . q'.
+// Unit vectors along the straight parts in the order from the first body to the last, and where each part begins and
+// ends: at the ends of the rope and where it touches the pulleys. With points p, q of the two bodies the length of the
+// rope changes by -directions.front() . p' + directions.back() . q'.
 struct RopePath {
   std::vector<quad::Vector> directions, begins_m, ends_m;
 };
 
-// Between nodes with centres a and b, radii and senses, the part of direction d has L d = b - a + k d x n with n the axis
-// and k the difference of radius times sense; so L^2 = |b - a|^2 - k^2 and d = (L (b - a) + k (b - a) x n) / |b - a|^2.
-// Returns what forbids it ("its pulley 1 has ..."), or nothing. `ends_m`: the points of the bodies, world.
+// Between nodes with centres a and b, radii and senses, the part of direction d has L d = b - a + k d x n with n the
+// axis and k the difference of radius times sense; so L^2 = |b - a|^2 - k^2 and d = (L (b - a) + k (b - a) x n) / |b -
+// a|^2. Returns what forbids it ("its pulley 1 has ..."), or nothing. `ends_m`: the points of the bodies, world.
 std::string rope_path(const Rope& rope, const std::array<quad::Vector, 2>& ends_m, RopePath& out);
 
 }  // namespace atwood

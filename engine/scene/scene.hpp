@@ -193,8 +193,9 @@ struct Scene {
 };
 
 // ---- the scenario: a scene with a claim, a truth and a ladder -----------------------------------------------
-// `weakly_compressible`: the equations of a weakly compressible fluid, solved by a spectral method. `semi_discrete`: the
-// particles' own equations of motion, whose solution has no error of time. `literature`: published values with a band.
+// `weakly_compressible`: the equations of a weakly compressible fluid, solved by a spectral method. `semi_discrete`:
+// the particles' own equations of motion, whose solution has no error of time. `literature`: published values with a
+// band.
 enum class TruthKind { closed_form, extended, cvode, values, none, weakly_compressible, semi_discrete, literature };
 struct TruthSpec {
   TruthKind kind = TruthKind::none;
@@ -216,8 +217,8 @@ struct Scenario {
   std::int64_t samples = 0;          // divides every step count
   std::vector<double> frame_ends_s;  // recorded frames instead of equal steps; empty: none
   // Of scenes with fluids: the ladders of the particles' spacing and of the sound speed, the coarsest and the slowest
-  // first. `steps` are those of the first entries; other entries take them times spacing_0 / spacing and speed / speed_0,
-  // so that the Courant number stays. `scene` is at the first entries. Empty: as the fluids say.
+  // first. `steps` are those of the first entries; other entries take them times spacing_0 / spacing and speed /
+  // speed_0, so that the Courant number stays. `scene` is at the first entries. Empty: as the fluids say.
   std::vector<double> spacings_m, sound_speeds_m_per_s;
   Scene scene;
   TruthSpec truth;

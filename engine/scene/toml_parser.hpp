@@ -1,11 +1,12 @@
 // toml++ without two faults of its release 3.3, both undefined behaviour that a text of a user brings about. They are
 // defined away while it is read.
 //
-// Its parser asserts, before it looks, that a key begins with a key's letter and a value is not a comma, and then refuses
-// such text as an error. Texts that break this, "[[^a]]", would end a debug build, and under NDEBUG Clang takes the
-// assertion for a promise.
+// Its parser asserts, before it looks, that a key begins with a key's letter and a value is not a comma, and then
+// refuses such text as an error. Texts that break this, "[[^a]]", would end a debug build, and under NDEBUG Clang takes
+// the assertion for a promise.
 //
-// Its table of white space takes letters from U+00A1 to U+0499 outside of quotes, such as accented ones, for unreachable.
+// Its table of white space takes letters from U+00A1 to U+0499 outside of quotes, such as accented ones, for
+// unreachable.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// A tree for both TOML and JSON texts, with the position of each part in its file. Reading, checking and writing use it, so
-// that a key is declared once for both formats.
+// A tree for both TOML and JSON texts, with the position of each part in its file. Reading, checking and writing use
+// it, so that a key is declared once for both formats.
 #pragma once
 
 #include <cstdint>

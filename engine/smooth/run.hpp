@@ -42,7 +42,8 @@ template <class S> S state_scale(const S* y, int size);  // largest component, a
 
 // Why a plan cannot be run, or a tolerance is none; "": it can.
 std::string plan_fault(const MethodId& id, const Plan& plan);
-// Why no error estimate in the scalar S can meet the tolerance of an id; "": one can, or the method chooses its own steps.
+// Why no error estimate in the scalar S can meet the tolerance of an id; "": one can, or the method chooses its own
+// steps.
 template <class S> std::string tolerance_fault(const MethodId& id, const Stepper<S>& stepper);
 // The reason of a run that ends at t_s because a step's implicit equations were not solved, with the last residual.
 std::string unsolved_step(const SolverTallies& solvers, double t_s);

@@ -1,11 +1,11 @@
 // Stops of joints in smooth motion: coordinates that reach a limit bounce off it, or come to rest there.
 //
-// After a step from (t, y) the first instant in it is located, to round-off, at which a free coordinate passes a limit or
-// the force that holds a resting one changes its sign: by false position on shorter steps from the same state, so that
-// the instant has the method's own order. An impact gives the coordinate the rate -e u by an impulse along it, under all
-// constraints; several coordinates that reach their limits at once are solved for together. A coordinate rests once its
-// next bounce, u^2 / 2 a high, is below 32 roundings of the limits; the instant of its rest is the end of the
-// remaining bounces, 2 u / (a (1 - e)) later. It is then held by a constraint until that would have to pull.
+// After a step from (t, y) the first instant in it is located, to round-off, at which a free coordinate passes a limit
+// or the force that holds a resting one changes its sign: by false position on shorter steps from the same state, so
+// that the instant has the method's own order. An impact gives the coordinate the rate -e u by an impulse along it,
+// under all constraints; several coordinates that reach their limits at once are solved for together. A coordinate
+// rests once its next bounce, u^2 / 2 a high, is below 32 roundings of the limits; the instant of its rest is the end
+// of the remaining bounces, 2 u / (a (1 - e)) later. It is then held by a constraint until that would have to pull.
 #pragma once
 
 #include <string>
@@ -24,8 +24,8 @@ template <class S> class Stops {
   // At the start, and again at each restart: releases all, lets coordinates at their limits rest or bounce. False: a
   // coordinate starts beyond its limits; fault() says which.
   bool start(const Observer* observer);
-  // After a step of h_s from (t_s, simulation.y) to simulation.y_new: the fraction of it up to the first event, 1 if there
-  // is none. simulation.y_new is then the state there, by the stepper's last call. False: a step was not solved.
+  // After a step of h_s from (t_s, simulation.y) to simulation.y_new: the fraction of it up to the first event, 1 if
+  // there is none. simulation.y_new is then the state there, by the stepper's last call. False: a step was not solved.
   bool locate(S t_s, S h_s, S& fraction);
   // Whether the last locate() found an event, which may be at the very end of the step.
   bool at_event() const { return at_event_; }

@@ -7,12 +7,13 @@
 //
 // Margins: 0 for boxes, cylinders, hulls and triangles (Bullet's default of 0.04 m is a fact of its dynamics; with it a
 // hull would be 0.04 m too large); a sphere's or capsule's margin is its radius. Contacts that Bullet reports before
-// touching (distance > 0) are left out. Meshes against meshes and planes use GImpact, against other shapes the bounding-
-// volume tree of the triangles. A rectangle is a box of zero thickness.
+// touching (distance > 0) are left out. Meshes against meshes and planes use GImpact, against other shapes the
+// bounding- volume tree of the triangles. A rectangle is a box of zero thickness.
 //
 // A persistent manifold gathers points over several steps; reported here are the points of one call. Bullet's
-// behaviour is kept: GImpact does not report a mesh completely below a plane, and reports triangles that are separated by
-// less than its tolerance. Its casts end a millimetre before the contact at any size of the bodies, or after 64 steps.
+// behaviour is kept: GImpact does not report a mesh completely below a plane, and reports triangles that are separated
+// by less than its tolerance. Its casts end a millimetre before the contact at any size of the bodies, or after 64
+// steps.
 #pragma once
 
 #include "protocol/contact_query.hpp"

@@ -1,7 +1,7 @@
 // Joints of a scene as constraints of Bullet between rigid bodies, in maximal coordinates: btFixedConstraint,
-// btHingeConstraint, btSliderConstraint (slider, and cylindrical with its angle free), btPoint2PointConstraint (ball), and for
-// universal joints btGeneric6DofSpring2Constraint with the Euler angle between the two axes locked, where its angles are
-// regular. Bullet's body A is the parent and B the child.
+// btHingeConstraint, btSliderConstraint (slider, and cylindrical with its angle free), btPoint2PointConstraint (ball),
+// and for universal joints btGeneric6DofSpring2Constraint with the Euler angle between the two axes locked, where its
+// angles are regular. Bullet's body A is the parent and B the child.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
@@ -23,8 +23,8 @@ struct Mount {
 
 class Joints {
  public:
-  // `mounts`: one for each of the scene's joints, of parent and child. Joints leave the world with this object. Feedback is
-  // recorded if `observe`.
+  // `mounts`: one for each of the scene's joints, of parent and child. Joints leave the world with this object.
+  // Feedback is recorded if `observe`.
   Joints(btDynamicsWorld& world, const Scene& scene, const std::vector<std::array<Mount, 2>>& mounts, double erp,
          bool observe);
   ~Joints();

@@ -1,7 +1,7 @@
 // A scene's shapes as Bullet's:
 //   - a rectangle is a box without thickness (Bullet's btBox2dShape is for two-dimensional worlds);
-//   - the collision margin of a box and a cylinder is inside of the shape; Bullet uses the requested margin, or a tenth of
-//     the least half extent if that is smaller. The margin of a hull is outside, so that the hull is enlarged by it;
+//   - the collision margin of a box and a cylinder is inside of the shape; Bullet uses the requested margin, or a tenth
+//     of the least half extent if that is smaller. The margin of a hull is outside, so that the hull is enlarged by it;
 //   - a mesh is a btBvhTriangleMeshShape, which must be fixed; without smoothing, its inner edges stop sliding bodies;
 //   - a compound is a btCompoundShape of boxes.
 #pragma once

@@ -1,5 +1,5 @@
-// Atwood's machine: two bodies that hang straight down from the ends of a rope over pulleys. The rope moves by s from the
-// first body to the second, and with the inertias I and radii r of the pulleys
+// Atwood's machine: two bodies that hang straight down from the ends of a rope over pulleys. The rope moves by s from
+// the first body to the second, and with the inertias I and radii r of the pulleys
 //   (m1 + m2 + sum I / r^2) s'' = (m2 - m1) g,   tension m1 (g + s'') at the first body,   pulleys turn by s / r
 // G. Atwood, A Treatise on the Rectilinear Motion and Rotation of Bodies (1784).
 #include "closed_form/mechanism.hpp"

@@ -32,14 +32,14 @@ const std::vector<Solution>& catalogue() {
 
 // The round-off of long double is 2^49 times that of quad. The difference of the same formulas between the two, divided
 // by this ratio, estimates the round-off error of quad, including the conditioning of formulas and motion. One
-// realisation of round-off may be small by chance; the bar therefore uses the largest difference over the four directions
-// of rounding, over the run up to now and over the components of a kind, a factor of 16, and at least 16 units in the last
-// place of the scale. With impacts the rounding of one number, the first gap, determines the rest, and small differences
-// by chance are more frequent: the factor is 64. (Rounded to nearest alone, with a factor of 32, 41 of 10 000 bounces left
-// their bars, and so did an orbit of two charges.)
+// realisation of round-off may be small by chance; the bar therefore uses the largest difference over the four
+// directions of rounding, over the run up to now and over the components of a kind, a factor of 16, and at least 16
+// units in the last place of the scale. With impacts the rounding of one number, the first gap, determines the rest,
+// and small differences by chance are more frequent: the factor is 64. (Rounded to nearest alone, with a factor of 32,
+// 41 of 10 000 bounces left their bars, and so did an orbit of two charges.)
 constexpr double kSmoothSafety = 16, kImpactSafety = 64;
-// The start of a loop is projected onto its constraints to about 1e-31 only; the factor makes the start's rounding to long
-// double, which both evaluations share otherwise, stand for that.
+// The start of a loop is projected onto its constraints to about 1e-31 only; the factor makes the start's rounding to
+// long double, which both evaluations share otherwise, stand for that.
 constexpr double kLoopSafety = 4096;
 constexpr double kEndMargin = 1e-9;  // of the time: distance of the last sample from the end of the certified part
 
@@ -47,8 +47,8 @@ struct BodySpread {
   Spread p, q, v, w;
 };
 
-// Evaluations in long double, in each direction of rounding that has the impacts of rounding to nearest (close to a limit
-// of validity a directed rounding may be refused).
+// Evaluations in long double, in each direction of rounding that has the impacts of rounding to nearest (close to a
+// limit of validity a directed rounding may be refused).
 using Realisations = std::vector<Motion<Narrow>>;
 
 bool same_impacts(const Motion<Narrow>& a, const Motion<Narrow>& b) {
@@ -106,8 +106,8 @@ struct Instant {
   Wide t_s = 0, bar_s = 0, narrow_bar_s = 0;
 };
 
-// Impacts in the order of time. Within narrow_bar_s of an impact long double may have the velocity before it and quad the
-// velocity after it. `widest`: the largest narrow_bar_s.
+// Impacts in the order of time. Within narrow_bar_s of an impact long double may have the velocity before it and quad
+// the velocity after it. `widest`: the largest narrow_bar_s.
 struct Impacts {
   std::vector<Instant> all;
   Wide widest = 0;
@@ -251,8 +251,8 @@ std::optional<CertifiedEnd> first_undecided(const Motion<Wide>& wide, const Moti
   return made;
 }
 
-// The first impact whose bar contains another impact that is coupled with it: their order, and the motion after them, is
-// not decided.
+// The first impact whose bar contains another impact that is coupled with it: their order, and the motion after them,
+// is not decided.
 std::optional<CertifiedEnd> undecided_order(const Scene& scene, const Motion<Wide>& wide,
                                             const std::vector<Instant>& impacts) {
   for (std::size_t k = 0; k < impacts.size(); ++k) {

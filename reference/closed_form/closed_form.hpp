@@ -11,9 +11,9 @@
 
 namespace atwood {
 
-// Evaluates scenario.truth.solution at t = t_end_s k / samples, k = 0..samples. A scene that the solution does not cover,
-// or an unknown solution, is answered with Status::unsupported and a reason. Where the outcome of an impact is not
-// decided, the reason has the time, and the samples and events before it are certified. Never throws on a scene.
+// Evaluates scenario.truth.solution at t = t_end_s k / samples, k = 0..samples. A scene that the solution does not
+// cover, or an unknown solution, is answered with Status::unsupported and a reason. Where the outcome of an impact is
+// not decided, the reason has the time, and the samples and events before it are certified. Never throws on a scene.
 Truth closed_form_truth(const Scenario& scenario, std::int64_t samples);
 
 // The ids that `solution` may name.

@@ -13,10 +13,10 @@ struct Equilibrium {
   double smallest_extent_m = 0;  // smallest half extent or radius of a body
 };
 
-// Boxes, spheres, fixed planes and rectangles under uniform gravity. Searches contact forces within Coulomb's cones that
-// balance every body to 1e-7 of its weight, by projected Gauss-Seidel sweeps over the contacts (J. J. Moreau, 1988). The
-// statics of rigid bodies decides whether such forces exist, and neither which of them act nor whether the scene could
-// also move. After 20000 sweeps without balance `refusal` names the body that moves fastest.
+// Boxes, spheres, fixed planes and rectangles under uniform gravity. Searches contact forces within Coulomb's cones
+// that balance every body to 1e-7 of its weight, by projected Gauss-Seidel sweeps over the contacts (J. J. Moreau,
+// 1988). The statics of rigid bodies decides whether such forces exist, and neither which of them act nor whether the
+// scene could also move. After 20000 sweeps without balance `refusal` names the body that moves fastest.
 Equilibrium find_equilibrium(const Scene& scene);
 
 }  // namespace atwood::closed_form

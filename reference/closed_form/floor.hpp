@@ -37,7 +37,8 @@ template <class S> struct FloorContact {
 // refused.
 template <class S> FloorContact<S> floor_contact(const Floor<S>& floor, const Scene& scene, int body);
 
-// The refusal of a path from `from` to `to` that comes within `extent_m` of the boundary of the floor; empty: it does not.
+// The refusal of a path from `from` to `to` that comes within `extent_m` of the boundary of the floor; empty: it does
+// not.
 template <class S>
 std::string leaves_floor(const Floor<S>& floor, const Scene& scene, const Vec<double>& from, const Vec<double>& to,
                          double extent_m);

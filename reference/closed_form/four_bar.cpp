@@ -1,12 +1,12 @@
-// N four-bars in a row: N + 1 parallel bars of one length on hinges to the world, whose tips N coupling bars join, on the
-// branch on which the bars stay parallel and the coupling bars do not turn. It has one degree of freedom: with J the
-// moments of inertia of the parallel bars about their hinges and m l^2 of the couplings, and D the first moments m d of the
-// parallel bars and m l of the couplings,
+// N four-bars in a row: N + 1 parallel bars of one length on hinges to the world, whose tips N coupling bars join, on
+// the branch on which the bars stay parallel and the coupling bars do not turn. It has one degree of freedom: with J
+// the moments of inertia of the parallel bars about their hinges and m l^2 of the couplings, and D the first moments m
+// d of the parallel bars and m l of the couplings,
 //   J theta'' = n . (D x g):   a pendulum
 // (uniform rods of mass m and length l: theta'' = (g / l) ((N + 1)/2 + N) / ((N + 1)/3 + N) sin theta from the upward
-// vertical). When all bars lie in one line the mechanism has another branch; the motion goes on along this one, which is
-// its continuous limit from both sides. M. Gonzalez, D. Dopico, U. Lugris and J. Cuadrado, Multibody Syst. Dyn. 16 (2006)
-// 179, problem A02 of the IFToMM benchmark.
+// vertical). When all bars lie in one line the mechanism has another branch; the motion goes on along this one, which
+// is its continuous limit from both sides. M. Gonzalez, D. Dopico, U. Lugris and J. Cuadrado, Multibody Syst. Dyn. 16
+// (2006) 179, problem A02 of the IFToMM benchmark.
 #include "closed_form/mechanism.hpp"
 #include "closed_form/pendulum.hpp"
 

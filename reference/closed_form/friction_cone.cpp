@@ -1,11 +1,12 @@
-// A slab that is pushed over a floor and carries round bodies, all from rest: Coulomb friction at both faces of the slab,
-// Newton's and Euler's laws for each body. Along the push F (floor's friction f1, ball i's f_i, kappa_i = 1 + m_i r_i^2 / I_i):
+// A slab that is pushed over a floor and carries round bodies, all from rest: Coulomb friction at both faces of the
+// slab, Newton's and Euler's laws for each body. Along the push F (floor's friction f1, ball i's f_i, kappa_i = 1 + m_i
+// r_i^2 / I_i):
 //   stick:   F <= mu1 (M + sum m_i) g: nothing moves
 //   slip:    M A = F - f1 - sum f_i,   ball: m_i a_i = f_i,   I_i alpha_i = -r_i f_i
 //            rolls on the deck: a_i - r_i alpha_i = A, so f_i = m_i A / kappa_i, while that is mu_i m_i g at most;
 //            otherwise slips: f_i = mu_i m_i g
-// For n equal solid balls, kappa = 7/2: f2 = ((F - f1) / M) / (3.5 / m + n / M). All friction is along the push as long as
-// nothing rotates about the vertical; this and the position of the centre of pressure are checked.
+// For n equal solid balls, kappa = 7/2: f2 = ((F - f1) / M) / (3.5 / m + n / M). All friction is along the push as long
+// as nothing rotates about the vertical; this and the position of the centre of pressure are checked.
 #include <algorithm>
 
 #include "closed_form/floor.hpp"
@@ -103,8 +104,8 @@ template <class S> void accelerate(Cart<S>& cart, S floor_friction) {
   }
 }
 
-// Checks that the slab does not tip (the centre of pressure c, c N = h (f1 - sum f_i) + z F + sum m_i g x_i, is under it)
-// or rotate, and that the carried bodies stay on it and apart from each other.
+// Checks that the slab does not tip (the centre of pressure c, c N = h (f1 - sum f_i) + z F + sum m_i g x_i, is under
+// it) or rotate, and that the carried bodies stay on it and apart from each other.
 template <class S>
 std::string goes_wrong(const Scene& scene, const Floor<S>& floor, const FloorContact<S>& contact, Cart<S>& cart, S f1,
                        S t_end) {

@@ -8,8 +8,8 @@
 // Cayley-Klein parameters cos(theta/2) exp i(phi + psi)/2 and sin(theta/2) exp i(phi - psi)/2 with
 //   (phi + psi)' = w3 - a + (b + a)/(1 + z),   (phi - psi)' = a - w3 + (b - a)/(1 - z):
 // elliptic integrals of the third kind, whose parameters make them singular as the axis passes the vertical. Carlson's
-// relation between R_J of two parameters (DLMF 19.21.12) turns each into an arc tangent, which combines with the modulus
-// into an analytic function, and a regular integral; with D = z3 - z1, w_i = 1 + z_i:
+// relation between R_J of two parameters (DLMF 19.21.12) turns each into an arc tangent, which combines with the
+// modulus into an analytic function, and a regular integral; with D = z3 - z1, w_i = 1 + z_i:
 //   cos(theta/2) exp i(phi + psi)/2 = E (sqrt(w1) cn dn +- i sqrt(w2 w3 / D) sn) / sqrt(2 q) exp i chi,
 //   q = 1 + (w1 / D) sn^2,   chi' = (w3_spin - a)/2 + (b + a)/(2 D) sn^2 / q
 // and the same for the other with 1 - z_i in place of 1 + z_i.
@@ -75,8 +75,8 @@ template <class S> struct Roots {
   S below1{}, below2{}, beyond{};  // 1 - z1, 1 - z2, z3 - 1
 };
 
-// f about z0: f0 + f1 y + f2 y^2 + beta y^3; about 1: -(b - a)^2 + t1 x + t2 x^2 + beta x^3. Either z3 or z1 lies apart from
-// the other two, which follow from it by a quadratic equation with roots of opposite signs.
+// f about z0: f0 + f1 y + f2 y^2 + beta y^3; about 1: -(b - a)^2 + t1 x + t2 x^2 + beta x^3. Either z3 or z1 lies apart
+// from the other two, which follow from it by a quadratic equation with roots of opposite signs.
 template <class S> Roots<S> find_roots(const Start<S>& s) {
   const S f0 = s.dz * s.dz, f1 = slope_at_start(s), f2 = -s.across2 + 2 * s.beta * s.z - s.a * s.a;
   const S t0 = -s.minus * s.minus, t1 = -2 * s.across2 + 2 * s.beta * s.below + 2 * s.a * s.minus,

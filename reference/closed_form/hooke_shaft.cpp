@@ -1,10 +1,12 @@
-// Two shafts on fixed bearings whose axes meet, joined by a universal joint there; the first turns at a constant rate W.
-// With n1, n2 the bearings' axes, e along n1 x n2, f1 = n1 x e, f2 = n2 x e and the first shaft's pin a1 = c e + s f1
-// (c, s: cosine and sine of its angle), the second shaft's pin is orthogonal to a1 and n2. With b the angle of n2 x pin,
-//   tan b = cos(beta) tan a,   b' = W cos(beta) / D,   b'' = 2 W^2 cos(beta) sin^2(beta) s c / D^2,   D = 1 - sin^2(beta) s^2
-// (R. Hooke, Helioscopes, 1676; J. J. Uicker, G. R. Pennock and J. E. Shigley, Theory of Machines and Mechanisms, 4th ed.
-// (2011), section 12.7). The joint's rates are the parts of the relative angular velocity along its two pins; reactions and
-// the motor's torque follow from the Newton-Euler equations.
+// Two shafts on fixed bearings whose axes meet, joined by a universal joint there; the first turns at a constant rate
+// W. With n1, n2 the bearings' axes, e along n1 x n2, f1 = n1 x e, f2 = n2 x e and the first shaft's pin a1 = c e + s
+// f1 (c, s: cosine and sine of its angle), the second shaft's pin is orthogonal to a1 and n2. With b the angle of n2 x
+// pin,
+//   tan b = cos(beta) tan a,   b' = W cos(beta) / D,   b'' = 2 W^2 cos(beta) sin^2(beta) s c / D^2,   D = 1 -
+//   sin^2(beta) s^2
+// (R. Hooke, Helioscopes, 1676; J. J. Uicker, G. R. Pennock and J. E. Shigley, Theory of Machines and Mechanisms, 4th
+// ed. (2011), section 12.7). The joint's rates are the parts of the relative angular velocity along its two pins;
+// reactions and the motor's torque follow from the Newton-Euler equations.
 #include "closed_form/mechanism.hpp"
 
 namespace atwood::closed_form {
@@ -73,8 +75,8 @@ template <class S> struct Shafts {
     joint.u = {dot(w, first), dot(w, second), 0};
     joint.du = {dot(alpha, first) + dot(w, cross(w_parent, first)), dot(alpha, second) + dot(w, cross(w_child, second)),
                 0};
-    // exp(a1 q0) takes F a2 to where the second pin is seen from the parent, and exp(-a2 q1) F^T a1 is the first seen from
-    // the child: each angle changes by that of the other's pin, in axes that turn with the shaft.
+    // exp(a1 q0) takes F a2 to where the second pin is seen from the parent, and exp(-a2 q1) F^T a1 is the first seen
+    // from the child: each angle changes by that of the other's pin, in axes that turn with the shaft.
     const S back1 = -W * t, back2 = -b[0];
     const Vec<S> second_in_parent = rotate(turn(parent_drives ? n1 : n2, parent_drives ? back1 : back2), second);
     const Vec<S> first_in_child = rotate(turn(parent_drives ? n2 : n1, parent_drives ? back2 : back1), first);

@@ -41,8 +41,8 @@ template <class S> class Anomaly {
       if (slow == 0) width = high - low;
       const bool newton = next >= low && next <= high && slow < 5;
       if (!newton) next = low + (high - low) / 2, slow = 0, width = high - low;
-      // The error after a step is of the order of the square of the step: a step that changes only the last two fifths of
-      // the digits is the last.
+      // The error after a step is of the order of the square of the step: a step that changes only the last two fifths
+      // of the digits is the last.
       const bool done = newton && magnitude(next - s) <= last_step<S>() * magnitude(s);
       s = next;
       if (done || !(low < high)) return true;

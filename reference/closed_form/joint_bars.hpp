@@ -31,8 +31,8 @@ class JointBars {
                  JointSample& value, JointSample& bar);
 };
 
-// A sample within the half-width of the instant of an impact at a joint's stop may have the rate before or after it: the
-// bars of rates and velocities include the jump, and reactions are not reported.
+// A sample within the half-width of the instant of an impact at a joint's stop may have the rate before or after it:
+// the bars of rates and velocities include the jump, and reactions are not reported.
 void add_stop_jump(const Scene& scene, const ContactEvent<Wide>& at, Sample& value, Sample& bar);
 
 }  // namespace atwood::closed_form

@@ -1,7 +1,7 @@
 // A body on a hinge or slider under a constant force along the coordinate, whose stops give back a part e of the rate
-// (Newton's restitution). Flights are parabolas; after an impact with rate V at a stop that the force pushes against, and
-// from which the coordinate does not reach the other stop, the flights take 2 e V / |a|, 2 e^2 V / |a|, ...: all end
-// 2 e V / (|a| (1 - e)) after the impact, and the coordinate stays at the stop.
+// (Newton's restitution). Flights are parabolas; after an impact with rate V at a stop that the force pushes against,
+// and from which the coordinate does not reach the other stop, the flights take 2 e V / |a|, 2 e^2 V / |a|, ...: all
+// end 2 e V / (|a| (1 - e)) after the impact, and the coordinate stays at the stop.
 #include <algorithm>
 
 #include "closed_form/mechanism.hpp"

@@ -2,8 +2,8 @@
 //   J q'' + c q' + k q = k rest + constant force + sum of M cos(w t + phi)
 // J: the mass (slider) or the moment of inertia about the axis (hinge; gravity then has no moment about it). With
 //   2 gamma = c / J,  W^2 = k / J  and  C, s: solutions of x'' + 2 gamma x' + W^2 x = 0 with (1, 0) and (0, 1) at t = 0
-// the free motion is x0 C + v0 s, a constant acceleration a adds a P, P = int_0^t s, and a drive its particular solution.
-// Landau and Lifshitz, Mechanics, sections 21, 22, 25, 26.
+// the free motion is x0 C + v0 s, a constant acceleration a adds a P, P = int_0^t s, and a drive its particular
+// solution. Landau and Lifshitz, Mechanics, sections 21, 22, 25, 26.
 #include "closed_form/mechanism.hpp"
 
 namespace atwood::closed_form {

@@ -2,9 +2,9 @@
 //
 // A solution gives coordinates, rates and their derivatives of every joint. Poses, velocities and accelerations of the
 // bodies follow along the tree of placing joints (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, section 4.4),
-// and the wrenches of all joints from the Newton-Euler equations of all bodies, taken as linear equations for them. These
-// equations outnumber the unknowns by the degrees of freedom: a motion that does not solve the equations of motion leaves
-// a residual, and is refused.
+// and the wrenches of all joints from the Newton-Euler equations of all bodies, taken as linear equations for them.
+// These equations outnumber the unknowns by the degrees of freedom: a motion that does not solve the equations of
+// motion leaves a residual, and is refused.
 #pragma once
 
 #include <string>
@@ -39,21 +39,21 @@ template <class S> S applied_at(const Scene& scene, int joint, int coordinate, S
 template <class S, class JointsAt>
 Motion<S> move_mechanism(const Scenario& scenario, const std::vector<S>& t_s, const JointsAt& joints_at);
 
-// A sentence with a free body that no joint places, or that is the child of two placing joints, or two bodies whose shapes
-// could touch; empty: there is none.
+// A sentence with a free body that no joint places, or that is the child of two placing joints, or two bodies whose
+// shapes could touch; empty: there is none.
 std::string not_a_tree(const Scene& scene);
 
 bool is_grounded(const Scene& scene, const Joint& joint);  // its parent is the world or a fixed body
 
-// Of a hinge or slider that joins a body to the world: the moment of inertia about its axis, or the mass, and the force of
-// gravity along a slider. Refused: other parents, and a hinge about which gravity has a moment.
+// Of a hinge or slider that joins a body to the world: the moment of inertia about its axis, or the mass, and the force
+// of gravity along a slider. Refused: other parents, and a hinge about which gravity has a moment.
 template <class S> std::string single_joint(const Scene& scene, std::size_t joint, S& inertia, S& gravity);
 
 // A joint's state at the start, from the scene's doubles.
 template <class S> JointState<S> initial_joint(const Joint& joint);
 
-// All joints at the start, those of loops after the projection onto the constraints. Answers why there is no start; empty:
-// there is one.
+// All joints at the start, those of loops after the projection onto the constraints. Answers why there is no start;
+// empty: there is one.
 template <class S> std::string start_joints(const Scene& scene, std::vector<JointState<S>>& joints);
 
 // The world's body is -1, and so is every fixed body.
@@ -65,7 +65,8 @@ template <class S> S sign_along(const Joint& joint, const std::vector<BodyKinema
 // A joint's anchor on its child (1) or parent (0) in the world.
 template <class S> Vec<S> anchor_at(const Joint& joint, int end, const std::vector<BodyKinematics<S>>& bodies);
 
-// Forces that exceed this part of the largest term, unbalanced, show that a scene is not the one that a solution solves.
+// Forces that exceed this part of the largest term, unbalanced, show that a scene is not the one that a solution
+// solves.
 constexpr double kMostResidual = 0x1p-30;
 
 template <class S> void add_instant(const Scene& scene, S t_s, std::vector<JointState<S>> joints, Motion<S>& motion) {

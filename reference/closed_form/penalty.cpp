@@ -1,5 +1,5 @@
-// Compliant contact of two spheres, or of a sphere and a fixed plane, along the line of centres and without gravity. With
-// the reduced mass m, the overlap d and the approach speed v:
+// Compliant contact of two spheres, or of a sphere and a fixed plane, along the line of centres and without gravity.
+// With the reduced mass m, the overlap d and the approach speed v:
 //
 // Linear (T. Schwager and T. Poschel, Granular Matter 9 (2007) 465):  m d'' = -k d - c d',  z = c / (2 sqrt(k m)) < 1,
 //   d = v / w_d exp(-z w0 t) sin(w_d t),  w0^2 = k / m,  w_d = w0 sqrt(1 - z^2)

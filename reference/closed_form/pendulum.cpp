@@ -1,12 +1,12 @@
-// The pendulum: a body on a hinge whose axis is fixed in space, under uniform gravity. With J the moment of inertia about
-// the axis, d the distance of the centre of mass from it, and the part g' of gravity that is orthogonal to it,
+// The pendulum: a body on a hinge whose axis is fixed in space, under uniform gravity. With J the moment of inertia
+// about the axis, d the distance of the centre of mass from it, and the part g' of gravity that is orthogonal to it,
 //   theta'' = -w^2 sin theta,   w^2 = m g' d / J,   theta from the hanging position,
 //   k^2 = sin^2(theta / 2) + (theta' / 2w)^2  is constant:
 //   k < 1  sin(theta / 2) = k sn(u, k),  theta' = 2 w k cn(u, k),    u = w t + u0     (libration)
 //   k > 1  theta / 2 = +-am(u, 1/k),     theta' = +-2 w k dn(u, 1/k), u = w k t + u0  (rotation)
 //   k = 1  sin(theta / 2) = tanh u,      theta' = 2 w / cosh u                         (separatrix)
-// E. T. Whittaker, Analytical Dynamics, 4th ed. (1937), section 44; moments of the hinge from Euler's equations, so that the
-// axis need not be a principal one.
+// E. T. Whittaker, Analytical Dynamics, 4th ed. (1937), section 44; moments of the hinge from Euler's equations, so
+// that the axis need not be a principal one.
 #include "closed_form/pendulum.hpp"
 
 #include "closed_form/elliptic.hpp"

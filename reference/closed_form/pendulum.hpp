@@ -14,8 +14,8 @@ template <class S> struct Pendulum {
   JointState<S> at(S t) const;
 };
 
-// A mechanism that turns by one angle about the unit vector n: its moment of inertia, its first moment at the start (mass
-// times the centre's arm, all parts that turn) and gravity, both orthogonal to n and not zero.
+// A mechanism that turns by one angle about the unit vector n: its moment of inertia, its first moment at the start
+// (mass times the centre's arm, all parts that turn) and gravity, both orthogonal to n and not zero.
 template <class S>
 Pendulum<S> swing(S inertia, const Vec<S>& first_moment_W, const Vec<S>& n, const Vec<S>& g, S q0, S rate);
 

@@ -10,8 +10,8 @@ template <class S> struct PrincipalAxes {
   Quat<S> q_BP{1, 0, 0, 0};   // principal axes to body axes
 };
 
-// A diagonal matrix is only reordered; any other symmetric matrix is diagonalised. Moments that are not numbers: 60 sweeps
-// of rotations did not converge.
+// A diagonal matrix is only reordered; any other symmetric matrix is diagonalised. Moments that are not numbers: 60
+// sweeps of rotations did not converge.
 template <class S> PrincipalAxes<S> principal_axes(const Real33& inertia);
 template <class S> PrincipalAxes<S> principal_axes_of(const std::array<S, 9>& inertia);
 

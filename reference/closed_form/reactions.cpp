@@ -1,6 +1,6 @@
-// Reactions of joints from the motion of all bodies. Unknown is the wrench of each joint within the directions in which it
-// constrains; the Newton-Euler equations of the bodies are linear in it. Gauss-Jordan elimination with complete pivoting
-// meets redundant constraints: a component of a wrench is determined if it vanishes on the null space.
+// Reactions of joints from the motion of all bodies. Unknown is the wrench of each joint within the directions in which
+// it constrains; the Newton-Euler equations of the bodies are linear in it. Gauss-Jordan elimination with complete
+// pivoting meets redundant constraints: a component of a wrench is determined if it vanishes on the null space.
 #include "closed_form/mechanism.hpp"
 
 namespace atwood::closed_form {

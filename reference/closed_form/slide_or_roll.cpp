@@ -6,8 +6,8 @@
 //   slip:  v' = g_s - mu g_n sign u,  w' = mu g_n sign u m r / I,
 //          u' = g_s - kappa mu g_n sign u,  kappa = 1 + m r^2 / I
 //   roll:  u = 0,  v' = r w' = g_s (1 - 1 / kappa), while friction can: |g_s| <= kappa mu g_n
-// A box does not rotate (kappa = 1); "rolling" then means rest. It tips when the centre of pressure, at height f / N ahead
-// of the box's centre, is outside of its base.
+// A box does not rotate (kappa = 1); "rolling" then means rest. It tips when the centre of pressure, at height f / N
+// ahead of the box's centre, is outside of its base.
 #include <algorithm>
 
 #include "closed_form/floor.hpp"
@@ -153,9 +153,9 @@ ContactEvent<S> holding(const Floor<S>& floor, int at, const Line<S>& line, cons
   return made;
 }
 
-// With friction the difference of two motions of a body does not grow in the norm of kinetic energy. The neglected parts
-// therefore act on the velocity by themselves and their time integral, and on r w by sqrt(m r^2 / I) times that. A factor
-// of 4 covers all terms of second order in the neglected parts.
+// With friction the difference of two motions of a body does not grow in the norm of kinetic energy. The neglected
+// parts therefore act on the velocity by themselves and their time integral, and on r w by sqrt(m r^2 / I) times that.
+// A factor of 4 covers all terms of second order in the neglected parts.
 template <class S>
 void add_slack(InputRoundOff<S>& input_round_off, const Body& body, const FloorContact<S>& contact, const Line<S>& line,
                S slope, S t_end) {

@@ -30,8 +30,9 @@ template <class S> struct ContactEvent {  // an Event over S
 // solution assumes to be exact. They are added to every bar after t = 0.
 template <class S> struct InputRoundOff { S p_m{}, q{}, v_m_per_s{}, w_rad_per_s{}; };
 
-// A joint at one instant: coordinates, their rates (of a ball: quaternion and relative body rate) and the rates' derivatives;
-// the reaction on the child at its anchor and about it, world axes; springs, dampers and motors along the rates.
+// A joint at one instant: coordinates, their rates (of a ball: quaternion and relative body rate) and the rates'
+// derivatives; the reaction on the child at its anchor and about it, world axes; springs, dampers and motors along the
+// rates.
 template <class S> struct JointState {
   std::array<S, 4> q{};
   Vec<S> u{}, du{};

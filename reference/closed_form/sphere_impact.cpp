@@ -1,11 +1,12 @@
 // Two spheres in free flight, Newton's law of impact: E. J. Routh, Dynamics of a System of Rigid Bodies, art. 169.
-// Both have the same acceleration, so that their relative motion d = d0 + u t is uniform; they touch at |d| = R = r_a + r_b:
+// Both have the same acceleration, so that their relative motion d = d0 + u t is uniform; they touch at |d| = R = r_a +
+// r_b:
 //   u^2 t^2 + 2 b t + c = 0,  b = d0 . u < 0,  c = d0^2 - R^2;   t = c / (-b + sqrt(u^2 R^2 - |d0 x u|^2))
 // the smaller root, without cancellation. J = -(1 + e) vn / (1/m_a + 1/m_b) along the line of centres.
 //
 // With friction, the slip velocity is s = (u - (r_a W_a + r_b W_b) x n) without its component along n (W: angular
-// velocities, world axes). Coulomb's impulse opposes s and keeps its direction: it is the lesser of mu J (slip until the
-// end) and the impulse that stops the slip (stick), |s| / (1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b): art. 180.
+// velocities, world axes). Coulomb's impulse opposes s and keeps its direction: it is the lesser of mu J (slip until
+// the end) and the impulse that stops the slip (stick), |s| / (1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b): art. 180.
 #include "closed_form/solution.hpp"
 
 namespace atwood::closed_form {

@@ -22,7 +22,8 @@ struct Spread {  // one kind of value of one body, over the run so far
   }
   Wide bar(double safety) const { return safety * (ratio * difference + round_off * scale); }
   // The difference is proportional to the round-off only while it is small compared with the extent of the motion
-  // (`way`, plus round-off of numbers of the scene's size). A larger difference is no measure of quad's round-off error.
+  // (`way`, plus round-off of numbers of the scene's size). A larger difference is no measure of quad's round-off
+  // error.
   bool is_measure(Wide way) const { return difference <= kMeasureLimit * way || !is_finite(difference); }
 };
 

@@ -8,8 +8,9 @@
 // Doubles meet this to round-off, and the motion that they give nods about the steady one. In the frame d, y, a, which
 // turns at f = theta' y - W sin d + W cos a, and where rho rests,
 //   (I - m [rho]^2) w' = -f x I w + m rho x (f x (rho x w)) + m g rho x z
-// (d x y = a). Nodding changes the lean by e, theta'' = A e + B (w_d, w_a), and (w_d, w_a)' = C theta': a steady roll is
-// taken only where A + B C < 0, and what the doubles leave open, over that frequency and over the run, is in the bars.
+// (d x y = a). Nodding changes the lean by e, theta'' = A e + B (w_d, w_a), and (w_d, w_a)' = C theta': a steady roll
+// is taken only where A + B C < 0, and what the doubles leave open, over that frequency and over the run, is in the
+// bars.
 #include <array>
 
 #include "closed_form/floor.hpp"

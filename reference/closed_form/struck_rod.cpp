@@ -1,13 +1,13 @@
 // Impact of a ball on a capsule or a box without gravity (E. J. Routh, Dynamics of a System of Rigid Bodies, art.
 // 168-169, 180-195; Delannoy 2005, eq. 5-8). Before the impact both move uniformly and the rod does not rotate, so that
-// the time of contact is a root of a polynomial of degree 2 at most. n points from the rod to the ball, r from the rod's
-// centre to the contact:
+// the time of contact is a root of a polynomial of degree 2 at most. n points from the rod to the ball, r from the
+// rod's centre to the contact:
 //   J = -(1 + e) u_n / (1/m_rod + 1/m_ball + (r x n) I^-1 (r x n)),   w' = I^-1 (r x J)
 //
 // With friction the impact must be planar: velocities, r and the rod's new spin stay in a plane of symmetry. There the
 // relative velocity of the surfaces u = (u_t, u_n) changes by K (T, J), K symmetric, and Routh's method integrates over
-// the normal impulse J: T' = -mu sign u_t during slip; from u_t = 0 on stick, T' = -K_tn / K_tt, if mu >= |K_tn / K_tt|,
-// otherwise slip in the direction that K_tn gives. It ends, by Newton's law, at u_n = -e u_n(0).
+// the normal impulse J: T' = -mu sign u_t during slip; from u_t = 0 on stick, T' = -K_tn / K_tt, if mu >= |K_tn /
+// K_tt|, otherwise slip in the direction that K_tn gives. It ends, by Newton's law, at u_n = -e u_n(0).
 #include "closed_form/obstacles.hpp"
 #include "protocol/fault.hpp"
 
@@ -166,9 +166,10 @@ template <class S> S distance_to_rod(const Shape& rod, const Vec<S>& p) {
   return norm(beyond) - S(capsule.radius_m);
 }
 
-// Can the rotating rod hit the ball again? In the rod's frame (d, u: position and velocity of the ball at the impact, w:
-// the rod's angular velocity) the gap is at least separation_speed t - A t^2 / 2 with the largest relative acceleration
-// A = w^2 d + 2 w u; it is positive until 2 separation_speed / A. From half of that time on it is checked by bisection.
+// Can the rotating rod hit the ball again? In the rod's frame (d, u: position and velocity of the ball at the impact,
+// w: the rod's angular velocity) the gap is at least separation_speed t - A t^2 / 2 with the largest relative
+// acceleration A = w^2 d + 2 w u; it is positive until 2 separation_speed / A. From half of that time on it is checked
+// by bisection.
 template <class S>
 bool may_collide_again(const Shape& rod, const Vec<S>& d, const Vec<S>& u, const Vec<S>& w_B, S radius,
                        S separation_speed, S rest) {

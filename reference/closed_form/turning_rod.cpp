@@ -1,5 +1,5 @@
-// A body that slides on a rod, which turns at a constant rate W about a fixed axis n (a driven hinge). Along the rod, with
-// d its direction and r the body's centre from a point of the axis,
+// A body that slides on a rod, which turns at a constant rate W about a fixed axis n (a driven hinge). Along the rod,
+// with d its direction and r the body's centre from a point of the axis,
 //   x'' = W^2 (d - (d.n) n) . r + g . d(t):   x'' = K^2 x + constant + P cos W t + Q sin W t,   K^2 = W^2 (1 - (d.n)^2)
 // E. T. Whittaker, Analytical Dynamics, 4th ed. (1937), section 34.
 #include "closed_form/mechanism.hpp"

@@ -1,6 +1,6 @@
-// Bodies that fixed joints weld together and that float: each assembly is one rigid body, whose mass, centre of mass and
-// inertia follow from those of its parts (J. Steiner's theorem). In uniform gravity its centre falls on a parabola and it
-// turns as a free top (see free-rigid-body); the joints' wrenches are what each part needs for its motion.
+// Bodies that fixed joints weld together and that float: each assembly is one rigid body, whose mass, centre of mass
+// and inertia follow from those of its parts (J. Steiner's theorem). In uniform gravity its centre falls on a parabola
+// and it turns as a free top (see free-rigid-body); the joints' wrenches are what each part needs for its motion.
 #include "closed_form/mechanism.hpp"
 
 namespace atwood::closed_form {

@@ -10,8 +10,8 @@ namespace atwood::cvode {
 
 // Pairs whose materials have a compliant contact law, with the overlap d = -gap [m] and the force F [N]:
 //   linear  F = k d + c d'
-//   Hertz   F = K d^(3/2) (1 + a d'),  K = 4/3 E sqrt(R),  1/R = 1/r_a + 1/r_b   (K. L. Johnson, Contact Mechanics, 1985,
-//           section 4.2; damping: K. H. Hunt and F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440)
+//   Hertz   F = K d^(3/2) (1 + a d'),  K = 4/3 E sqrt(R),  1/R = 1/r_a + 1/r_b   (K. L. Johnson, Contact Mechanics,
+//           1985, section 4.2; damping: K. H. Hunt and F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440)
 // Each pair is in one of three modes, and the equations are smooth within each:
 //   separated  until the gap falls to 0
 //   loaded     until the gap is 0 again, or, unless the law may pull, until F falls to 0

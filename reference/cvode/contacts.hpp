@@ -23,9 +23,9 @@ class Contacts {
   // without an impact.
   int roots() const { return 2 * static_cast<int>(pairs_.size()); }
   void evaluate(const double* y, double* g) const;
-  // Applies the impact laws to the pairs that touch and approach (coupled contacts by the scene's convention) and brings
-  // balls to rest at the end of their bounces. Changes y; appends events; fills `instant`. True: y or the root functions
-  // changed, so that the integration must be restarted. On failure() the instant has no state after it.
+  // Applies the impact laws to the pairs that touch and approach (coupled contacts by the scene's convention) and
+  // brings balls to rest at the end of their bounces. Changes y; appends events; fills `instant`. True: y or the root
+  // functions changed, so that the integration must be restarted. On failure() the instant has no state after it.
   bool resolve(double t_s, std::vector<double>& y, int interval, std::vector<Event>& events,
                dynamics::Instant<double>& instant);
   // Pairs at their closest approach: the rate of their gap is zero at y.

@@ -10,7 +10,8 @@
 
 namespace atwood::cvode {
 
-// What happened, for the bars of a truth. valid_until_failure: the run ended unsupported at `end_s` and is valid before.
+// What happened, for the bars of a truth. valid_until_failure: the run ended unsupported at `end_s` and is valid
+// before.
 struct Record {
   std::vector<dynamics::Instant<Wide>> instants;
   bool valid_until_failure = false;

@@ -11,7 +11,8 @@ namespace atwood::cvode {
 
 enum class Family { adams, bdf };
 
-// The unit of atol for each kind of component. A method's atol is in SI units; a truth's is relative to the scene's size.
+// The unit of atol for each kind of component. A method's atol is in SI units; a truth's is relative to the scene's
+// size.
 struct Scales {
   double position_m = 1, velocity_m_per_s = 1, rate_rad_per_s = 1;
 };
@@ -42,8 +43,8 @@ class Solver {
 
   // (Re)starts at order 1. Until the next start the equations are not evaluated after `stop_s`.
   void start(double t_s, const std::vector<double>& y, double stop_s, int roots, Roots g);
-  // Integrates to `target_s` or to the first root before it, with interpolation; fills t_s and y. Stop::failed: failure()
-  // says why, and y is not changed unless the state is not finite.
+  // Integrates to `target_s` or to the first root before it, with interpolation; fills t_s and y. Stop::failed:
+  // failure() says why, and y is not changed unless the state is not finite.
   Stop advance(double target_s, double& t_s, std::vector<double>& y);
   const std::string& failure() const;
   bool not_finite() const;

@@ -98,8 +98,8 @@ Wide event_time_difference(const Event& event, const std::vector<Solved>& runs) 
 
 struct Spread {  // of the runs, for one kind of value of one body
   Wide difference = 0, scale = 0;
-  // The bar follows from the largest difference up to now, because errors cross zero. Around an impact the runs differ by
-  // the velocity jump while they disagree on its time; that difference belongs to this sample alone.
+  // The bar follows from the largest difference up to now, because errors cross zero. Around an impact the runs differ
+  // by the velocity jump while they disagree on its time; that difference belongs to this sample alone.
   template <std::size_t N> Wide bar(const std::vector<const std::array<Wide, N>*>& all, bool at_impact) {
     Wide now = 0;
     for (std::size_t i = 0; i < N; ++i) {

@@ -47,8 +47,8 @@ Eigen::Isometry3d pose(const Real3& p, const Real4& q) {
   return transform;
 }
 
-// DART writes thousands of warnings per run to std::cerr, and messages to std::cout, which carries the worker's protocol.
-// Inside the scope of this object they are counted instead, and the first is kept.
+// DART writes thousands of warnings per run to std::cerr, and messages to std::cout, which carries the worker's
+// protocol. Inside the scope of this object they are counted instead, and the first is kept.
 std::int64_t line_count = 0;
 std::string first_line;
 class MessageCounter : public std::streambuf {

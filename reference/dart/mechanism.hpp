@@ -1,14 +1,14 @@
 // Joints of a scene in DART's terms. Conventions of DART 6.12:
-//   - a tree of joints is a Skeleton; a joint's frame is [F, parent's anchor] in the parent and [1, child's anchor] in the
-//     child, of a universal joint [1, parent's anchor] and [F^T, child's anchor], so that its axes are a1 and F a2;
+//   - a tree of joints is a Skeleton; a joint's frame is [F, parent's anchor] in the parent and [1, child's anchor] in
+//     the child, of a universal joint [1, parent's anchor] and [F^T, child's anchor], so that its axes are a1 and F a2;
 //   - the coordinates of a ball are the logarithm of its rotation, its rates in the child's axes;
 //   - joint springs and dampers are DART's own, implicit over the step; motors are generalised forces, evaluated by the
 //     adapter at the beginning of a step; a prescribed rate is an actuator of velocity;
 //   - closing joints are constraints of velocity: ball and fixed are DART's own, hinge is two balls on its axis. They
 //     start from the poses, and their error reduction has no effect, so that gaps grow;
 //   - stops are constraints of velocity, without restitution;
-//   - reactions of trees come from DART's forward dynamics at the present state by Newton's and Euler's equations of each
-//     subtree. With closing joints, contacts or at a stop they are not reported: constraints hide their impulses.
+//   - reactions of trees come from DART's forward dynamics at the present state by Newton's and Euler's equations of
+//     each subtree. With closing joints, contacts or at a stop they are not reported: constraints hide their impulses.
 #pragma once
 
 #include <string>
@@ -31,8 +31,8 @@ namespace atwood::dartsim {
 // Why DART cannot represent the scene's joints and ropes; empty when it can.
 std::string refused_mechanism(const Scene& scene);
 
-// A node for the joint's child, below `parent` (null: the world; a fixed body's pose is in the joint's frame), at the start
-// of the scene.
+// A node for the joint's child, below `parent` (null: the world; a fixed body's pose is in the joint's frame), at the
+// start of the scene.
 dart::dynamics::BodyNode* add_placed_body(const Scene& scene, int joint, dart::dynamics::Skeleton& skeleton,
                                           dart::dynamics::BodyNode* parent);
 

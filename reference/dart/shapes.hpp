@@ -1,7 +1,8 @@
 // A scene's shapes as DART's, for the collision detectors that support them:
-//   - ode: ODE 0.16 in double. A rectangle is a box of the least thickness. A mesh has vertices in float (assimp's) and is
-//     one-sided; two meshes do not collide, because DART gives ODE vertex normals where it expects face normals;
-//   - fcl: FCL 0.7 on triangles for every shape: a sphere is a polyhedron. A plane would be an upright box and is refused;
+//   - ode: ODE 0.16 in double. A rectangle is a box of the least thickness. A mesh has vertices in float (assimp's) and
+//     is one-sided; two meshes do not collide, because DART gives ODE vertex normals where it expects face normals;
+//   - fcl: FCL 0.7 on triangles for every shape: a sphere is a polyhedron. A plane would be an upright box and is
+//     refused;
 //   - dart: boxes and spheres only.
 // DART 6.12 has no convex hull for any of them.
 #pragma once

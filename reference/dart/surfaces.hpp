@@ -19,8 +19,8 @@ struct Surface {
 // The surfaces of a body of this material; empty when it can touch no body.
 std::vector<Surface> surfaces_of(int material, const std::vector<PairLaw>& laws);
 
-// Why DART cannot represent these laws (coefficients of 0.001 or less are zero, there is no rolling friction); empty when it
-// can.
+// Why DART cannot represent these laws (coefficients of 0.001 or less are zero, there is no rolling friction); empty
+// when it can.
 std::string refused_law(const std::vector<PairLaw>& laws);
 
 }  // namespace atwood::dartsim

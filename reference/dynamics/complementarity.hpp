@@ -1,5 +1,5 @@
-// A small linear complementarity problem, solved by enumeration of the sets of active contacts (R. W. Cottle, J.-S. Pang
-// and R. E. Stone, The Linear Complementarity Problem, 1992, section 1.1).
+// A small linear complementarity problem, solved by enumeration of the sets of active contacts (R. W. Cottle, J.-S.
+// Pang and R. E. Stone, The Linear Complementarity Problem, 1992, section 1.1).
 #pragma once
 
 #include <cstddef>
@@ -10,15 +10,15 @@ namespace atwood::dynamics {
 // With more contacts there are too many sets to enumerate (2^n).
 inline constexpr std::size_t kMaxSimultaneous = 12;
 
-// Solves A x = b by Gaussian elimination with partial pivoting, at most kMaxSimultaneous unknowns. False: a pivot is not
-// above `least` times the largest diagonal element; x is then undefined. S: double, long double or Wide.
+// Solves A x = b by Gaussian elimination with partial pivoting, at most kMaxSimultaneous unknowns. False: a pivot is
+// not above `least` times the largest diagonal element; x is then undefined. S: double, long double or Wide.
 template <class S>
 bool eliminate(const std::vector<std::vector<S>>& A, const std::vector<S>& b, S least, std::vector<S>& x);
 
-// Solves the LCP w = A x + q, x >= 0, w >= 0, x_i w_i = 0, with a tolerance of `slack` in w. A is symmetric and positive
-// semidefinite, so that w is the same for each set of active contacts that is a solution. A pivot below `least`,
-// relative to the largest diagonal element, means linearly dependent contacts. False: no set is a solution, or n is
-// more than kMaxSimultaneous.
+// Solves the LCP w = A x + q, x >= 0, w >= 0, x_i w_i = 0, with a tolerance of `slack` in w. A is symmetric and
+// positive semidefinite, so that w is the same for each set of active contacts that is a solution. A pivot below
+// `least`, relative to the largest diagonal element, means linearly dependent contacts. False: no set is a solution, or
+// n is more than kMaxSimultaneous.
 template <class S>
 bool solve_lcp(const std::vector<std::vector<S>>& A, const std::vector<S>& q, S slack, S least, std::vector<S>& x) {
   const std::size_t n = q.size();

@@ -204,8 +204,8 @@ std::string impact_unsupported(const Scene& scene, const ContactPair& pair) {
 }
 
 // Impact of spheres of mass m_a, m_b along the line of centres n: J_n = -(1 + e) vn / (1/m_a + 1/m_b). The inverse
-// effective mass along the tangent is 1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b, and the slip keeps its direction: Coulomb's
-// impulse is the lesser of mu J_n (slip until the end) and the impulse that stops the slip (stick).
+// effective mass along the tangent is 1/m_a + 1/m_b + r_a^2/I_a + r_b^2/I_b, and the slip keeps its direction:
+// Coulomb's impulse is the lesser of mu J_n (slip until the end) and the impulse that stops the slip (stick).
 template <class S>
 Impulse<S> apply_impact_law(const Scene& scene, const Layout& layout, const ContactPair& pair, S* y) {
   const Gap<S> now = gap(scene, layout, pair, y);

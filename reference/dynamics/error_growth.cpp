@@ -14,8 +14,8 @@ namespace {
 constexpr double kRelativeStep = 1e-7;       // of a component's own size, for derivatives of the flow in double
 constexpr double kQuadRelativeStep = 1e-13;  // for derivatives of an impact, in quad
 // The derivative has converged when halving the step changes it by at most kDerivativeTolerance of its size, or, from
-// kRoundOffSubsteps on (where round-off of the differences may dominate), by at most kDerivativeToleranceAtRoundOff. The
-// inflation then covers the change.
+// kRoundOffSubsteps on (where round-off of the differences may dominate), by at most kDerivativeToleranceAtRoundOff.
+// The inflation then covers the change.
 constexpr double kDerivativeTolerance = 1e-6, kDerivativeToleranceAtRoundOff = 1e-3;
 constexpr int kRoundOffSubsteps = 128;
 constexpr int kMaxSubsteps = 1 << 14;

@@ -17,7 +17,8 @@ template <class S>
 void append_impacts(const Scene& scene, const Layout& layout, const Impact<S>& impact, const S* after, S t_s,
                     std::vector<Event>& events);
 
-// Why an impact of the pair at (t, y) cannot be resolved; empty: it can. `held` are pairs of a plane and a ball at rest.
+// Why an impact of the pair at (t, y) cannot be resolved; empty: it can. `held` are pairs of a plane and a ball at
+// rest.
 struct ImpactRefusal {
   std::string why;                   // a sentence
   bool valid_until_failure = false;  // the motion before t is valid

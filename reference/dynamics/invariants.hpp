@@ -34,7 +34,8 @@ Wide magnetic_moment(const Scene& scene, const Sample& sample, int body);
 
 // Does the exact motion of the scene conserve this quantity? energy, momentum, angular-momentum (about the origin),
 // angular-momentum-center, center-of-mass (its motion is uniform), jacobi-constant, laplace-runge-lenz,
-// magnetic-moment, swinging-atwood (swinging_atwood.hpp). Unknown names: false. Impacts count: a bounce with restitution < 1 loses energy.
+// magnetic-moment, swinging-atwood (swinging_atwood.hpp). Unknown names: false. Impacts count: a bounce with
+// restitution < 1 loses energy.
 bool conserves(const Scene& scene, std::string_view quantity);
 
 }  // namespace atwood::dynamics

@@ -6,8 +6,9 @@
 
 namespace atwood::dynamics {
 
-// k (q - rest)^2 / 2 of the joint springs and -T q of the torques that are constant in time [J]. Angles come from the poses;
-// how many turns they have is taken from the sample's joints, or else from the start, less than half a turn away.
+// k (q - rest)^2 / 2 of the joint springs and -T q of the torques that are constant in time [J]. Angles come from the
+// poses; how many turns they have is taken from the sample's joints, or else from the start, less than half a turn
+// away.
 Wide joint_potential_J(const Scene& scene, const Sample& sample);
 
 // I s'^2 / (2 r^2) of each pulley with the speed s' of its rope at the first body [J].

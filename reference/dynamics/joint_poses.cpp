@@ -57,7 +57,8 @@ Wide angle_about(const Wide3& a, const Wide3& u, const Wide3& v) {
 // Angle of two unit vectors, without cancellation at 0 and pi.
 Wide angle_between(const Wide3& a, const Wide3& b) { return atan2q(norm(cross(a, b)), dot(a, b)); }
 
-// S = F^T R_rel = exp(axis q) in the joint's own constraint: its twist about the axis is the coordinate, its swing the tilt.
+// S = F^T R_rel = exp(axis q) in the joint's own constraint: its twist about the axis is the coordinate, its swing the
+// tilt.
 void read_hinge(const Wide4& S, const Wide3& axis, JointPose& out) {
   const Wide3 v{S[1], S[2], S[3]};
   const Wide along = dot(v, axis);
@@ -164,8 +165,8 @@ struct Tangent {
 };
 
 // The straight part between the point P and a pulley at C with the axis a. With n the unit vector from the axle to the
-// tangent point, the rope's direction there is e = a x n: P = C + r n - L e towards the pulley and P = C + r n + L e away from
-// it. With d = P - C and L^2 = d^2 - r^2 both give d^2 n = r d + s L a x d, s = 1 towards and -1 away.
+// tangent point, the rope's direction there is e = a x n: P = C + r n - L e towards the pulley and P = C + r n + L e
+// away from it. With d = P - C and L^2 = d^2 - r^2 both give d^2 n = r d + s L a x d, s = 1 towards and -1 away.
 Tangent tangent(const Wide3& P, const Pulley& pulley, int towards) {
   const Wide3 C = widen<Wide>(pulley.axle_m), a = widen<Wide>(pulley.axis), d = P - C;
   const Wide r = pulley.radius_m, square = dot(d, d);
@@ -182,8 +183,8 @@ Tangent tangent(const Wide3& P, const Pulley& pulley, int towards) {
   return t;
 }
 
-// The straight part from one pulley to the next: e = a1 x n1 = a2 x n2 and C2 + r2 n2 - C1 - r1 n1 = L e. With parallel axes,
-// a2 = s a1 (s = 1 or -1), n2 = s n1, so that with n = n1: C2 - C1 = L e + (r1 - s r2) n.
+// The straight part from one pulley to the next: e = a1 x n1 = a2 x n2 and C2 + r2 n2 - C1 - r1 n1 = L e. With parallel
+// axes, a2 = s a1 (s = 1 or -1), n2 = s n1, so that with n = n1: C2 - C1 = L e + (r1 - s r2) n.
 std::array<Tangent, 2> tangents(const Pulley& first, const Pulley& second) {
   const Wide3 C1 = widen<Wide>(first.axle_m), C2 = widen<Wide>(second.axle_m), D = C2 - C1;
   std::array<Tangent, 2> ends;
@@ -232,8 +233,9 @@ Wide rope_length_m(const Scene&, const Rope& rope, const Sample& sample) {
   return length;
 }
 
-// A point of the rope at its end moves along the straight part with the body's point there, and a turn of the straight part
-// winds as much rope onto the pulley as its tangent point moves: the speed of the rope is v . e (the involute of a circle).
+// A point of the rope at its end moves along the straight part with the body's point there, and a turn of the straight
+// part winds as much rope onto the pulley as its tangent point moves: the speed of the rope is v . e (the involute of a
+// circle).
 Wide rope_speed_m_per_s(const Scene&, const Rope& rope, const Sample& sample) {
   const BodySample& body = body_of(sample, rope.bodies[0]);
   const Wide3 arm = to_world(body, rope.points_body_m[0]), v = point_velocity(body, arm);

@@ -22,8 +22,8 @@ template <class S> struct LastBounces {
 //   T = sum_k 2 v e^k / a = 2 v / (a (1 - e)).
 // While the acceleration stays within (1 +- c) a, each flight and each return speed do so too, and
 //   2 v / a (1 - c) / (1 - e (1 - c)) <= T <= 2 v / a (1 + c) / (1 - e (1 + c)).
-// c is twice the relative change of the acceleration between four states: the given one, the ball falling at v, the ball
-// at rest now, and the ball at rest after T.
+// c is twice the relative change of the acceleration between four states: the given one, the ball falling at v, the
+// ball at rest now, and the ball at rest after T.
 // `dydt` and `attracted` are always filled; `series` only for a ball on a plane with e < 1.
 template <class S>
 LastBounces<S> last_bounces(const Scene& scene, const Dynamics<S>& dynamics, const ContactPair& pair, S t_s, const S* y,

@@ -1,5 +1,5 @@
-// Errors that all runs of one scene have in common, so that their differences do not show them: the location of impacts,
-// round-off, and the neglected bounces of a series. Each is propagated along the motion, through every impact.
+// Errors that all runs of one scene have in common, so that their differences do not show them: the location of
+// impacts, round-off, and the neglected bounces of a series. Each is propagated along the motion, through every impact.
 #pragma once
 
 #include <optional>

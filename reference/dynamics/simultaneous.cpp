@@ -21,8 +21,8 @@ template <class S> S approach_rate(const Scene& scene, const Layout& layout, con
   return gap(scene, layout, pair, y).rate_m_per_s;
 }
 
-// An impulse J n at the contact changes the body's velocity by this times J n: -1/m for a, 1/m for b, 0 for a fixed body
-// and for a body of another contact.
+// An impulse J n at the contact changes the body's velocity by this times J n: -1/m for a, 1/m for b, 0 for a fixed
+// body and for a body of another contact.
 template <class S> S signed_inverse_mass(const Scene& scene, const Layout& layout, const ContactPair& pair, int body) {
   if (layout.slots[body].velocity < 0 || (body != pair.a && body != pair.b)) return 0;
   return S(body == pair.a ? -1 : 1) / S(scene.bodies[body].mass_kg);
@@ -66,8 +66,8 @@ std::vector<Impulse<S>> solve_moreau(const Scene& scene, const Layout& layout, c
   return outcome;
 }
 
-// One impact after another until none of the group approaches. `order` gives the order of preference; empty: the fastest
-// approach first. False: it does not end within kMaxImpacts.
+// One impact after another until none of the group approaches. `order` gives the order of preference; empty: the
+// fastest approach first. False: it does not end within kMaxImpacts.
 template <class S>
 bool resolve_in_sequence(const Scene& scene, const Layout& layout, const std::vector<ContactPair>& group,
                          const std::vector<S>& speed_tolerance, const std::vector<int>& order, S* y,

@@ -28,8 +28,8 @@ template <class S>
 bool coupled(const Scene& scene, const Layout& layout, const ContactPair& one, const ContactPair& other, const S* y);
 
 // Applies the impact laws to all `contacts` (which touch) that approach faster than their `speed_tolerance` [m/s, one a
-// contact], and to the contacts coupled with them; changes the velocities in y. Coupled contacts form groups. A group of
-// several is resolved by the scene's convention:
+// contact], and to the contacts coupled with them; changes the velocities in y. Coupled contacts form groups. A group
+// of several is resolved by the scene's convention:
 //   sequential   the fastest approach first, ties in the order of the bodies, until none approaches
 //   together     0 <= Lambda_i, v_i+ + e_i min(v_i-, 0) >= 0, complementary (J. J. Moreau, Unilateral contact and dry
 //                friction in finite freedom dynamics, 1988); without friction, at most 12 contacts

@@ -89,8 +89,8 @@ Collocation::Collocation(const Problem& problem, Wide tolerance, double stage_re
   for (auto* in_double : {&y_, &f_, &d_, &rates_at_guess_, &stage_shift_}) in_double->resize(all);
 }
 
-// f_ holds a first approximation of the stage rates. Fixed-point iteration F <- f(y + h A F) in double. False: it did not
-// converge in 60 iterations.
+// f_ holds a first approximation of the stage rates. Fixed-point iteration F <- f(y + h A F) in double. False: it did
+// not converge in 60 iterations.
 bool Collocation::solve_narrow(double t, double h) {
   const NarrowTableau& tableau = narrow_tableau();
   const int n = problem_.size;

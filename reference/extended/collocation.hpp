@@ -20,13 +20,13 @@ struct GaussTableau {
 const GaussTableau& gauss_tableau();
 
 // The stage equations F_i = f(y + h sum_j A_ij F_j) are solved to round-off in quad: first by fixed-point iteration in
-// double, then by iterative refinement, in which the residual is computed in quad and the linearised equations are solved
-// in double with a difference quotient for the derivative. Each pass gains about eight digits. A step whose stage
-// equations do not converge is rejected and repeated with a smaller step.
+// double, then by iterative refinement, in which the residual is computed in quad and the linearised equations are
+// solved in double with a difference quotient for the derivative. Each pass gains about eight digits. A step whose
+// stage equations do not converge is rejected and repeated with a smaller step.
 class Collocation : public Stepper<Wide> {
  public:
-  // stage_residual: relative to the state's scale, at which the stage equations count as solved. Each power of 1e-8 costs
-  // one evaluation of all stages in quad.
+  // stage_residual: relative to the state's scale, at which the stage equations count as solved. Each power of 1e-8
+  // costs one evaluation of all stages in quad.
   Collocation(const Problem& problem, Wide tolerance, double stage_residual = 1e-31);
   Wide step(Wide t, Wide* y, Wide limit) override;
 

@@ -22,9 +22,9 @@ std::size_t events_until(const Path<double>& path, double t_s) {
       std::count_if(path.events.begin(), path.events.end(), [&](const Event& e) { return e.t_s <= t_s; }));
 }
 
-// Adds |perturbed - base| / (perturbation x scale) of each sample and component to `growth` (columns), or takes the larger
-// of the two (directions of random signs). Samples between an impact of one run and the same impact of the other are left
-// out, because they do not measure growth.
+// Adds |perturbed - base| / (perturbation x scale) of each sample and component to `growth` (columns), or takes the
+// larger of the two (directions of random signs). Samples between an impact of one run and the same impact of the other
+// are left out, because they do not measure growth.
 void accumulate_growth(std::vector<std::vector<double>>& growth, const Path<double>& base,
                        const Path<double>& perturbed, const std::vector<double>& scale, double t_end_s, bool columns) {
   const std::size_t samples = base.states.size() - 1;

@@ -15,8 +15,8 @@ namespace atwood {
 // condition of the motion and the time from which values are not bounded.
 //
 // With contacts the bars include the errors that the runs share (dynamics/shared_errors.hpp): the location of impacts,
-// round-off propagated through every impact, the neglected bounces of a series, and the velocity jump at a sample within
-// the half-width of an impact's time.
+// round-off propagated through every impact, the neglected bounces of a series, and the velocity jump at a sample
+// within the half-width of an impact's time.
 //
 // Covers every smooth scene and, with located impacts, rigid contacts of spheres with spheres, planes and fixed
 // rectangles and boxes, up to 200 unknowns. For anything else the answer is Status::unsupported with a reason. Where an

@@ -84,7 +84,8 @@ template <class S> S Extrapolation<S>::step(S t, S* y, S limit) {
       if (!(t + proposal_ > t)) return 0;
       continue;
     }
-    // The step for which this column would just be accepted, and with one more column if that is cheaper per unit of time.
+    // The step for which this column would just be accepted, and with one more column if that is cheaper per unit of
+    // time.
     const double spare = std::max(static_cast<double>(error / tolerance_), 1e-30);
     double accumulate_growth = 0.9 * std::pow(spare, -1.0 / (2 * column - 1));
     if (column < kMaxColumns - 1)

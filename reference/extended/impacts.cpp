@@ -175,8 +175,8 @@ template <class S> void Impacts<S>::check_held(const S* y) {
                  "` separates from the plane it rests on: not covered by the extended truth";
 }
 
-// The root of the gap g with g(high) < 0 and g > 0 before it. Newton's method, started at the root of the parabola through
-// g(0), g'(0), g(high); an iterate outside the bracket is replaced by the bracket's middle.
+// The root of the gap g with g(high) < 0 and g > 0 before it. Newton's method, started at the root of the parabola
+// through g(0), g'(0), g(high); an iterate outside the bracket is replaced by the bracket's middle.
 template <class S>
 typename Impacts<S>::Touch Impacts<S>::locate(const Pair& pair, const S* before, S high, S gap_high,
                                               const StateAt& state_at) const {

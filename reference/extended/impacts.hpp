@@ -38,7 +38,8 @@ template <class S> class Impacts {
   // The first time in (0, taken] after `before` at which a pair touches, if any. `after` is the state at `taken`, and
   // state_at(tau) integrates from `before` to tau.
   using StateAt = std::function<std::vector<S>(S tau)>;
-  // Not `located`: the iteration ended before the gap was within its round-off; the motion is known up to `before` only.
+  // Not `located`: the iteration ended before the gap was within its round-off; the motion is known up to `before`
+  // only.
   struct Touch {
     S tau{};
     Pair pair;
@@ -70,8 +71,8 @@ template <class S> class Impacts {
   S gap_tolerance(const Pair& pair, const S* y) const;  // round-off of the gap [m]
   S speed_tolerance(const Pair& pair) const;            // round-off of the gap's rate [m/s]
   void update_fastest(const S* y);
-  // Sums the remaining bounces of a ball on a plane when they are short or low enough. Empty: there is nothing to sum, or
-  // the case is not covered (failure()).
+  // Sums the remaining bounces of a ball on a plane when they are short or low enough. Empty: there is nothing to sum,
+  // or the case is not covered (failure()).
   std::optional<BounceSeries<S>> bring_to_rest(const Pair& pair, S t, S* y, int interval, std::vector<Event>& events);
 
   const Scene& scene_;

@@ -16,8 +16,8 @@ constexpr double kStagesToTolerance = 1e-4;  // of the stage equations: their re
 using mechanism::Maximal;
 using mechanism::Reduced;
 
-// Steps are controlled relative to the largest of all components, in SI units: a kind of its own would have the scale of
-// round-off where a mechanism starts in an equilibrium.
+// Steps are controlled relative to the largest of all components, in SI units: a kind of its own would have the scale
+// of round-off where a mechanism starts in an equilibrium.
 //
 // What both formulations answer in the same way.
 template <class Formulation> class Common : public MechanismMotion {

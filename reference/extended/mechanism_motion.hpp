@@ -40,8 +40,8 @@ class MechanismMotion {
 // Of the steps: an instant that must be located more closely than long double resolves needs quad.
 enum class Arithmetic { quad, long_double };
 
-// Coordinates of the spanning tree by extrapolation; maximal coordinates by collocation. `start`: see mechanism/reduced.hpp;
-// for maximal coordinates the poses and velocities of all bodies.
+// Coordinates of the spanning tree by extrapolation; maximal coordinates by collocation. `start`: see
+// mechanism/reduced.hpp; for maximal coordinates the poses and velocities of all bodies.
 std::unique_ptr<MechanismMotion> reduced_motion(const Scene& scene, double t_end_s, const Sample& start,
                                                 Arithmetic arithmetic = Arithmetic::quad);
 std::unique_ptr<MechanismMotion> maximal_motion(const Scene& scene, double t_end_s, const Sample& start);

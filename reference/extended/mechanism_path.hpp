@@ -21,8 +21,8 @@ struct MechanismRun {
   double t_end_s;
   std::int64_t samples;
   double tolerance;
-  // A joint's bounces at a stop are summed as a series when they would end within this span: it is then at rest, and the
-  // motions of the others are wrong by about the span times the neglected speed.
+  // A joint's bounces at a stop are summed as a series when they would end within this span: it is then at rest, and
+  // the motions of the others are wrong by about the span times the neglected speed.
   double rest_span_s;
 };
 

@@ -27,11 +27,11 @@ constexpr double kEndMargin = 1e-9;      // of the time: distance of the last sa
 constexpr double kSameEvent = 1e-7;      // of the run: events of two runs that are the same
 // With more rates than these the run at the larger tolerance is left out, and the tolerance is larger.
 constexpr int kManyRates = 12, kVeryManyRates = 40;
-// Without stops, of which the impacts are located in quad, the spanning tree of so many rates is stepped in long double, at
-// a tolerance above its round-off. The values are then those of the maximal coordinates.
+// Without stops, of which the impacts are located in quad, the spanning tree of so many rates is stepped in long
+// double, at a tolerance above its round-off. The values are then those of the maximal coordinates.
 constexpr double kLongDoubleTolerance = 3e-16, kVeryManyRatesTolerance = 1e-15, kMaximalTolerance = 1e-17;
-// Where two runs alone are compared, two errors may agree by chance: no bar is less than this part of the largest difference
-// of its kind so far.
+// Where two runs alone are compared, two errors may agree by chance: no bar is less than this part of the largest
+// difference of its kind so far.
 constexpr double kShareOfLargest = 0.1;
 
 constexpr double kConditionTolerance = 1e-12, kPerturbation = 1e-9;
@@ -148,8 +148,8 @@ MechanismPath maximal_path(const Scenario& scenario, std::int64_t samples, const
   return integrate_mechanism(*motion, start, {scene, scenario.t_end_s, samples, tolerance, 1e-12 * scenario.t_end_s});
 }
 
-// As flow_condition() of scenes without joints, over the coordinates and rates of all joints and floating bodies. 0: too many
-// of them, or a perturbed motion ended early or has other impacts.
+// As flow_condition() of scenes without joints, over the coordinates and rates of all joints and floating bodies. 0:
+// too many of them, or a perturbed motion ended early or has other impacts.
 double condition_of(const Scenario& scenario, std::int64_t samples, const Sample& start) {
   const Scene& scene = scenario.scene;
   const auto run = [&](const Sample& from) {

@@ -55,8 +55,8 @@ template <class S> class ZeroWindCrossings {
 
   static Triple<S> relative(const Wind& wind, const S* y) { return dynamics::read3(y + wind.velocity) - wind.wind; }
 
-  // Root of u . u0 by the secant method in a bracket. The iterates start on the left: drag decreases towards the root, so
-  // that they stay on that side, and no trial step has to cross the kink.
+  // Root of u . u0 by the secant method in a bracket. The iterates start on the left: drag decreases towards the root,
+  // so that they stay on that side, and no trial step has to cross the kink.
   template <class StateAt> static Zero locate(const Wind& wind, const Triple<S>& u0, S taken, const StateAt& state_at) {
     Triple<S> u = u0;
     const auto projection = [&](S tau) {

@@ -1,5 +1,5 @@
-// Flow between two parallel plates that starts from rest: driven by a uniform body force (Poiseuille), by the motion of the
-// plates (Couette), or both. J. P. Morris, P. J. Fox and Y. Zhu, J. Comput. Phys. 136 (1997) 214, eq. 22 and 24;
+// Flow between two parallel plates that starts from rest: driven by a uniform body force (Poiseuille), by the motion of
+// the plates (Couette), or both. J. P. Morris, P. J. Fox and Y. Zhu, J. Comput. Phys. 136 (1997) 214, eq. 22 and 24;
 // G. K. Batchelor, An Introduction to Fluid Dynamics (1967), 4.3. Each component along the plates obeys
 //   w_t = nu w_ss + g,   w = the plates' velocities at s = 0 and s = L,   w = 0 at t = 0
 // Nothing depends on the directions along the plates, so that the density stays uniform: the same field solves the
@@ -49,9 +49,9 @@ template <class S> Field<S> solve_channel_flows(const Asked& asked) {
   return made;
 }
 
-// Couette flow that is fully developed at t = 0, whose dissipation nu rho0 (U / L)^2 heats a fluid of uniform temperature
-// between walls at given temperatures. H. C. Brinkman, Appl. Sci. Res. A 2 (1951) 120 (in a capillary); between plates
-// R. B. Bird, W. E. Stewart and E. N. Lightfoot, Transport Phenomena (1960), 9.4.
+// Couette flow that is fully developed at t = 0, whose dissipation nu rho0 (U / L)^2 heats a fluid of uniform
+// temperature between walls at given temperatures. H. C. Brinkman, Appl. Sci. Res. A 2 (1951) 120 (in a capillary);
+// between plates R. B. Bird, W. E. Stewart and E. N. Lightfoot, Transport Phenomena (1960), 9.4.
 //   T_t = alpha T_ss + nu (U / L)^2 / c,   T = T0 at t = 0
 template <class S> Field<S> solve_viscous_heating(const Asked& asked) {
   const Scene& scene = asked.scene;
@@ -94,9 +94,9 @@ template <class S> Field<S> solve_viscous_heating(const Asked& asked) {
   return made;
 }
 
-// Steady Couette flow with the viscosity nu exp(-beta (T - T_ref)) between walls at different temperatures, without viscous
-// heat: R. B. Bird, W. E. Stewart and E. N. Lightfoot, Transport Phenomena (1960), problem 9.H. T is linear in the
-// distance s, the shear stress is uniform, so u' is proportional to exp(beta T):
+// Steady Couette flow with the viscosity nu exp(-beta (T - T_ref)) between walls at different temperatures, without
+// viscous heat: R. B. Bird, W. E. Stewart and E. N. Lightfoot, Transport Phenomena (1960), problem 9.H. T is linear in
+// the distance s, the shear stress is uniform, so u' is proportional to exp(beta T):
 //   u = v_low + (v_high - v_low) expm1(b s / L) / expm1(b),   b = beta (T_high - T_low)
 template <class S> Field<S> solve_couette_thermal(const Asked& asked) {
   const Scene& scene = asked.scene;

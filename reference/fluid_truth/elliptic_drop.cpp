@@ -1,8 +1,8 @@
 // A drop that a linear velocity field stretches into an ellipse, incompressible, without viscosity or surface tension.
 // J. J. Monaghan, J. Comput. Phys. 110 (1994) 399, section 5. With u = -A x, v = A y and the semi-axes a, b:
 //   A' = A^2 (a^2 - b^2) / (a^2 + b^2),   a' = -A a,   b' = A b
-// The acceleration (A^2 - A') x, (A^2 + A') y is that of p = rho0 A^2 a^2 b^2 / (a^2 + b^2) (1 - x^2/a^2 - y^2/b^2), which is
-// 0 on the surface. a b and A^2 (a^2 + b^2) are constant (area and energy).
+// The acceleration (A^2 - A') x, (A^2 + A') y is that of p = rho0 A^2 a^2 b^2 / (a^2 + b^2) (1 - x^2/a^2 - y^2/b^2),
+// which is 0 on the surface. a b and A^2 (a^2 + b^2) are constant (area and energy).
 #include <vector>
 
 #include "fluid_truth/elliptic_drop.hpp"

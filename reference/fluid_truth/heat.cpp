@@ -1,5 +1,5 @@
-// Conduction in a fluid at rest, T_t = alpha lap T, alpha = conductivity / (rho0 heat capacity). H. S. Carslaw and J. C. Jaeger,
-// Conduction of Heat in Solids, 2nd ed. (1959), 2.4, 3.3 and 3.4.
+// Conduction in a fluid at rest, T_t = alpha lap T, alpha = conductivity / (rho0 heat capacity). H. S. Carslaw and J.
+// C. Jaeger, Conduction of Heat in Solids, 2nd ed. (1959), 2.4, 3.3 and 3.4.
 #include "fluid_truth/slab.hpp"
 #include "fluid_truth/solution.hpp"
 
@@ -37,8 +37,8 @@ template <class S> Field<S> solve_sine(const Asked& asked) {
   return made;
 }
 
-// T0 + A where x < position, T0 beyond, in a period of x or between insulated ends, whose images make the period twice as
-// long.
+// T0 + A where x < position, T0 beyond, in a period of x or between insulated ends, whose images make the period twice
+// as long.
 template <class S> Field<S> solve_jump(const Scene& scene, const Fluid& fluid) {
   require(!has_boundaries(scene), "expected no boundary with the initial field `heat-step`");
   const auto* box = std::get_if<BoxRegion>(&fluid.region);

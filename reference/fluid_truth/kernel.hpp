@@ -1,5 +1,6 @@
 // The reference's kernels of smoothed particles, from their formulas. H. Wendland, Adv. Comput. Math. 4 (1995) 389;
-// W. Dehnen and H. Aly, Mon. Not. R. Astron. Soc. 425 (2012) 1068, table 1; J. J. Monaghan, Rep. Prog. Phys. 68 (2005) 1703.
+// W. Dehnen and H. Aly, Mon. Not. R. Astron. Soc. 425 (2012) 1068, table 1; J. J. Monaghan, Rep. Prog. Phys. 68 (2005)
+// 1703.
 #pragma once
 
 #include <string>

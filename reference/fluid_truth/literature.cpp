@@ -1,9 +1,10 @@
-// J. C. Martin and W. J. Moyce, Part IV: An experimental study of the collapse of liquid columns on a rigid horizontal plane,
-// Phil. Trans. R. Soc. Lond. A 244 (1952) 312, table 2: water, a square base of a = 2.25 inches, height n^2 a with n^2 = 2.
+// J. C. Martin and W. J. Moyce, Part IV: An experimental study of the collapse of liquid columns on a rigid horizontal
+// plane, Phil. Trans. R. Soc. Lond. A 244 (1952) 312, table 2: water, a square base of a = 2.25 inches, height n^2 a
+// with n^2 = 2.
 //   Z = z / a, z from the back of the column to the front;   T = n t sqrt(g / a)
-// The figures were read from a film; readings of the table and of figure 3 differ by up to 2 %, repeated columns by some
-// 5 %, which is the band. The start is that of the measurement: the column was released by a diaphragm, and the first
-// figure may be late by a time that is common to all (a delay).
+// The figures were read from a film; readings of the table and of figure 3 differ by up to 2 %, repeated columns by
+// some 5 %, which is the band. The start is that of the measurement: the column was released by a diaphragm, and the
+// first figure may be late by a time that is common to all (a delay).
 #include "fluid_truth/literature.hpp"
 
 #include <algorithm>

@@ -6,8 +6,8 @@
 
 namespace atwood {
 
-// truth.solution = "martin-moyce": the front of a collapsing column on a dry bed as the probe of kind `front`; a time outside
-// the table has no value. Status::unsupported with a reason for anything else.
+// truth.solution = "martin-moyce": the front of a collapsing column on a dry bed as the probe of kind `front`; a time
+// outside the table has no value. Status::unsupported with a reason for anything else.
 FluidField literature_field(const Scenario& scenario);
 
 }  // namespace atwood

@@ -1,6 +1,6 @@
-// The particles of a scene as one flat system of equations, in the layout of docs/fluids.md: all positions (unwrapped), all
-// velocities, all densities where they are integrated, all temperatures where a fluid has a heat capacity, the nodes of a
-// free surface; d or 1 numbers a particle, particle after particle.
+// The particles of a scene as one flat system of equations, in the layout of docs/fluids.md: all positions (unwrapped),
+// all velocities, all densities where they are integrated, all temperatures where a fluid has a heat capacity, the
+// nodes of a free surface; d or 1 numbers a particle, particle after particle.
 #pragma once
 
 #include <memory>

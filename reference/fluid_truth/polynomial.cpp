@@ -95,7 +95,8 @@ template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response&
     }
 }
 
-// u_i = 3 A U R_s sum_j D^d (-F_ij) x_ij over particles and dummies, times the product of 1 - (1 - (r / (2 D))^2)^3 over nodes
+// u_i = 3 A U R_s sum_j D^d (-F_ij) x_ij over particles and dummies, times the product of 1 - (1 - (r / (2 D))^2)^3
+// over nodes
 template <class S> Vec<S> Polynomial<S>::transport(const std::vector<Neighbour<S>>& near) const {
   const S D = this->data.spacing;
   S volume = D * D, open = 1;

@@ -1,5 +1,5 @@
-// Walls of `+polynomial` (docs/fluids.md, "Walls" of that part): planes across an axis, with nodes on their surfaces and
-// dummies behind them.
+// Walls of `+polynomial` (docs/fluids.md, "Walls" of that part): planes across an axis, with nodes on their surfaces
+// and dummies behind them.
 #pragma once
 
 #include <optional>
@@ -17,8 +17,8 @@ template <class S> struct NodeFit {
   std::vector<Monomial> basis;  // all of degree 0 .. Q, by ascending degree
   S reach{};
   int d = 2, particles = 0;
-  // The value at the node of the polynomial that fits value(j, x_j - x_n) best over the particles within the reach. Without
-  // the monomial z_axis, unless axis < 0. Empty: the particles do not determine it.
+  // The value at the node of the polynomial that fits value(j, x_j - x_n) best over the particles within the reach.
+  // Without the monomial z_axis, unless axis < 0. Empty: the particles do not determine it.
   template <class Value>
   std::optional<S> at_node(const std::vector<Neighbour<S>>& near, int axis, const Value& value) const;
 };
@@ -51,7 +51,8 @@ template <class S> struct PolynomialWalls {
 // Nothing where the scene has no boundary. Throws Refused for what docs/fluids.md refuses.
 template <class S> PolynomialWalls<S> polynomial_walls(const Scene& scene, double spacing, S R);
 
-// ---- in line: called with closures ------------------------------------------------------------------------------------
+// ---- in line: called with closures
+// ------------------------------------------------------------------------------------
 template <class S>
 template <class Value>
 std::optional<S> NodeFit<S>::at_node(const std::vector<Neighbour<S>>& near, int axis, const Value& value) const {

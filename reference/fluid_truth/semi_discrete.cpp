@@ -174,8 +174,8 @@ template <class S> void fill(const Request& request, const std::vector<States<S>
 }
 
 // Where two particles enter each other's support, the rate has as many continuous derivatives as the kernel. Steps of a
-// high order shrink there to tolerance^(1/order), so that with the less smooth kernels a tolerance far below the errors to
-// be measured costs hours. Of extrapolation in long double; `quad`: quad is worth its time.
+// high order shrink there to tolerance^(1/order), so that with the less smooth kernels a tolerance far below the errors
+// to be measured costs hours. Of extrapolation in long double; `quad`: quad is worth its time.
 struct Tolerances {
   double fine, coarse;
   bool quad;
@@ -185,8 +185,8 @@ Tolerances tolerances_for(const std::string& response) {
   return {1e-16, 1e-14, false};
 }
 
-// Work of quad: evaluations of the rate (some 100 in the time in which sound crosses a spacing, at the tolerances below)
-// times particles times 40 neighbours times the work for one: 4 microseconds, with the fits of +polynomial 20.
+// Work of quad: evaluations of the rate (some 100 in the time in which sound crosses a spacing, at the tolerances
+// below) times particles times 40 neighbours times the work for one: 4 microseconds, with the fits of +polynomial 20.
 bool quad_is_affordable(const Request& request, const ParticleData<double>& data) {
   const double crossings = request.scenario.t_end_s * (data.largest_sound_speed + data.largest_speed) / data.spacing;
   const double each_s = parse_response(request.response).name == "sph" ? 4e-6 : 2e-5;

@@ -1,6 +1,6 @@
-// Diffusion in one dimension between two walls or in a period, by two formulas that share nothing: eigenfunctions for late
-// times, images for early ones. H. S. Carslaw and J. C. Jaeger, Conduction of Heat in Solids, 2nd ed. (1959), 3.3 to 3.7
-// and 2.4; for the flow between plates J. P. Morris, P. J. Fox and Y. Zhu, J. Comput. Phys. 136 (1997) 214.
+// Diffusion in one dimension between two walls or in a period, by two formulas that share nothing: eigenfunctions for
+// late times, images for early ones. H. S. Carslaw and J. C. Jaeger, Conduction of Heat in Solids, 2nd ed. (1959), 3.3
+// to 3.7 and 2.4; for the flow between plates J. P. Morris, P. J. Fox and Y. Zhu, J. Comput. Phys. 136 (1997) 214.
 #pragma once
 
 #include "fluid_truth/number.hpp"
@@ -17,7 +17,8 @@ template <class S> struct SlabValue {
 // w - start = steady(s) - sum_n C_n sin(n pi s / L) exp(-n^2 lambda), lambda = pi^2 D t / L^2,
 //   steady = a + (b - a) s / L + q s (L - s) / (2 D),   a = low - start, b = high - start
 //   C_n    = 2 (a - b (-1)^n) / (n pi) + 2 q L^2 (1 - (-1)^n) / (D n^3 pi^3)
-// |C_n| falls, so that the terms after N are at most (bound of C_{N+1}) exp(-(N+1)^2 lambda) / (1 - exp(-(2N+3) lambda)).
+// |C_n| falls, so that the terms after N are at most (bound of C_{N+1}) exp(-(N+1)^2 lambda) / (1 - exp(-(2N+3)
+// lambda)).
 template <class S> SlabValue<S> slab_by_eigenfunctions(const Slab<S>& of, S s, S t, int terms) {
   const S a = of.low - of.start, b = of.high - of.start, lambda = pi<S>() * pi<S>() * of.D * t / (of.L * of.L);
   const S forced = 2 * of.q * of.L * of.L / (of.D * pi<S>() * pi<S>() * pi<S>());
@@ -37,8 +38,8 @@ template <class S> S second_integral_of_erfc(S z) {
   return ((1 + 2 * z * z) * erfc(z) - 2 * z * exp(-z * z) / sqrt(pi<S>())) / 4;
 }
 
-// The walls' values enter from both sides and are reflected with the opposite sign; the source q t is held at zero at the
-// walls by 4 q t i^2erfc, reflected likewise. With r = 2 sqrt(D t):
+// The walls' values enter from both sides and are reflected with the opposite sign; the source q t is held at zero at
+// the walls by 4 q t i^2erfc, reflected likewise. With r = 2 sqrt(D t):
 //   a:  sum_k erfc((2 k L + s) / r) - erfc((2 (k + 1) L - s) / r)          b: the same of L - s
 //   q:  q t (1 - 4 sum_k (-1)^k (i^2erfc((k L + s) / r) + i^2erfc(((k + 1) L - s) / r)))
 // The terms from the K-th on are at most 4 erfc(K L / r) in each sum, because erfc more than halves from k to k + 1.

@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::size_t kMostKept = 256;  // times asked for
 
-// The derivative of the trigonometric interpolant at the points: sums over the modes k = 1 ... (n - 1) / 2, w = 2 pi / L,
+// The derivative of the trigonometric interpolant at the points: sums over the modes k = 1 ... (n - 1) / 2, w = 2 pi /
+// L,
 //   first   -(2 w / n) sum k sin(2 pi k (i - j) / n)         second   -(2 w^2 / n) sum k^2 cos(2 pi k (i - j) / n)
 std::vector<double> differentiation(int n, double period, int order) {
   const double w = 2 * std::numbers::pi / period;
@@ -72,8 +73,8 @@ void Spectral::derivative_x(const std::vector<double>& matrix, const double* f, 
 }
 
 void Spectral::derivative_y(const std::vector<double>& matrix, const double* f, double* to) const {
-  // Rows of the matrix in place of its columns, so that the inner loop is contiguous: the transpose, which is the matrix
-  // itself for the second derivative and minus the matrix for the first.
+  // Rows of the matrix in place of its columns, so that the inner loop is contiguous: the transpose, which is the
+  // matrix itself for the second derivative and minus the matrix for the first.
   for (int i = 0; i < n_; ++i) {
     double* row = to + static_cast<std::size_t>(i) * n_;
     const double* from = f + static_cast<std::size_t>(i) * n_;

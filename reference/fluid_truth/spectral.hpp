@@ -28,9 +28,9 @@ struct SpectralPoint {
   double u = 0, v = 0, rho = 0;
 };
 
-// One solution: n x n collocation points (n odd: no mode without a partner), the integrator's tolerance. States are kept at
-// multiples of `stride_s`, each stretch is integrated anew from its beginning: what is answered at t does not depend on
-// what was asked before.
+// One solution: n x n collocation points (n odd: no mode without a partner), the integrator's tolerance. States are
+// kept at multiples of `stride_s`, each stretch is integrated anew from its beginning: what is answered at t does not
+// depend on what was asked before.
 class Spectral {
  public:
   Spectral(const SpectralProblem& problem, int n, double tolerance, double stride_s);

@@ -278,7 +278,8 @@ template <class S> void Sph<S>::corrected_rate(const Now& now, int i, Vec<S>& dv
   }
 }
 
-// div(rho u) - rho div u, and (1 / rho) sum V_j F x . (rho_i u_i + rho_j u_j) (v_j - v_i) / 2, of the temperature likewise
+// div(rho u) - rho div u, and (1 / rho) sum V_j F x . (rho_i u_i + rho_j u_j) (v_j - v_i) / 2, of the temperature
+// likewise
 template <class S> void Sph<S>::transport_rate(const Now& now, int i, Vec<S>& dv, S& drho, S& dT) const {
   for (const Pair<S>& pair : now.fluid[i]) {
     const int j = pair.other;

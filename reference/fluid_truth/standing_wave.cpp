@@ -1,5 +1,5 @@
-// A standing sound wave of small amplitude, damped by viscosity. H. Lamb, Hydrodynamics, 6th ed. (1932), art. 277 and 360.
-// With rho = rho0 (1 + a cos(kx) f(t)) the linear equations are u = -(a / k) f' sin(kx) and
+// A standing sound wave of small amplitude, damped by viscosity. H. Lamb, Hydrodynamics, 6th ed. (1932), art. 277 and
+// 360. With rho = rho0 (1 + a cos(kx) f(t)) the linear equations are u = -(a / k) f' sin(kx) and
 //   f'' + nu_L k^2 f' + c^2 k^2 f = 0,   f(0) = 1, f'(0) = 0:   f = exp(-d t) (cos w t + (d / w) sin w t),
 //   d = nu_L k^2 / 2,   w^2 = c^2 k^2 - d^2
 // nu_L is nu for Morris's term and 3 nu for Monaghan and Gingold's (lap u = grad div u in one dimension).
@@ -25,7 +25,8 @@ template <class S> Field<S> solve_standing_wave(const Asked& asked) {
   require(d < c * k, "the wave is overdamped");
   const S w = sqrt((c * k - d) * (c * k + d));
   // The largest term that is left out is of the amplitude's square. The second harmonic grows as that of a simple wave,
-  // a^2 (gamma + 1) / 4 c k t (Hamilton and Blackstock, Nonlinear Acoustics, 4.2); a constant part of some a^2 comes with it.
+  // a^2 (gamma + 1) / 4 c k t (Hamilton and Blackstock, Nonlinear Acoustics, 4.2); a constant part of some a^2 comes
+  // with it.
   const bool tait = fluid.equation_of_state == EquationOfState::tait;
   const S steepening = ((tait ? S(fluid.tait_exponent) : S(1)) + 1) / 2;
   Field<S> made;

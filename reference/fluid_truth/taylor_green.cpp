@@ -1,5 +1,6 @@
 // Decay of a doubly periodic array of vortices, incompressible. G. I. Taylor and A. E. Green, Proc. R. Soc. Lond. A 158
-// (1937) 499; in this form A. J. Chorin, Math. Comp. 22 (1968) 745. With k = 2 pi mode / L and the decay e = exp(-2 nu k^2 t):
+// (1937) 499; in this form A. J. Chorin, Math. Comp. 22 (1968) 745. With k = 2 pi mode / L and the decay e = exp(-2 nu
+// k^2 t):
 //   u = -U cos(kx) sin(ky) e,   v = U sin(kx) cos(ky) e,   p = -rho0 U^2 / 4 (cos(2kx) + cos(2ky)) e^2
 // The convection u.grad u = -(k U^2 e^2 / 2) (sin 2kx, sin 2ky) is balanced by the gradient of p, and lap u = -2 k^2 u.
 #include "fluid_truth/solution.hpp"
@@ -35,8 +36,9 @@ template <class S> Field<S> solve_taylor_green(const Asked& asked) {
   return made;
 }
 
-// One row of parallel streams, u = U sin(ky) exp(-nu k^2 t), v = 0: no convection, no pressure, and no change of density,
-// so that the compressible equations have the same solution (Batchelor, An Introduction to Fluid Dynamics, 4.3).
+// One row of parallel streams, u = U sin(ky) exp(-nu k^2 t), v = 0: no convection, no pressure, and no change of
+// density, so that the compressible equations have the same solution (Batchelor, An Introduction to Fluid Dynamics,
+// 4.3).
 template <class S> Field<S> solve_shear(const Asked& asked) {
   const Scene& scene = asked.scene;
   const Fluid& fluid = only_fluid(scene);

@@ -1,4 +1,5 @@
-// Points that stand for walls in the particles' equations (docs/fluids.md, "Walls"). Their places are data of the scene.
+// Points that stand for walls in the particles' equations (docs/fluids.md, "Walls"). Their places are data of the
+// scene.
 #pragma once
 
 #include <optional>

@@ -55,8 +55,8 @@ FirstTouch at(const Body& a, const Body& b, Real t_s, Real bar_s) {
 }
 
 // ---- advancing ------------------------------------------------------------------------------------------------------
-// A part of a body under rotation: points relative to the body's origin, in world axes; a cylinder by its support function.
-// The rounding radius of spheres and capsules does not rotate.
+// A part of a body under rotation: points relative to the body's origin, in world axes; a cylinder by its support
+// function. The rounding radius of spheres and capsules does not rotate.
 struct Arm {
   std::vector<Vector> points;
   const Cylinder* drum = nullptr;
@@ -72,7 +72,8 @@ struct Arm {
     for (const Vector& r : points) most = std::max(most, dot(n, r));
     return most;
   }
-  // Support function of the circle that the point describes about the axis along w: (u . r) u + |u x r| orthogonal to u.
+  // Support function of the circle that the point describes about the axis along w: (u . r) u + |u x r| orthogonal to
+  // u.
   Real support_of_turn(const Vector& n, const Vector& w) const {
     const Real rate = norm(w);
     if (!(rate > 0)) return support(n);
@@ -212,8 +213,8 @@ GapBounds gap_bounds(const Body& a, const Body& b, Real t_s, Real most_s) {
 }
 
 std::optional<FirstTouch> advance(const Body& a, const Body& b, Real t_end_s, Real given_m) {
-  // Inside of a closed mesh there is an overlap that no pair of parts has; a gap within the rounding of the scene's decimals
-  // is a contact.
+  // Inside of a closed mesh there is an overlap that no pair of parts has; a gap within the rounding of the scene's
+  // decimals is a contact.
   if (separation(a.shape, place_at(a, 0), b.shape, place_at(b, 0)).gap_m <= given_m) return at(a, b, 0, 0);
   Real t_s = 0;
   constexpr int kMost = 20000;

@@ -1,14 +1,17 @@
-// Overlap, penetration depth, distance and first contact of two shapes: the truth for contact queries. In long double, by
-// direct comparison of all candidates instead of an iteration for closest points.
+// Overlap, penetration depth, distance and first contact of two shapes: the truth for contact queries. In long double,
+// by direct comparison of all candidates instead of an iteration for closest points.
 //
 // - Convex polyhedra, flat polygons and segments, each with a rounding radius (sphere: a point; capsule: a segment):
 //   overlapping ones by all separating axes (face normals, cross products of edges), separated ones by all pairs of
-//   features (vertex-face, edge-edge). S. Gottschalk, M. C. Lin and D. Manocha (1996) for the axes; C. Ericson, Real-Time
+//   features (vertex-face, edge-edge). S. Gottschalk, M. C. Lin and D. Manocha (1996) for the axes; C. Ericson,
+//   Real-Time
 //   Collision Detection (2005), 5.1.9, for segments.
-// - Meshes are surfaces: the smallest gap over their triangles; compounds: over their boxes. A closed mesh is a solid: any
+// - Meshes are surfaces: the smallest gap over their triangles; compounds: over their boxes. A closed mesh is a solid:
+// any
 //   shape inside of it if the mesh is small and convex, otherwise a sphere whose centre is inside (winding number).
 // - Cylinders: against spheres and planes.
-// - First contact: sphere-sphere and sphere-plane in closed form in quad; other pairs by conservative advancement, with a
+// - First contact: sphere-sphere and sphere-plane in closed form in quad; other pairs by conservative advancement, with
+// a
 //   bound from linear and angular velocity for each pair of parts.
 #pragma once
 
@@ -33,7 +36,8 @@ struct Separation {
   Real margin_m = 0;      // difference to the gap along the next direction; 0: the direction is not unique
 };
 
-// At the initial pose of the scene, or that of a sample. Throws std::invalid_argument when no_separation gives a reason.
+// At the initial pose of the scene, or that of a sample. Throws std::invalid_argument when no_separation gives a
+// reason.
 Separation separation_between(const Scene& scene, int body_a, int body_b);
 Separation separation_between(const Scene& scene, const Sample& sample, int body_a, int body_b);
 // The pair of shapes that is not covered ("cylinder against box"); empty: it is.
@@ -50,8 +54,8 @@ struct FirstTouch {
 // First contact of two bodies in uniform motion with constant angular velocity, within [0, t_end_s]; empty: none.
 std::optional<FirstTouch> first_touch(const Scene& scene, int body_a, int body_b, double t_end_s);
 
-// The worker's answer: for each pair of bodies, not both fixed, its deepest point (contact within the bar and the rounding
-// of the decimals), or its first contact.
+// The worker's answer: for each pair of bodies, not both fixed, its deepest point (contact within the bar and the
+// rounding of the decimals), or its first contact.
 ContactAnswer find_contacts(const Scene& scene, const ContactQuery& query);
 PairGap pair_gap(const Scene& scene, int body_a, int body_b);
 

@@ -70,8 +70,8 @@ Real longest_side(const Real3& a, const Real3& b, const Real3& c) {
   return std::max({dot(u, u), dot(v, v), dot(w, w)});
 }
 
-// The sides of the plane through three of the points on which the others are. In long double, or in quad where that does
-// not decide.
+// The sides of the plane through three of the points on which the others are. In long double, or in quad where that
+// does not decide.
 struct Sides {
   bool below = false, beyond = false;
 };
@@ -90,8 +90,8 @@ Sides sides(const std::vector<Real3>& points, std::size_t i, std::size_t j, std:
   return found;
 }
 
-// Every three points with all others on one side form a face. When more points are in its plane, triangles overlap in it,
-// which does not change a separation.
+// Every three points with all others on one side form a face. When more points are in its plane, triangles overlap in
+// it, which does not change a separation.
 Piece hull(const std::vector<Real3>& points, const Place& place) {
   Piece piece;
   Real extent = 0;

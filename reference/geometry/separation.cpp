@@ -86,7 +86,8 @@ class Axes {
     const Real length = norm(n);
     if (length > 64 * kUnit) add((1 / length) * n, length);
   }
-  // For a polygon also the normals of its sides in its plane, and those of the other's edges: they separate coplanar pieces.
+  // For a polygon also the normals of its sides in its plane, and those of the other's edges: they separate coplanar
+  // pieces.
   void flat(const Piece& piece, const std::vector<Vector>& own, const std::vector<Vector>& others) {
     if (piece.dimension != 2) return;
     for (const Vector& e : own) add_cross(piece.faces.front().normal, e);
@@ -106,8 +107,8 @@ struct Candidate {
   Real sharpness;
 };
 
-// The closest points, and all that are as close within slack_m. A displacement e along a feature changes a distance d by
-// e^2 / 2 d only, so that round-off of the distances does not determine the feature and its direction.
+// The closest points, and all that are as close within slack_m. A displacement e along a feature changes a distance d
+// by e^2 / 2 d only, so that round-off of the distances does not determine the feature and its direction.
 struct Closest {
   Real slack_m = 0, least_m = std::numeric_limits<Real>::infinity();
   std::vector<Candidate> tied{};
@@ -220,8 +221,8 @@ Separation apart(const Piece& a, const Piece& b, Real coordinates, const Axis* p
     found.gap_m = of_feature ? dot(n, across) : each.distance;
     // s(n) is at most the distance, and the distance of any two points of the pieces is at least the distance.
     found.bar_m = 32 * kUnit * coordinates + std::max<Real>(0, closest.least_m - parted);
-    // The error of the direction is the round-off of the points over their distance; at a contact it may have the wrong sign,
-    // which changes the gap by twice the distance.
+    // The error of the direction is the round-off of the points over their distance; at a contact it may have the wrong
+    // sign, which changes the gap by twice the distance.
     if (of_feature) found.margin_m = std::min(coordinates, 2 * each.distance);
     else found.margin_m = each.distance > 1e6L * found.bar_m ? each.distance : 0;
   }

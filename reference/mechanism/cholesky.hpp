@@ -1,13 +1,13 @@
-// Cholesky factors of symmetric positive definite matrices with an envelope, and with complete pivoting for those that may
-// be singular (Golub and Van Loan, Matrix Computations, section 4.2 and 4.3), in double, long double and quad.
+// Cholesky factors of symmetric positive definite matrices with an envelope, and with complete pivoting for those that
+// may be singular (Golub and Van Loan, Matrix Computations, section 4.2 and 4.3), in double, long double and quad.
 #pragma once
 
 #include <vector>
 
 namespace atwood::mechanism {
 
-// A symmetric matrix of which the lower triangle is stored, row by row. Row i has no element other than zero before column
-// first[i]; its factor has none either.
+// A symmetric matrix of which the lower triangle is stored, row by row. Row i has no element other than zero before
+// column first[i]; its factor has none either.
 template <class S> struct Envelope {
   int size = 0;
   std::vector<int> first;

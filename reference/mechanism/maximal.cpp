@@ -321,8 +321,8 @@ template <class S> S Maximal<S>::project(const S& t_s, S* y) const {
   return largest;
 }
 
-// Which components of the reactions the constraints leave open: those that a null vector of G^T changes. For each row that
-// was not chosen there is one, with its own multiplier 1.
+// Which components of the reactions the constraints leave open: those that a null vector of G^T changes. For each row
+// that was not chosen there is one, with its own multiplier 1.
 template <class S>
 void Maximal<S>::mark_not_unique(const S& t_s, const S* y, const std::vector<Motion<S>>& now, Sample& sample) const {
   const System all = make_system(t_s, y, now, true);

@@ -45,15 +45,16 @@ template <class S> class Maximal {
   // Chooses the rows and remembers branches at (t, y).
   Independence choose(const S& t_s, const S* y);
   void rate(const S& t_s, const S* y, S* dydt) const;
-  // Moves y back onto the constraints and their derivatives, along M^-1 G^T (mass metric). Returns the largest residual of
-  // all constraints, chosen or not, in m or rad.
+  // Moves y back onto the constraints and their derivatives, along M^-1 G^T (mass metric). Returns the largest residual
+  // of all constraints, chosen or not, in m or rad.
   S project(const S& t_s, S* y) const;
   // Poses, coordinates, reactions, tensions. not_unique is filled.
   Sample sample(const S& t_s, const S* y) const;
   // The force of a locked joint's stop along its coordinate.
   S stop_force(const S& t_s, const S* y, int joint) const;
   S acceleration(const S& t_s, const S* y, int joint) const;  // of a joint's first coordinate
-  // Changes the velocities by the impulse p along joint's coordinate that multiplies its rate by -restitution; returns p.
+  // Changes the velocities by the impulse p along joint's coordinate that multiplies its rate by -restitution; returns
+  // p.
   S impact(const S& t_s, S* y, int joint, const S& restitution) const;
   // The rate of joint `other` that a unit impulse along `joint` makes.
   S response(const S& t_s, const S* y, int joint, int other) const;

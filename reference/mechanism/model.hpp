@@ -1,5 +1,5 @@
-// A scene's joints and ropes as constraints on the motions of their bodies, in double, long double and quad. The conventions
-// are those of scene/joint.hpp. Unit vectors and quaternions of the scene are normalised in quad first.
+// A scene's joints and ropes as constraints on the motions of their bodies, in double, long double and quad. The
+// conventions are those of scene/joint.hpp. Unit vectors and quaternions of the scene are normalised in quad first.
 //
 // A motion has the velocity v of the centre of mass and the angular velocity w, both in world axes. A row is one linear
 // form in the velocities of two bodies a and b (and of a rope's pulleys):
@@ -115,7 +115,8 @@ template <class S>
 std::array<S, 3> applied(const Model<S>& model, int joint, const std::array<S, 4>& q, const std::array<S, 3>& u,
                          const S& t_s, double interval_s);
 
-// One row; with inertia of pulleys two, for the lengths on both sides. s: the rope's way from its first body to its last.
+// One row; with inertia of pulleys two, for the lengths on both sides. s: the rope's way from its first body to its
+// last.
 template <class S>
 void add_rope_rows(const Model<S>& model, int rope, const std::vector<Motion<S>>& motions, const S& s,
                    const Memory& memory, std::vector<Row<S>>& rows);

@@ -287,8 +287,8 @@ template <class S> void Reduced<S>::displace(S* y, const std::vector<S>& change)
     if (rope_q_[k] >= 0) y[rope_q_[k]] += change[rope_u_[k]];
 }
 
-// Reactions of the tree: what the bodies beyond a joint need for their accelerations, less what the scene's forces, closing
-// joints, ropes, springs and motors give them.
+// Reactions of the tree: what the bodies beyond a joint need for their accelerations, less what the scene's forces,
+// closing joints, ropes, springs and motors give them.
 template <class S> Sample Reduced<S>::sample(const S& t_s, const S* y) const {
   const Solved now = solve(t_s, y);
   const std::vector<Motion<S>>& at = now.tree.now;

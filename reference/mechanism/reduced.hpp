@@ -1,6 +1,6 @@
-// Mechanisms in the coordinates of a spanning tree: M(q) u' = tau, with M from the composite inertias of the subtrees and
-// the joints' axes in world axes (Walker and Orin 1982), and multipliers for what the tree leaves open (closing joints,
-// ropes):
+// Mechanisms in the coordinates of a spanning tree: M(q) u' = tau, with M from the composite inertias of the subtrees
+// and the joints' axes in world axes (Walker and Orin 1982), and multipliers for what the tree leaves open (closing
+// joints, ropes):
 //   M u' = tau + G^T m,   G u' + gamma = 0
 #pragma once
 
@@ -12,8 +12,8 @@ namespace atwood::mechanism {
 
 template <class S> class Reduced {
  public:
-  // y = (p, q of each body that no joint places and that is mobile; coordinates of the tree's joints; s of each rope with
-  // inertia; then v, w (body axes), rates, s' in the same order).
+  // y = (p, q of each body that no joint places and that is mobile; coordinates of the tree's joints; s of each rope
+  // with inertia; then v, w (body axes), rates, s' in the same order).
   Reduced(const Scene& scene, double t_end_s, const Sample& start);
 
   int size() const { return coordinates_ + rates_; }
@@ -36,9 +36,9 @@ template <class S> class Reduced {
   S acceleration(const S& t_s, const S* y, int joint) const;  // of a joint's first coordinate
   S impact(const S& t_s, S* y, int joint, const S& restitution) const;
   S response(const S& t_s, const S* y, int joint, int other) const;
-  // For solvers of the equations in implicit form. constrained(): the residuals and rate residuals of the chosen rows, and
-  // their Jacobian G in the rates. imbalance(): M u' - tau - G^T m; of driven rates u' alone. multipliers(): those that
-  // belong to rate().
+  // For solvers of the equations in implicit form. constrained(): the residuals and rate residuals of the chosen rows,
+  // and their Jacobian G in the rates. imbalance(): M u' - tau - G^T m; of driven rates u' alone. multipliers(): those
+  // that belong to rate().
   void constrained(const S& t_s, const S* y, std::vector<S>& residual, std::vector<S>& rate_residual,
                    std::vector<std::vector<S>>& G) const;
   std::vector<S> imbalance(const S& t_s, const S* y, const S* rates_rate, const S* multipliers) const;

@@ -1,7 +1,8 @@
 // The length of a rope on each side of its pulleys.
 //
-// With rho(th) the unit vector from the axle to the tangent point and d = axis x rho the direction of the rope there, the
-// point of the last body is x = axle + r rho + l d, that of the first x = axle + r rho - l d (l: the free length). Then
+// With rho(th) the unit vector from the axle to the tangent point and d = axis x rho the direction of the rope there,
+// the point of the last body is x = axle + r rho + l d, that of the first x = axle + r rho - l d (l: the free length).
+// Then
 //   L = l + r th (last), l - r th (first)
 // is the length up to a constant, its gradient in x is e = d (last), -d (first), and (e . v)' = e . a + |v_perp|^2 / l.
 #include <algorithm>

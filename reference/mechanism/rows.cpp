@@ -71,8 +71,8 @@ template <class S> Row<S> turning_row(const JointModel<S>& joint, const Frames<S
   return made;
 }
 
-// Twice the vector part of the rotation that turns the parent's F into the child's axes, world axes: near the identity the
-// rotation vector.
+// Twice the vector part of the rotation that turns the parent's F into the child's axes, world axes: near the identity
+// the rotation vector.
 template <class S> Triple<S> attitude_error(const JointModel<S>& joint, const Frames<S>& at) {
   Quaternion<S> e = product(at.c.q, conjugate(product(at.p.q, joint.frame)));
   if (e[0] < 0)

@@ -6,8 +6,8 @@
 
 namespace atwood::mechanism {
 
-// mechanism_start() as a sample at t = 0: poses and velocities of bodies, coordinates and rates of joints, in quad. Throws
-// MechanismError.
+// mechanism_start() as a sample at t = 0: poses and velocities of bodies, coordinates and rates of joints, in quad.
+// Throws MechanismError.
 Sample start_sample(const Scene& scene);
 
 }  // namespace atwood::mechanism

@@ -55,10 +55,11 @@ std::vector<Wide> values_of(const Scene& scene, const Sample& sample);
 // Bits of not_unique as flags of the same order: not 0: the value is open.
 std::vector<char> open_values(const Scene& scene, const Sample& sample);
 // The largest value of each kind over the samples. Kinds of one unit share theirs, and forces with torques, speeds with
-// turning rates by way of the mechanism's size: a torque that is zero but for round-off has the scale of the forces' moments.
+// turning rates by way of the mechanism's size: a torque that is zero but for round-off has the scale of the forces'
+// moments.
 std::vector<Wide> scales(const Scene& scene, const std::vector<Sample>& samples);
-// The largest distance of each number from those of the others; infinite when one is not a number. Quaternions of either
-// sign are the same attitude.
+// The largest distance of each number from those of the others; infinite when one is not a number. Quaternions of
+// either sign are the same attitude.
 std::vector<Wide> differences(const Scene& scene, const Sample& sample, std::initializer_list<const Sample*> others);
 
 }  // namespace atwood::mechanism

@@ -89,8 +89,8 @@ class Importer {
     return name == "world" ? "world-body" : name;
   }
 
-  // owner_[b]: MuJoCo's body whose scene body b belongs to, 0: the world. frame_[b]: b's frame in the scene body's, whose
-  // origin is the centre of mass and whose axes are those of MuJoCo's body.
+  // owner_[b]: MuJoCo's body whose scene body b belongs to, 0: the world. frame_[b]: b's frame in the scene body's,
+  // whose origin is the centre of mass and whose axes are those of MuJoCo's body.
   void place_bodies() {
     owner_.assign(static_cast<std::size_t>(m_.nbody), 0);
     frame_.assign(static_cast<std::size_t>(m_.nbody), {});

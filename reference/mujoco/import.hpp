@@ -1,11 +1,11 @@
-// A scene from an MJCF (or URDF) file, through MuJoCo's own parser and compiler: defaults, compiler options and included
-// files are resolved by MuJoCo itself.
+// A scene from an MJCF (or URDF) file, through MuJoCo's own parser and compiler: defaults, compiler options and
+// included files are resolved by MuJoCo itself.
 //
-// Taken: gravity; bodies with their masses, inertias and poses at qpos0; joints hinge, slide, ball and free, two hinges of
-// orthogonal axes through one point as a universal joint, a hinge and a slide of one axis as a cylindrical one; ranges of
-// hinges and slides as stops; stiffness, springref and damping; the equality constraints connect and weld as joints that
-// close loops. A body without joints is fixed to its parent; one without mass becomes a part of its parent; bodies fixed to
-// the world are the world.
+// Taken: gravity; bodies with their masses, inertias and poses at qpos0; joints hinge, slide, ball and free, two hinges
+// of orthogonal axes through one point as a universal joint, a hinge and a slide of one axis as a cylindrical one;
+// ranges of hinges and slides as stops; stiffness, springref and damping; the equality constraints connect and weld as
+// joints that close loops. A body without joints is fixed to its parent; one without mass becomes a part of its parent;
+// bodies fixed to the world are the world.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// atwood-mujoco-import FILE: the scene of an MJCF file as TOML on standard output; what is not taken, on standard error.
-// Exit codes: 0; 2 with one sentence on standard error where the file is refused.
+// atwood-mujoco-import FILE: the scene of an MJCF file as TOML on standard output; what is not taken, on standard
+// error. Exit codes: 0; 2 with one sentence on standard error where the file is refused.
 #include <cstdio>
 
 #include "mujoco/import.hpp"

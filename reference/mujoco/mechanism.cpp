@@ -39,8 +39,8 @@ std::string softness_words(const Settings& settings, const char* suffix) {
                      number("solimp_midpoint"), number("solimp_power"));
 }
 
-// The equality constraints in the order of the scene's closing joints: connects of a hinge lie this far from its anchor,
-// along the axis.
+// The equality constraints in the order of the scene's closing joints: connects of a hinge lie this far from its
+// anchor, along the axis.
 double half_span(const Joint& joint) {
   const double reach = std::max(rivals::length(joint.anchors_body_m[0]), rivals::length(joint.anchors_body_m[1]));
   return reach > 0 ? reach : 1.0;

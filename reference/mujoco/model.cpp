@@ -87,8 +87,8 @@ class Writer {
     return scene_.bodies[i].fixed && std::holds_alternative<Plane>(scene_.bodies[i].shape);
   }
 
-  // MuJoCo's default size of the stack is 5 (rows + velocities)^2 numbers, which overflows an int beyond 20 000. Its solvers
-  // were observed to use 3 velocities^2 numbers and a few rows.
+  // MuJoCo's default size of the stack is 5 (rows + velocities)^2 numbers, which overflows an int beyond 20 000. Its
+  // solvers were observed to use 3 velocities^2 numbers and a few rows.
   void sizes() {
     if (!collide_) return;
     const bool elliptic = word("cone") == "elliptic";
@@ -170,8 +170,8 @@ class Writer {
     --level_;
   }
 
-  // A point mass that translates has slide joints along the world's axes, and any inertia. Below a turning body its own is
-  // zero, which MuJoCo admits for bodies without joints.
+  // A point mass that translates has slide joints along the world's axes, and any inertia. Below a turning body its own
+  // is zero, which MuJoCo admits for bodies without joints.
   void joints_and_inertia(std::size_t i) {
     const Body& b = scene_.bodies[i];
     const bool placed = placing_[i] >= 0;

@@ -1,10 +1,11 @@
 // A scene as the XML that MuJoCo compiles. Conventions of MuJoCo:
 //   - the smallest mass and inertia of a mobile body is 1e-15: MuJoCo's compiler refuses lighter bodies;
-//   - a body that rotates has a free joint (position and velocity in world axes, angular velocity in body axes), a point
-//     mass has three slide joints along the world's axes;
-//   - body i of the scene is the <body> "b<i>": of the world, or of the parent of the joint that places it (mechanism.hpp);
-//   - extents are half extents, the axis of a capsule and cylinder is z, and its half length excludes the caps, as in the
-//     scene;
+//   - a body that rotates has a free joint (position and velocity in world axes, angular velocity in body axes), a
+//     point mass has three slide joints along the world's axes;
+//   - body i of the scene is the <body> "b<i>": of the world, or of the parent of the joint that places it
+//     (mechanism.hpp);
+//   - extents are half extents, the axis of a capsule and cylinder is z, and its half length excludes the caps, as in
+//     the scene;
 //   - a mesh collides as its convex hull;
 //   - a contact has one friction coefficient, the larger of the two geoms' unless priorities differ (pair_laws.hpp).
 #pragma once
@@ -29,8 +30,8 @@ struct FreeData {
 using Model = std::unique_ptr<mjModel, FreeModel>;
 using Data = std::unique_ptr<mjData, FreeData>;
 
-// A model file and those that it includes, by name. MuJoCo's reader of XML admits some hundred levels of elements in one
-// file; what it includes counts from its own first level, so that longer chains of bodies go on in another file.
+// A model file and those that it includes, by name. MuJoCo's reader of XML admits some hundred levels of elements in
+// one file; what it includes counts from its own first level, so that longer chains of bodies go on in another file.
 struct ModelFiles {
   std::string main;
   std::vector<std::pair<std::string, std::string>> included;

@@ -32,7 +32,8 @@ void fail(const char* text) { throw std::invalid_argument(std::string("MuJoCo ga
 
 Real3 real3(const mjtNum* v) { return {v[0], v[1], v[2]}; }
 
-// MuJoCo calls a function of the program at each evaluation of forces: here the scene's motors, by the world that steps.
+// MuJoCo calls a function of the program at each evaluation of forces: here the scene's motors, by the world that
+// steps.
 struct Motors {
   const Scene* scene = nullptr;
   const std::vector<int>* joint_ids = nullptr;
@@ -209,8 +210,8 @@ class MujocoWorld : public rivals::World {
     }
   }
 
-  // After mj_step all of mjData but the state is that of the step's beginning. What samples need is computed in a second
-  // mjData, so that observing a run does not change it.
+  // After mj_step all of mjData but the state is that of the step's beginning. What samples need is computed in a
+  // second mjData, so that observing a run does not change it.
   mjData* view() const {
     if (!view_) view_.reset(mj_makeData(model_.get()));
     if (viewed_) return view_.get();

@@ -1,6 +1,6 @@
 // One scene in one mjModel and mjData: motion, contacts, warnings.
-//   - contacts are found at the start of a step; Euler: v += h (M^-1 (f + J^T force)), then x += h v; RK4 evaluates them at
-//     each of its four stages;
+//   - contacts are found at the start of a step; Euler: v += h (M^-1 (f + J^T force)), then x += h v; RK4 evaluates
+//     them at each of its four stages;
 //   - contacts are soft: a force grows with the overlap, so that a body at rest overlaps the floor a little;
 //   - MuJoCo resets a scene whose state is NaN, with a warning; the adapter then ends the run as not finite.
 #pragma once

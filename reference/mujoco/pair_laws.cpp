@@ -16,7 +16,8 @@ bool same(const PairLaw& a, const PairLaw& b) {
 std::optional<std::vector<Precedence>> precedences(const Scene& scene) {
   std::vector<PairLaw> left = rivals::laws_in_play(scene);
   std::vector<Precedence> all(scene.materials.size());
-  // From the highest priority: a material with the same law for all remaining ones determines these laws and is removed.
+  // From the highest priority: a material with the same law for all remaining ones determines these laws and is
+  // removed.
   for (int priority = static_cast<int>(scene.materials.size()); !left.empty(); --priority) {
     bool found = false;
     for (int m = 0; m < static_cast<int>(scene.materials.size()) && !found; ++m) {

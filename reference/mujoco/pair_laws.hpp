@@ -1,6 +1,7 @@
-// Laws of pairs from MuJoCo's coefficients of geoms. The geom of higher priority determines a contact's friction; at equal
-// priority the larger coefficient does. One priority and one law per material are therefore sufficient when the materials
-// have an order in which each has the same law with all lower ones (and with itself, where two such bodies can touch).
+// Laws of pairs from MuJoCo's coefficients of geoms. The geom of higher priority determines a contact's friction; at
+// equal priority the larger coefficient does. One priority and one law per material are therefore sufficient when the
+// materials have an order in which each has the same law with all lower ones (and with itself, where two such bodies
+// can touch).
 #pragma once
 
 #include <optional>

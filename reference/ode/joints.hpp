@@ -1,6 +1,6 @@
-// Joints of a scene as joints of ODE. Each is attached to the child first, so that ODE's coordinates and feedback are the
-// child's. Kinds: dJointFixed, Hinge, Slider, Piston (cylindrical), Universal, Ball. ODE takes the joint's zero from the
-// poses at which its axes are set, the scene's start: stops are set relative to the start's coordinate.
+// Joints of a scene as joints of ODE. Each is attached to the child first, so that ODE's coordinates and feedback are
+// the child's. Kinds: dJointFixed, Hinge, Slider, Piston (cylindrical), Universal, Ball. ODE takes the joint's zero
+// from the poses at which its axes are set, the scene's start: stops are set relative to the start's coordinate.
 #pragma once
 
 #include <ode/ode.h>
@@ -15,8 +15,8 @@ namespace atwood::ode {
 
 class Joints {
  public:
-  // `bodies`: one for each of the scene's, null where it is fixed; at the scene's start. They belong to `world`, as the joints
-  // do. Feedback is recorded if `observe`.
+  // `bodies`: one for each of the scene's, null where it is fixed; at the scene's start. They belong to `world`, as the
+  // joints do. Feedback is recorded if `observe`.
   Joints(dWorldID world, const Scene& scene, const std::vector<dBodyID>& bodies, bool observe);
 
   // Whether some joint connects these two bodies.

@@ -276,8 +276,8 @@ class OdeWorld : public rivals::World {
 
 }  // namespace
 
-// The defaults of dWorldCreate, without auto-disable and damping (ODE's defaults), and with friction as a coefficient (mu
-// would be a force). ODE has no default for a contact's bounce_vel, which is set to 0.
+// The defaults of dWorldCreate, without auto-disable and damping (ODE's defaults), and with friction as a coefficient
+// (mu would be a force). ODE has no default for a contact's bounce_vel, which is set to 0.
 std::vector<Setting> settings() {
   return {
       printed("scalar", std::string("double"), "Type of the engine's numbers."),

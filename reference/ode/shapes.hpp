@@ -1,7 +1,8 @@
 // A scene's shapes as ODE's geoms:
 //   - a rectangle is a box of the least thickness in double (ODE ignores a box of zero thickness). A trimesh, the
 //     alternative, computes in float and is one-sided;
-//   - a convex shape is a dConvex with the triangles of its hull; its contact with a box has one point, and the box sinks;
+//   - a convex shape is a dConvex with the triangles of its hull; its contact with a box has one point, and the box
+//     sinks;
 //   - a mesh is a trimesh, whose code computes in float at every precision of ODE;
 //   - a compound is several box geoms at offsets on one body.
 #pragma once

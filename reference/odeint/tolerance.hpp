@@ -16,8 +16,8 @@ inline constexpr std::int64_t kMostTrials = 2000000;  // per run
   throw stepping::Failure(Status::unsupported, "this stepper has error control: expected a tolerance, as in `:1e-8`");
 }
 
-// try_step(system, x, t, dt): t and x change when the step is accepted, dt becomes the next step size in any case. The last
-// step before a sample is cut to end there; after it the step size before the cut is used again.
+// try_step(system, x, t, dt): t and x change when the step is accepted, dt becomes the next step size in any case. The
+// last step before a sample is cut to end there; after it the step size before the cut is used again.
 template <class S, class Controlled, class TheSystem, class State> class ByTrial : public stepping::Stepper<S> {
  public:
   ByTrial(TheSystem system, Controlled controlled, std::size_t size, S h_s)

@@ -1,7 +1,7 @@
 // The forces that a general-purpose engine lacks; adapters apply them once per step, at its start.
 //
-// Bullet and ODE have uniform gravity and contacts. All other forces of a scene are evaluated here from the engine's own
-// state (converted to double) and applied as one force at the centre of mass and one torque.
+// Bullet and ODE have uniform gravity and contacts. All other forces of a scene are evaluated here from the engine's
+// own state (converted to double) and applied as one force at the centre of mass and one torque.
 #pragma once
 
 #include <string>
@@ -23,8 +23,8 @@ struct Wrench {
   Real3 torque_N_m{};  // about the centre of mass, world axes
 };
 
-// Sets `wrenches` (one per body) to the sum of all forces except uniform gravity, at time t_s; thrusters and point forces
-// are on or off as they are at t_switch_s, the middle of the step.
+// Sets `wrenches` (one per body) to the sum of all forces except uniform gravity, at time t_s; thrusters and point
+// forces are on or off as they are at t_switch_s, the middle of the step.
 void applied_wrenches(const Scene& scene, double t_s, double t_switch_s, const std::vector<Motion>& motions,
                       std::vector<Wrench>& wrenches);
 

@@ -83,8 +83,8 @@ JointPlace place_of(const Joint& joint, const Motion& parent, const Motion& chil
   return place;
 }
 
-// Q = F^T R_parent^T R_child as a quaternion is exp(axis q0) of a hinge and Q(q) of a ball. The slide s = axis . d with the
-// axis fixed in the child: s' = axis . (d' - w_child x d).
+// Q = F^T R_parent^T R_child as a quaternion is exp(axis q0) of a hinge and Q(q) of a ball. The slide s = axis . d with
+// the axis fixed in the child: s' = axis . (d' - w_child x d).
 JointState state_from_motions(const Joint& joint, const Motion& parent, const Motion& child) {
   JointState state;
   const JointPlace place = place_of(joint, parent, child);

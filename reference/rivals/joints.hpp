@@ -1,5 +1,5 @@
-// Joints in the worlds of rival engines: coordinates from poses, the forces of joints that an engine lacks, and the part
-// of a force between two bodies that is a reaction. Notation and kinds as in scene/joint.hpp.
+// Joints in the worlds of rival engines: coordinates from poses, the forces of joints that an engine lacks, and the
+// part of a force between two bodies that is a reaction. Notation and kinds as in scene/joint.hpp.
 #pragma once
 
 #include <array>
@@ -47,7 +47,8 @@ JointState state_from_motions(const Joint& joint, const Motion& parent, const Mo
 // quaternion is that of `last`. Right if no angle changed by half a turn since.
 void continue_coordinates(JointKind kind, const JointState& last, JointState& now);
 
-// The point where a joint acts and its axes, in world axes: of hinge, slider and cylindrical one axis, of universal two.
+// The point where a joint acts and its axes, in world axes: of hinge, slider and cylindrical one axis, of universal
+// two.
 struct JointPlace {
   Real3 parent_anchor_m{}, child_anchor_m{};
   std::array<Real3, 2> axes{};
@@ -60,12 +61,12 @@ struct PassiveForce {
 };
 PassiveForce passive_force(const Scene& scene, int joint, int coordinate);
 
-// What motors of the scene apply along each rate of each joint [N m or N], at time t_s; they are on or off as they are at
-// t_switch_s.
+// What motors of the scene apply along each rate of each joint [N m or N], at time t_s; they are on or off as they are
+// at t_switch_s.
 std::vector<Real3> motor_efforts(const Scene& scene, double t_s, double t_switch_s);
 
-// What springs, dampers and motors of the scene apply along each rate of each joint [N m or N], at time t_s; motors are on
-// or off as they are at t_switch_s.
+// What springs, dampers and motors of the scene apply along each rate of each joint [N m or N], at time t_s; motors are
+// on or off as they are at t_switch_s.
 std::vector<Real3> joint_efforts(const Scene& scene, double t_s, double t_switch_s,
                                  const std::vector<JointState>& states);
 
@@ -73,13 +74,13 @@ std::vector<Real3> joint_efforts(const Scene& scene, double t_s, double t_switch
 void add_joint_wrenches(const Scene& scene, const std::vector<Motion>& motions, const std::vector<Real3>& efforts,
                         std::vector<Wrench>& wrenches);
 
-// The constraints' part of everything that a joint transmits to its child: what has no power along the free rates. A joint
-// whose motion is prescribed has no free rate.
+// The constraints' part of everything that a joint transmits to its child: what has no power along the free rates. A
+// joint whose motion is prescribed has no free rate.
 Reaction constraint_part(const Joint& joint, const JointPlace& place, const Reaction& total);
 
-// Reactions of the joints of the tree by Newton's and Euler's equations of each subtree. `missing` is, for each body, what
-// its motion requires (m a, I alpha + w x I w about its centre of mass) less all that acts on it besides the joints of the
-// tree. `reactions` has those of closing joints, and is returned with the others filled in.
+// Reactions of the joints of the tree by Newton's and Euler's equations of each subtree. `missing` is, for each body,
+// what its motion requires (m a, I alpha + w x I w about its centre of mass) less all that acts on it besides the
+// joints of the tree. `reactions` has those of closing joints, and is returned with the others filled in.
 std::vector<Reaction> subtree_reactions(const Scene& scene, const std::vector<Motion>& motions,
                                         std::vector<Wrench> missing, std::vector<Reaction> reactions);
 

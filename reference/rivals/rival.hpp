@@ -1,5 +1,5 @@
-// The description of a rival engine by its adapter, and the Engine made from it. Refusals, overrides, presets and the run
-// are the same for all rivals.
+// The description of a rival engine by its adapter, and the Engine made from it. Refusals, overrides, presets and the
+// run are the same for all rivals.
 #pragma once
 
 #include <functional>

@@ -25,12 +25,12 @@ class World {
   virtual Motion motion(int body) const = 0;  // engine state, widened without loss
   virtual void release(int body) = 0;         // a held body starts to move with its scene velocity
 
-  // Number of rate evaluations of an engine that evaluates the scene's forces itself; step() then gets no wrenches. -1: the
-  // engine does not.
+  // Number of rate evaluations of an engine that evaluates the scene's forces itself; step() then gets no wrenches. -1:
+  // the engine does not.
   virtual std::int64_t rate_calls() const { return -1; }
 
-  // Contact points with an impulse in the last step, a < b. Engines find them at the start of the step, to which x_m, normal
-  // and gap_m belong; run_world extrapolates the gap to the end of the step, where samples are taken.
+  // Contact points with an impulse in the last step, a < b. Engines find them at the start of the step, to which x_m,
+  // normal and gap_m belong; run_world extrapolates the gap to the end of the step, where samples are taken.
   struct Touch {
     int body_a = 0, body_b = 0;
     Real3 x_m{}, normal{};     // unit, from a to b
@@ -44,7 +44,8 @@ class World {
   virtual std::optional<JointState> joint(int) const { return std::nullopt; }
   // Whether the engine evaluates the forces of joints; otherwise they are a part of the wrenches that step() gets.
   virtual bool joint_forces_inside() const { return false; }
-  // Of each joint at the present state, t_s, under these wrenches (as in step()). Empty: the engine does not report them.
+  // Of each joint at the present state, t_s, under these wrenches (as in step()). Empty: the engine does not report
+  // them.
   virtual std::vector<Reaction> reactions(double /*t_s*/, const std::vector<Wrench>& /*wrenches*/) { return {}; }
   virtual std::vector<RopeSample> ropes() { return {}; }
   // Why the motion is no longer that of the scene (a rope is slack); empty: it is. Asked at samples.
@@ -65,8 +66,8 @@ Outcome run_world(const WorldMaker& make, const Scene& scene, const Plan& plan, 
 std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene,
                     bool compliant = false);
 
-// What the cell of an engine states that has its own order for impacts of one instant where the scene states a sequence;
-// "": nothing. (A scene whose simultaneous impacts are one problem is refused.)
+// What the cell of an engine states that has its own order for impacts of one instant where the scene states a
+// sequence; "": nothing. (A scene whose simultaneous impacts are one problem is refused.)
 std::string convention_note(const std::string& engine, const Scene& scene);
 
 // Whether shapes have an effect: two bodies have one, and at least one of them is mobile.

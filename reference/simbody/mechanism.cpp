@@ -81,8 +81,8 @@ std::vector<Constraint> constraints_of(const Scene& scene, const Joint& joint, M
   }
 }
 
-// Force and torque of a constraint on one of its bodies, about that body's centre of mass. Simbody's constraint forces have
-// the opposite sign of applied ones.
+// Force and torque of a constraint on one of its bodies, about that body's centre of mass. Simbody's constraint forces
+// have the opposite sign of applied ones.
 Wrench wrench_on(const Constraint& constraint, SimTK::MobilizedBodyIndex body, const SimTK::State& state) {
   const SimTK::Vector_<SimTK::SpatialVec> forces = constraint.getConstrainedBodyForcesAsVector(state);
   for (SimTK::ConstrainedBodyIndex b(0); b < constraint.getNumConstrainedBodies(); ++b) {

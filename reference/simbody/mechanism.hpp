@@ -1,14 +1,17 @@
 // Joints and ropes of a scene in Simbody's terms. Conventions of Simbody 3.7:
-//   - a placing joint is a mobilizer between a frame in the parent and a frame in the child; Pin and Cylinder turn about its
-//     z, Slider moves along its x, Universal turns about x and then the new y. Their q are the scene's coordinates;
-//   - a ball has a quaternion, the scene's; its u are the relative angular velocity in the parent's frame, where the scene's
-//     are in the child's axes;
-//   - a closing joint is one or two constraints that are not redundant: ball Ball, fixed Weld, hinge Ball and PointOnLine,
-//     slider ConstantOrientation and PointOnLine, cylindrical two PointOnLine, universal Ball and ConstantAngle. A rope
+//   - a placing joint is a mobilizer between a frame in the parent and a frame in the child; Pin and Cylinder turn
+//     about its z, Slider moves along its x, Universal turns about x and then the new y. Their q are the scene's
+//     coordinates;
+//   - a ball has a quaternion, the scene's; its u are the relative angular velocity in the parent's frame, where the
+//     scene's are in the child's axes;
+//   - a closing joint is one or two constraints that are not redundant: ball Ball, fixed Weld, hinge Ball and
+//     PointOnLine, slider ConstantOrientation and PointOnLine, cylindrical two PointOnLine, universal Ball and
+//     ConstantAngle. A rope
 //     between two points is a Rod;
 //   - integrators project onto the constraints where constraint_tolerance asks for it;
 //   - springs and dampers are Simbody's, motors a Force::Custom: both at every rate call;
-//   - reactions come from Simbody's accelerations and constraint forces by Newton's and Euler's equations of each subtree.
+//   - reactions come from Simbody's accelerations and constraint forces by Newton's and Euler's equations of each
+//     subtree.
 #pragma once
 
 #include <Simbody.h>

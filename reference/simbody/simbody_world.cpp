@@ -387,8 +387,8 @@ std::string contradiction(const Settings& settings) {
   return "";
 }
 
-// CPodes throws where a quaternion's norm is a constraint, and its projection onto loops was seen to give wrong motions with
-// status ok (the seven-body mechanism of Andrews).
+// CPodes throws where a quaternion's norm is a constraint, and its projection onto loops was seen to give wrong motions
+// with status ok (the seven-body mechanism of Andrews).
 std::string refused_by_cpodes(const Scene& scene) {
   const std::vector<int> placing = rivals::placing_joints(scene);
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {

@@ -1,12 +1,17 @@
 // One scene in one MultibodySystem. Conventions of Simbody:
-//   - a body that rotates has a free mobilizer (a quaternion, angular velocity in world axes), a point mass a translation;
-//   - forces that Simbody lacks are a Force::Custom, which the adapter evaluates at every rate call, like Simbody's own;
+//   - a body that rotates has a free mobilizer (a quaternion, angular velocity in world axes), a point mass a
+//     translation;
+//   - forces that Simbody lacks are a Force::Custom, which the adapter evaluates at every rate call, like Simbody's
+//     own;
 //   - a step of fixed size still computes the error estimate, and is accepted at any error;
 //   - contacts: the Hertz contact of CompliantContactSubsystem between spheres and half-spaces, with the dissipation of
-//     Hunt and Crossley, without tensile forces: F = 4/3 E R^1/2 d^3/2 (1 + 3/2 c d'), which is the law `hertz` of a scene
-//     with c = 2/3 of its damping. Materials combine as 1/E^2/3 = 1/E_a^2/3 + 1/E_b^2/3 (E_a, E_b as given to Simbody), so
+//     Hunt and Crossley, without tensile forces: F = 4/3 E R^1/2 d^3/2 (1 + 3/2 c d'), which is the law `hertz` of a
+//     scene
+//     with c = 2/3 of its damping. Materials combine as 1/E^2/3 = 1/E_a^2/3 + 1/E_b^2/3 (E_a, E_b as given to Simbody),
+//     so
 //     that one law for all pairs follows from one material, 2^3/2 E. Its friction creeps below a transition speed, and
-//     restitution is no parameter: scenes with either, or with other shapes, are refused. The unilateral contacts with a
+//     restitution is no parameter: scenes with either, or with other shapes, are refused. The unilateral contacts with
+//     a
 //     coefficient of restitution belong to SemiExplicitEulerTimeStepper, which is experimental and traces every step on
 //     standard output.
 #pragma once

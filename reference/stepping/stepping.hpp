@@ -49,9 +49,9 @@ using Maker = std::function<std::unique_ptr<Stepper<S>>(const Equations<S>& equa
 bool accelerations_depend_on_velocity(const Scene& scene);
 bool accelerations_depend_on_time(const Scene& scene);
 
-// `engine` is the name in refusals. repeats > 0: the timed pass; the time is that of the steps, without the construction
-// of equations and stepper. `rate_repeats`: each rate is evaluated this many times and counted once, which measures the
-// time for a rate of higher cost with the same results. Never throws on a scene.
+// `engine` is the name in refusals. repeats > 0: the timed pass; the time is that of the steps, without the
+// construction of equations and stepper. `rate_repeats`: each rate is evaluated this many times and counted once, which
+// measures the time for a rate of higher cost with the same results. Never throws on a scene.
 template <class S>
 Outcome run(const std::string& engine, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
             bool by_tolerance, const Maker<S>& make, int rate_repeats = 1);

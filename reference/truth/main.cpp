@@ -7,8 +7,8 @@
 #include "protocol/worker.hpp"
 #include "truth/truth.hpp"
 
-// With --solutions: the ids of the closed forms, one per line. The command line asks for them because it does not link the
-// truths.
+// With --solutions: the ids of the closed forms, one per line. The command line asks for them because it does not link
+// the truths.
 int main(int argc, char** argv) {
   if (argc == 2 && std::strcmp(argv[1], "--solutions") == 0) {
     for (const std::string& id : atwood::closed_form_ids()) std::puts(id.c_str());

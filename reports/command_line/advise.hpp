@@ -24,12 +24,13 @@ struct Candidates {
   std::size_t short_list = 0;                                 // so many, those included, are tried before the others
   std::vector<std::pair<std::string, std::string>> left_out;  // reason, methods
 };
-// Every method of every engine that is here, but for those of ours that claim nothing for the scene's kind of motion: the
-// ones made for it first, one's own engines, rivals, then all others. Among those that come first, and among the others,
-// the engines take turns, a method each. Of a scene with fluids: a short list of ours, and every method of the other
-// engines that simulate fluids.
+// Every method of every engine that is here, but for those of ours that claim nothing for the scene's kind of motion:
+// the ones made for it first, one's own engines, rivals, then all others. Among those that come first, and among the
+// others, the engines take turns, a method each. Of a scene with fluids: a short list of ours, and every method of the
+// other engines that simulate fluids.
 Candidates choose_candidates(const Scene& scene, const std::vector<Worker>& workers, std::size_t own_engines);
-// --same-rate: ours as their twins on the reference's rate, libraries as they are; all others are left out with the reason.
+// --same-rate: ours as their twins on the reference's rate, libraries as they are; all others are left out with the
+// reason.
 Candidates at_same_rate(const Candidates& candidates, const std::vector<Worker>& workers);
 // Those that were named, ids or globs. InputError: no engine offers one of them.
 Candidates named_candidates(const std::vector<std::string>& methods, const std::vector<Worker>& workers);

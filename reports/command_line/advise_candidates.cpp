@@ -200,7 +200,8 @@ std::string class_words(const MotionClass& motion) {
 
 namespace {
 
-// Ours for fluids: the orders in space that the engine has, its settings for free surfaces, and a cheaper scheme in time.
+// Ours for fluids: the orders in space that the engine has, its settings for free surfaces, and a cheaper scheme in
+// time.
 const std::vector<std::string>& fluid_ids() {
   static const std::vector<std::string> ids{"atwood/rk4+polynomial{degree=4}",
                                             "atwood/rk4+sph",

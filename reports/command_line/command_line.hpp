@@ -99,9 +99,9 @@ Scenario read_scene_argument(const Place& place, const std::string& id_or_file);
 void require_own_id(const Place& place, const Scenario& scenario);  // a file with an id of the catalogue: InputError
 // The same where nothing is kept under the id: a note on standard error.
 void note_shared_id(const Place& place, const Scenario& scenario);
-// Our own engines and the rivals, then those of --engine and of a study's `engines`. Where `methods` names the engine of
-// every method, only these of our own engines and the rivals are started: each costs a process, and some half a second.
-// An --engine that is not an executable file is an InputError.
+// Our own engines and the rivals, then those of --engine and of a study's `engines`. Where `methods` names the engine
+// of every method, only these of our own engines and the rivals are started: each costs a process, and some half a
+// second. An --engine that is not an executable file is an InputError.
 std::vector<Worker> require_workers(const Place& place, const Options& options, const Study* study = nullptr,
                                     const std::vector<std::string>& methods = {});
 // "The engine `mine` runs without confinement (sandbox = false).": a sentence on each such engine.

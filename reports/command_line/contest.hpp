@@ -1,5 +1,5 @@
-// What `compare` and `advise` share: the ladders that methods run on a scene, and who wins on them. The judgement itself
-// is in validation/metrics/work_precision.
+// What `compare` and `advise` share: the ladders that methods run on a scene, and who wins on them. The judgement
+// itself is in validation/metrics/work_precision.
 #pragma once
 
 #include <string>

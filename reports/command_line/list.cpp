@@ -64,7 +64,8 @@ json list_json(const Place& place, const Options& options, const std::string& wh
   return out;
 }
 
-// Claimed orders: points under forces of position, points under forces that depend on velocity, rotating bodies, mechanisms.
+// Claimed orders: points under forces of position, points under forces that depend on velocity, rotating bodies,
+// mechanisms.
 std::string orders_text(const MethodInfo& info) {
   if (info.claimed_order.empty()) return "-";
   std::string text;

@@ -453,8 +453,8 @@ int out_of_memory() {
   return exit_internal;
 }
 
-// Destructors that need memory cannot report that there is none: those of nlohmann-json build a stack of what they destroy.
-// The store is as after a kill.
+// Destructors that need memory cannot report that there is none: those of nlohmann-json build a stack of what they
+// destroy. The store is as after a kill.
 [[noreturn]] void end_without_memory() {
   try {
     if (const std::exception_ptr thrown = std::current_exception()) std::rethrow_exception(thrown);

@@ -1,5 +1,5 @@
-// Help, the man page, completion and complaints about words that mean nothing: all of them read off the declared commands
-// (declare_commands in main.cpp), so that none of them can fall behind.
+// Help, the man page, completion and complaints about words that mean nothing: all of them read off the declared
+// commands (declare_commands in main.cpp), so that none of them can fall behind.
 #pragma once
 
 #include <string>
@@ -42,8 +42,8 @@ std::string completion_script(const CLI::App& app, const std::string& shell);
 // The command of this name. Throws InputError with the nearest one.
 const CLI::App& command_of(const CLI::App& app, const std::string& name);
 
-// What is wrong with the words, where a command or an option is not known: with the nearest known one. Empty: nothing of
-// the kind is wrong. `words` are those after the program's name; `app` has parsed them.
+// What is wrong with the words, where a command or an option is not known: with the nearest known one. Empty: nothing
+// of the kind is wrong. `words` are those after the program's name; `app` has parsed them.
 std::string unknown_words(const CLI::App& app, const std::vector<std::string>& words);
 
 // `text` in lines of at most `width` columns, each indented; a word that is longer stands alone.

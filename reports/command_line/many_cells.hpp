@@ -12,8 +12,8 @@
 
 namespace atwood {
 
-// Whether this selection is gone through ladder by ladder (from 20 000 cells on, or $ATWOOD_MANY_CELLS). What needs all rows at
-// once (documents of -o, --json, --junit, a baseline) is made from all of them, whatever their number.
+// Whether this selection is gone through ladder by ladder (from 20 000 cells on, or $ATWOOD_MANY_CELLS). What needs all
+// rows at once (documents of -o, --json, --junit, a baseline) is made from all of them, whatever their number.
 bool has_many_cells(const Options& options, const Selection& selection, const Standards& standards);
 
 struct SceneCounts {

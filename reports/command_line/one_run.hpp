@@ -15,8 +15,8 @@ const Worker& worker_of(const std::vector<Worker>& workers, const std::string& m
 // than one of each, or not above 0. For scenes with fluids.
 void refine(const Options& options, Scenario& scenario);
 
-// The method's run of the scenario with `scenario.samples` samples. `unsupported` where the engine lacks fluids or joints;
-// `not finite` where a value is.
+// The method's run of the scenario with `scenario.samples` samples. `unsupported` where the engine lacks fluids or
+// joints; `not finite` where a value is.
 Recording recorded(const Worker& worker, const std::string& method, const Scenario& scenario, std::int64_t steps,
                    double limit_s);
 

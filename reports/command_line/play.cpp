@@ -118,8 +118,8 @@ void say(const Playback& playback, const PlaybackPage& page, const std::string& 
   fmt::print("{}\n", told.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
-// The change of energy where the scene conserves it; elsewhere the difference from the truth's, or the change of what is
-// mechanical energy, or of what is a fluid's kinetic energy. A bare system has none.
+// The change of energy where the scene conserves it; elsewhere the difference from the truth's, or the change of what
+// is mechanical energy, or of what is a fluid's kinetic energy. A bare system has none.
 void add_energies(Playback& playback, const Scenario& scenario, const Truth& truth) {
   const bool fluid = !scenario.scene.fluids.empty();
   if (!scenario.scene.problem.empty()) return;

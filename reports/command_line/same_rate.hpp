@@ -28,8 +28,9 @@ struct RankedRates {
 // has a twin. `methods`: ids, tolerances spelled out.
 RankedRates choose_rates(const Options& options, const std::vector<std::string>& methods,
                          const std::vector<Worker>& workers);
-// The rows that are ranked: without what evaluates a rate of its own. Where a twin has no run of a scenario (forces that
-// switch, say), its native method keeps its place there; `notes` gets a sentence on each method that is left out or kept.
+// The rows that are ranked: without what evaluates a rate of its own. Where a twin has no run of a scenario (forces
+// that switch, say), its native method keeps its place there; `notes` gets a sentence on each method that is left out
+// or kept.
 std::vector<Row> ranked_rows(const std::vector<Row>& rows, std::vector<std::string>& notes);
 
 std::string overhead_text(const std::vector<MethodOverhead>& overheads, const std::string& scenario);

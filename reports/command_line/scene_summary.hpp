@@ -8,7 +8,8 @@
 
 namespace atwood {
 
-// Asks the engines for one step each and the truth for its end, a few seconds at most. Lines of at most `width` columns.
+// Asks the engines for one step each and the truth for its end, a few seconds at most. Lines of at most `width`
+// columns.
 std::string scene_summary(const Place& place, const Scenario& scenario, const std::vector<Worker>& workers, int width);
 
 // What speaks against the scene as it stands, one sentence each; from its numbers alone.

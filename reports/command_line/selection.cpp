@@ -332,8 +332,8 @@ void add_own_scenes(Study& study, const Options& options, const std::vector<Scen
   }
 }
 
-// The methods of this call: those of the command line, and the study's where it was named or where it alone has any. Empty:
-// a part of the study takes all methods there are.
+// The methods of this call: those of the command line, and the study's where it was named or where it alone has any.
+// Empty: a part of the study takes all methods there are.
 std::vector<std::string> methods_of_call(const Options& options, const Study& study) {
   std::vector<std::string> methods = options.methods;
   if (!options.study.empty() || options.methods.empty()) {

@@ -13,8 +13,8 @@ struct NamedRun {
   Recording run;
 };
 
-// One run of each engine that can do the scene, at its finest steps (rounded up to a multiple of `samples`), each within
-// `limit_s`. Engines that refuse or fail fall away.
+// One run of each engine that can do the scene, at its finest steps (rounded up to a multiple of `samples`), each
+// within `limit_s`. Engines that refuse or fail fall away.
 std::vector<NamedRun> run_engines(const Scenario& scenario, std::int64_t samples, const std::vector<Worker>& workers,
                                   double limit_s);
 
@@ -23,7 +23,8 @@ std::vector<NamedRun> run_finest(const std::vector<Cell>& cells, const std::stri
                                  const std::vector<Row>& rows, const std::vector<Worker>& workers, double limit_s);
 
 // A line a pair: the largest distance of a body in the one run from itself in the other, and when. Runs with different
-// counts of samples are not compared. `with_first`: only pairs with the first run. The first line says what the figures are not.
+// counts of samples are not compared. `with_first`: only pairs with the first run. The first line says what the figures
+// are not.
 std::vector<std::string> spread_lines(const std::vector<NamedRun>& runs, bool with_first = false);
 
 }  // namespace atwood

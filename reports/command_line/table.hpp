@@ -6,8 +6,8 @@
 
 namespace atwood {
 
-// A field of CSV, in quotes where it needs them (RFC 4180), with an apostrophe in front where a spreadsheet would take it
-// for a formula.
+// A field of CSV, in quotes where it needs them (RFC 4180), with an apostrophe in front where a spreadsheet would take
+// it for a formula.
 std::string quoted(const std::string& text);
 
 // CSV lines, or with `json` one array of objects with the columns as keys. Numbers wider than double, and those that

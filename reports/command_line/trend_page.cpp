@@ -1,4 +1,5 @@
-// Pages of the history: what they share, and a plot a figure with its values over runs, its levels and where they change.
+// Pages of the history: what they share, and a plot a figure with its values over runs, its levels and where they
+// change.
 #include <algorithm>
 #include <cmath>
 

@@ -25,8 +25,8 @@ constexpr std::int64_t kSamples = 16;   // few, so that step counts may differ b
 constexpr double kRate_hz = 240;        // the coarsest rung, of at most so many steps:
 constexpr double kMostSteps = 3600;
 constexpr double kClearlyBetter = -0.05;  // a mean gain of 5 %; a smaller one keeps the default
-// Of any figure, in its unit (m, rad, shares of the energy), in scenes of about a metre: what is under it is no difference.
-// Also above a float's round-off.
+// Of any figure, in its unit (m, rad, shares of the energy), in scenes of about a metre: what is under it is no
+// difference. Also above a float's round-off.
 constexpr double kLeastDifference = 1e-6;
 constexpr int kMostTries = 5;   // on the scenes held out
 constexpr double kSame = 0.01;  // a setting whose removal costs less is not kept
@@ -323,8 +323,8 @@ TuneResult SettingSearch::run() {
     fmt::print(stderr, "  {:>8}  {}{}\n", std::isfinite(trial.score) ? fmt::format("{:.3f}", trial.score) : "-",
                words_of(trial.changes), trial.trouble.empty() ? "" : "  (" + trial.trouble + ")");
   }
-  // The best that worsens no figure of the training scenes goes to the held-out ones; where it worsens one there, the next,
-  // a few times.
+  // The best that worsens no figure of the training scenes goes to the held-out ones; where it worsens one there, the
+  // next, a few times.
   std::string refused;
   for (const Trial& found : trials) {
     if (!(found.score < kClearlyBetter)) break;

@@ -25,17 +25,19 @@ struct TuneRanges {
 };
 // InputError: there are none for this engine; the engines that have some are named.
 TuneRanges tune_ranges(const std::string& engine, rivals::SceneClass scene_class);
-// The trials, each another set: the default (no changes), the starts, then half of what is left single changes, the other
-// half sets in which every setting keeps the default's value with probability one half. SplitMix64 with `seed`: the same trials each time.
+// The trials, each another set: the default (no changes), the starts, then half of what is left single changes, the
+// other half sets in which every setting keeps the default's value with probability one half. SplitMix64 with `seed`:
+// the same trials each time.
 std::vector<Settings> tune_trials(const TuneRanges& ranges, int count, std::uint64_t seed);
 
-// The figures by which a class is judged; of those, a scene counts the ones that its runs have. Not the penetration of a
-// bounce: how deep a body reaches within the step of its impact is the step's, and 0 for an engine that stops it above.
+// The figures by which a class is judged; of those, a scene counts the ones that its runs have. Not the penetration of
+// a bounce: how deep a body reaches within the step of its impact is the step's, and 0 for an engine that stops it
+// above.
 const std::vector<std::string>& primary_metrics(rivals::SceneClass scene_class);
 
 // ---- the judgement (tune_judge.cpp) --------------------------------------------------------------------------------
-// One figure of one scene: the default's at the step counts N, 2 N, 4 N, a trial's at N, and what the trial's run costs,
-// as a multiple of the default's at N.
+// One figure of one scene: the default's at the step counts N, 2 N, 4 N, a trial's at N, and what the trial's run
+// costs, as a multiple of the default's at N.
 struct TuneFigure {
   std::string scenario, metric;
   std::int64_t steps = 0;
@@ -44,12 +46,12 @@ struct TuneFigure {
   double of_trial = 0;             // NaN: its run failed
   double time_ratio = 1;
 };
-// The default's figure at the step count whose run takes as long as the trial's, between rungs by log-log interpolation,
-// beyond the last rung that rung's. Ratios of time are rounded to powers of 2^(1/4), and 1 below 2^(1/4): noise of the
-// clock decides nothing.
+// The default's figure at the step count whose run takes as long as the trial's, between rungs by log-log
+// interpolation, beyond the last rung that rung's. Ratios of time are rounded to powers of 2^(1/4), and 1 below
+// 2^(1/4): noise of the clock decides nothing.
 double default_at_equal_time(const TuneFigure& figure);
-// Mean over scenes of the mean over figures of log(trial / default at equal time), each within [-7, 7]; infinite where a
-// run failed. Below 0: better than the default.
+// Mean over scenes of the mean over figures of log(trial / default at equal time), each within [-7, 7]; infinite where
+// a run failed. Below 0: better than the default.
 double tune_score(std::span<const TuneFigure> figures);
 
 // A figure of the winner and of the default beside each other: medians over four runs at 240 steps a second and a

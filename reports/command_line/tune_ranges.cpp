@@ -13,7 +13,8 @@ namespace {
 using Whole = std::int64_t;
 using Word = std::string;
 
-// No `substeps` in any range: a step of a preset stays a step, and rows with `{substeps=4}` stand beside for equal work.
+// No `substeps` in any range: a step of a preset stays a step, and rows with `{substeps=4}` stand beside for equal
+// work.
 
 TuneRanges bullet(const std::string& name) {
   TuneRanges made{name, name + "/default", {}, {}};

@@ -1,8 +1,9 @@
 // A scene from a URDF file (Unified Robot Description Format, wiki.ros.org/urdf/XML).
 //
-// Taken: links with their inertials; joints revolute (limits as stops), continuous, prismatic, fixed, floating; origins, axes,
-// damping. A body's axes are those of its link. A link without an inertial that a fixed joint holds is a part of its
-// parent; the root link, and what fixed joints hold to it, is the world. Everything else is refused or named.
+// Taken: links with their inertials; joints revolute (limits as stops), continuous, prismatic, fixed, floating;
+// origins, axes, damping. A body's axes are those of its link. A link without an inertial that a fixed joint holds is a
+// part of its parent; the root link, and what fixed joints hold to it, is the world. Everything else is refused or
+// named.
 #pragma once
 
 #include <string>

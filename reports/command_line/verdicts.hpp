@@ -16,8 +16,8 @@ struct Standards {
   std::vector<Gate> gates;  // the tolerances' own, else the catalogue's
   std::optional<Baseline> baseline;
 };
-// `catalogue`: whether its gates are judged where no tolerances are named. A baseline that is named and not there is left
-// out: the command says what that means.
+// `catalogue`: whether its gates are judged where no tolerances are named. A baseline that is named and not there is
+// left out: the command says what that means.
 Standards read_standards(const Place& place, const Selection& selection, bool catalogue);
 
 // A cell by its names, as gates and baselines know it.
@@ -29,8 +29,8 @@ struct CellName {
   std::string at = {};  // a fluid's resolution (resolution_text)
 };
 std::vector<CellName> names_of(const std::vector<Cell>& cells);
-// The cells that this selection would have without --scenario, --method, --steps, --hz, --spacing and --sound-speed (scenes of
-// the user's own stay).
+// The cells that this selection would have without --scenario, --method, --steps, --hz, --spacing and --sound-speed
+// (scenes of the user's own stay).
 std::vector<CellName> unfiltered_cells(const Place& place, const Options& options, const Selection& selection);
 
 // Which figures of a baseline are of these cells.
@@ -45,9 +45,9 @@ class FigureNames {
   std::set<std::tuple<std::string, std::string, std::int64_t, std::string>> names_;
 };
 
-// Gates met with cells. Of the user's own gates none is left out in silence: one that matches no cell of the whole study
-// is not run, with the part that matches nothing and the nearest name; one that only a filter leaves without cells is
-// counted.
+// Gates met with cells. Of the user's own gates none is left out in silence: one that matches no cell of the whole
+// study is not run, with the part that matches nothing and the nearest name; one that only a filter leaves without
+// cells is counted.
 struct SiftedGates {
   std::vector<Gate> judged;
   std::vector<Verdict> unmatched;
@@ -56,9 +56,9 @@ struct SiftedGates {
 SiftedGates sift_gates(const Place& place, const Options& options, const Selection& selection,
                        const std::vector<Gate>& gates);
 
-// Planned cells that the store lacks and that a gate would judge: it is then not run, one verdict a gate, which says how
-// many there are; what fails of the cells that are there stays beside it. Without any gate and baseline, one verdict on
-// the study. `run_words`: the command that makes the cells.
+// Planned cells that the store lacks and that a gate would judge: it is then not run, one verdict a gate, which says
+// how many there are; what fails of the cells that are there stays beside it. Without any gate and baseline, one
+// verdict on the study. `run_words`: the command that makes the cells.
 void judge_missing(const Selection& selection, const std::vector<Gate>& gates, const StudyResult& result,
                    const std::vector<std::string>& run_words, std::vector<Verdict>& verdicts);
 // "4 of 6 planned cells are not in the store (the first: ...)"; empty: all of them are.
@@ -111,8 +111,8 @@ void add_judged(ReportData& data, const Selection& selection, const Judged& judg
 int no_baseline(const Options& options, const std::string& path);  // says so; the exit code
 // --scenario, --method, --steps or --hz, --spacing and --sound-speed of this call: a flag and its value in turn.
 std::vector<std::string> filter_words(const Options& options);
-// This call with another command (run, bless), as a shell's line that works in any folder: the program as it was called,
-// the study, filters, engines, --out, absolute paths. `baseline`: where bless writes to.
+// This call with another command (run, bless), as a shell's line that works in any folder: the program as it was
+// called, the study, filters, engines, --out, absolute paths. `baseline`: where bless writes to.
 std::string same_call(const Options& options, const std::string& command, const std::string& baseline = "");
 std::vector<std::string> same_call_words(const Options& options, const std::string& command,
                                          const std::string& baseline = "");

@@ -1,4 +1,5 @@
-// The bundled scripts and styles of the report, of the player and of the history's pages, embedded at build time from reports/web/dist.
+// The bundled scripts and styles of the report, of the player and of the history's pages, embedded at build time from
+// reports/web/dist.
 #pragma once
 
 #include <string_view>

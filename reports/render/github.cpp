@@ -1,5 +1,5 @@
-// What GitHub Actions shows beside a change: workflow commands, ::error file=...,line=...,title=...::message. At most ten
-// are shown of a step, so that the tenth counts the rest.
+// What GitHub Actions shows beside a change: workflow commands, ::error file=...,line=...,title=...::message. At most
+// ten are shown of a step, so that the tenth counts the rest.
 #include <fmt/format.h>
 
 #include <algorithm>

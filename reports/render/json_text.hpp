@@ -1,5 +1,5 @@
-// A JSON document of many rows, written front to back without holding it as a tree: commas, indentation and the digits of
-// figures are set here, strings are escaped by nlohmann-json.
+// A JSON document of many rows, written front to back without holding it as a tree: commas, indentation and the digits
+// of figures are set here, strings are escaped by nlohmann-json.
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // Motion as whole numbers of 16 bits, laid out so that deflate makes it small.
 //
-// A list is stored as its second differences modulo 2^16, low bytes first, then high bytes: smooth motion sampled often has
-// second differences near 0. The page adds them up twice and gets the same 16 bits.
+// A list is stored as its second differences modulo 2^16, low bytes first, then high bytes: smooth motion sampled often
+// has second differences near 0. The page adds them up twice and gets the same 16 bits.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,8 @@ class MotionBlob {
   std::string bytes_;
 };
 
-// value ~ low + step * word; words fill 0..65535 where the range is not empty. Not finite: the word of the last finite one.
+// value ~ low + step * word; words fill 0..65535 where the range is not empty. Not finite: the word of the last finite
+// one.
 struct QuantisedList {
   double low = 0, step = 0;
   std::vector<std::uint16_t> words;

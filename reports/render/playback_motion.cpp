@@ -1,6 +1,6 @@
-// The motion of a playback page. The first run is stored as poses; the others, as far as it reaches, as their differences
-// from it, each list with a scale of its own: so a difference of 1e-12 m is kept as well as one of 1 m, and the page can
-// magnify it. Differences of attitude are rotation vectors of q_first^-1 q in the body's axes.
+// The motion of a playback page. The first run is stored as poses; the others, as far as it reaches, as their
+// differences from it, each list with a scale of its own: so a difference of 1e-12 m is kept as well as one of 1 m, and
+// the page can magnify it. Differences of attitude are rotation vectors of q_first^-1 q in the body's axes.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -64,7 +64,8 @@ double extent_m(const PlayedRun& run) {
   return std::isfinite(size) && size > 0 ? size : 1;
 }
 
-// Samples of the run that can be drawn: before the first that is not finite or that left the scene by a hundred extents.
+// Samples of the run that can be drawn: before the first that is not finite or that left the scene by a hundred
+// extents.
 std::size_t drawable_samples(const PlayedRun& run, double extent) {
   for (std::size_t k = 0; k < run.values.size(); ++k)
     for (std::size_t i = 0; i < run.values[k].bodies.size(); ++i) {

@@ -61,8 +61,8 @@ struct Claim {
 // Gates on claims that no ladder of this study measures are left out.
 std::vector<Gate> gates_of_claims(std::span<const Gate> gates, std::span<const Claim> claims);
 std::vector<Verdict> judge(std::span<const Gate> gates, std::span<const Row> rows);  // one per gate and matching row
-// The same where all rows together are too many to hold: ladder by ladder. The verdicts are those of judge(), in another
-// order.
+// The same where all rows together are too many to hold: ladder by ladder. The verdicts are those of judge(), in
+// another order.
 class LadderJudge {
  public:
   // `rivals`: the rows of every method that a gate's ratio is taken to.

@@ -4,14 +4,14 @@
 // sum m |f|^2, linf max |e| / max |f|, where f is the exact field at the same particles and |.| the Euclidean norm of a
 // velocity. Where f is 0 everywhere, the scale is the sound speed (velocity), rho0 c^2 (pressure), rho0 (density), 1 K.
 //
-// The velocity's error is the sum of three, particle by particle, each exact field taken at the positions of the solution
-// that it is compared with:
+// The velocity's error is the sum of three, particle by particle, each exact field taken at the positions of the
+// solution that it is compared with:
 //   v_i - u(x_i)  =  (u_c - u)(x_i)                                          model: the fluid is compressible
 //                  + V_i - u_c(X_i)                                          space: it is particles
 //                  + (v_i - u_c(x_i)) - (V_i - u_c(X_i))                     time: they are stepped
 // with u the field of the scene's truth, u_c that of the weakly compressible equations, and X, V the particles' own
-// equations of motion without an error of time. Without X, V the last two are one, which is called `space-error` with the
-// reason that says so; without u_c it is u, and there is no model error.
+// equations of motion without an error of time. Without X, V the last two are one, which is called `space-error` with
+// the reason that says so; without u_c it is u, and there is no model error.
 #pragma once
 
 #include <array>
@@ -53,8 +53,9 @@ FluidTruths fluid_truths(const Scenario& scenario, const Recording& run, const A
 // As measure(), for a scene with fluids.
 std::vector<Row> measure_fluid(const Scenario& scenario, const FluidTruths& truths, const Recording& run);
 
-// Of all cells of one scenario and method: order-time along the steps of each resolution, order-space along the spacings
-// of each sound speed (its finest steps), order-model along the sound speeds of each spacing, each of its error.
+// Of all cells of one scenario and method: order-time along the steps of each resolution, order-space along the
+// spacings of each sound speed (its finest steps), order-model along the sound speeds of each spacing, each of its
+// error.
 std::vector<Row> fit_fluid_orders(std::span<const Row> cells);
 
 // Mean number of other particles within `support_m` of one, by the nearest image; 0 where there are none.
@@ -77,8 +78,8 @@ std::vector<Row> neighbour_rows(const Scene& scene, const Recording& run, double
 //   front                          largest x of a particle and half a spacing
 //   column-height                  highest particle within one spacing of the line through the position against gravity
 //                                  (y without gravity), and half a spacing
-//   marker                         distance from the origin of the material point that began at the position: its place is
-//                                  the linear function of places at t = 0 that fits the particles best which began
+//   marker                         distance from the origin of the material point that began at the position: its place
+//                                  is the linear function of places at t = 0 that fits the particles best which began
 //                                  within three spacings of it, weights as above; where particles are not shifted
 //   force-on-body                  from the momentum of a body that moves freely; of a fixed body not known
 double probe_value(const Scene& scene, const FluidProbe& probe, const Sample& sample);

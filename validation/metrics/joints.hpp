@@ -18,8 +18,8 @@ int linked_bodies(const Scene& scene);
 // The joint at whose stop this event happened, by its parent and child; null: none has limits.
 const Joint* stop_of(const Scene& scene, const Event& event);
 
-// The run with joint coordinates and rates in every sample: computed from the poses where they are not reported, whole turns
-// counted from the start on (less than half a turn between two samples).
+// The run with joint coordinates and rates in every sample: computed from the poses where they are not reported, whole
+// turns counted from the start on (less than half a turn between two samples).
 Recording with_joints(const Scene& scene, const Recording& run);
 
 std::vector<MetricInfo> joint_metrics();

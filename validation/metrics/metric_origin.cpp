@@ -1,6 +1,7 @@
-// Notation: x, v, q, w: position, velocity, quaternion and body rate of the run, a star: of the truth; t_k: instants of the
-// samples; h: step, n: number of steps, u: unit round-off; E, T, V: energy, kinetic and potential; P, L: momentum and angular
-// momentum; g: gap or gravity; f_n, f_t, J_n, J_t: normal and tangential forces and impulses, u_n, u_t: relative velocities.
+// Notation: x, v, q, w: position, velocity, quaternion and body rate of the run, a star: of the truth; t_k: instants of
+// the samples; h: step, n: number of steps, u: unit round-off; E, T, V: energy, kinetic and potential; P, L: momentum
+// and angular momentum; g: gap or gravity; f_n, f_t, J_n, J_t: normal and tangential forces and impulses, u_n, u_t:
+// relative velocities.
 #include "validation/metrics/metric_origin.hpp"
 
 #include <map>

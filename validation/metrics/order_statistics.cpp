@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-// The largest k with P(Binomial(n, 1/2) < k) <= 0.025: the k-th smallest and the k-th largest of n enclose their median.
+// The largest k with P(Binomial(n, 1/2) < k) <= 0.025: the k-th smallest and the k-th largest of n enclose their
+// median.
 std::size_t outer_rank(std::size_t n) {
   double term = std::pow(0.5, static_cast<double>(n)), below = 0;
   std::size_t k = 0;

@@ -20,9 +20,9 @@ struct ProbeRequest {
   std::function<Recording(const std::string& method, const Scene& scene, const Plan& plan)> run;
 };
 
-// The rows of ensemble, reversal, symplecticity, lyapunov or determinism for one cell; fields as `measure` fills them. Where the
-// probe does not apply or a run fails, one row of its first metric with that status and the reason. std::logic_error
-// for other probes.
+// The rows of ensemble, reversal, symplecticity, lyapunov or determinism for one cell; fields as `measure` fills them.
+// Where the probe does not apply or a run fails, one row of its first metric with that status and the reason.
+// std::logic_error for other probes.
 std::vector<Row> run_probe(Probe probe, const ProbeRequest& request);
 
 }  // namespace atwood

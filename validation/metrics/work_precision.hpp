@@ -59,8 +59,8 @@ struct WorkCurve {
   std::string family;
   std::vector<WorkPoint> points;   // coarsest first: by spacing, sound speed and step count, or by falling tolerance
   std::vector<FailedRung> failed;  // in the same order
-  // Timed as WebAssembly alone. Such times are not comparable with native ones: the points have no seconds, and rankings
-  // by time leave the curve out.
+  // Timed as WebAssembly alone. Such times are not comparable with native ones: the points have no seconds, and
+  // rankings by time leave the curve out.
   bool under_wasm = false;
 };
 

@@ -1,4 +1,5 @@
-// Values as bytes for the store, in order, little-endian, without padding; BadBlob where bytes are not what they should be.
+// Values as bytes for the store, in order, little-endian, without padding; BadBlob where bytes are not what they should
+// be.
 #pragma once
 
 #include <cstdint>

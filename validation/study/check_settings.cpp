@@ -1,8 +1,8 @@
 // Checks of settings in method ids: unknown names and values that are not allowed. The rules that an engine declares
 // (type, range, choices; the engines of this tree declare them all) are applied without running it. Settings without a
 // rule, and several settings of one id, which may contradict one another, are tested by running a small scene: if the
-// engine refuses the method with its settings and runs it without them, the settings are wrong, and the engine's reason is
-// the message.
+// engine refuses the method with its settings and runs it without them, the settings are wrong, and the engine's reason
+// is the message.
 #include <algorithm>
 #include <filesystem>
 #include <map>

@@ -94,8 +94,8 @@ bool set_mount(const char* path, unsigned flags, const MountAttributes& attribut
   return syscall(kMountSetattr, AT_FDCWD, path, flags, &attributes, sizeof attributes) == 0;
 }
 
-// A program of root gets the rights of its bounding set at exec. Those that could undo the confinement are taken from it;
-// without the right to do so there are none to take.
+// A program of root gets the rights of its bounding set at exec. Those that could undo the confinement are taken from
+// it; without the right to do so there are none to take.
 void drop_capabilities() {
   prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0);
   struct {

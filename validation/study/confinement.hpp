@@ -1,12 +1,13 @@
 // What a worker may do beside computing: a limit of memory, no network, no writing outside a scratch directory. Linux.
 //
 // Memory is the resident size of the worker with its descendants, which a thread watches. A limit of the address space
-// (RLIMIT_AS) or of private mappings (RLIMIT_DATA) would end programs that reserve much and use little: WebAssembly, the
-// address sanitizer.
+// (RLIMIT_AS) or of private mappings (RLIMIT_DATA) would end programs that reserve much and use little: WebAssembly,
+// the address sanitizer.
 //
-// Writing is confined by Landlock, or where the kernel lacks it by a mount namespace in which all but the scratch directory
-// is read-only; the network by a network namespace, or else by Landlock, which stops TCP alone. Which of them this program
-// may use is found by trying each once. Where a worker cannot be confined as far as that, it is not started.
+// Writing is confined by Landlock, or where the kernel lacks it by a mount namespace in which all but the scratch
+// directory is read-only; the network by a network namespace, or else by Landlock, which stops TCP alone. Which of them
+// this program may use is found by trying each once. Where a worker cannot be confined as far as that, it is not
+// started.
 #pragma once
 
 #include <sys/types.h>

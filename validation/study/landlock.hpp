@@ -1,6 +1,6 @@
-// Landlock's three system calls: a process gives up rights on files, TCP and signals, for itself and all that it starts.
-// Its numbers and structures are written here, because the headers of Debian 12 know fewer than the kernel may have.
-// Source: linux/landlock.h, landlock(7).
+// Landlock's three system calls: a process gives up rights on files, TCP and signals, for itself and all that it
+// starts. Its numbers and structures are written here, because the headers of Debian 12 know fewer than the kernel may
+// have. Source: linux/landlock.h, landlock(7).
 #pragma once
 
 #include <fcntl.h>
@@ -57,8 +57,8 @@ inline void allow(int ruleset, const std::string& path, std::uint64_t rights, bo
   throw SystemFault("Landlock does not take " + path + ": " + std::strerror(error));
 }
 
-// A set of rules, as a descriptor: nothing is changed but in these folders, and in devices that keep nothing; no TCP where
-// `without_tcp`; no signals to processes outside. Throws SystemFault.
+// A set of rules, as a descriptor: nothing is changed but in these folders, and in devices that keep nothing; no TCP
+// where `without_tcp`; no signals to processes outside. Throws SystemFault.
 inline int ruleset(int abi, const std::vector<std::string>& writable, bool without_tcp) {
   const Ruleset all{changes_of(abi), without_tcp && abi >= 4 ? kTcp : 0, abi >= 6 ? kScopes : 0};
   const int made = static_cast<int>(syscall(kCreateRuleset, &all, sizeof all, 0U));

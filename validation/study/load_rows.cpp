@@ -99,8 +99,8 @@ void append_timing(Store& store, const Cell& cell, const std::string& timing_has
   for (Row& row : rows) append(result.rows, std::move(row), cell, provenance);
 }
 
-// False: the store does not have the cell although an available engine can run it. `outcome`: how its run ended; untouched
-// where it has none.
+// False: the store does not have the cell although an available engine can run it. `outcome`: how its run ended;
+// untouched where it has none.
 bool append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResult& result,
                  std::optional<Outcome>& outcome) {
   if (cell.worker < 0) {

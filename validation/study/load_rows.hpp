@@ -16,8 +16,8 @@ std::string measured_key(const Cell& cell, const std::string& accuracy_hash);
 
 // Rows of these cells and of their ladders; `skipped` counts the cells found in the store. StoreDamage names the cell.
 StudyResult collect_rows(Store& store, const std::vector<Cell>& cells, const Campaigns& campaigns);
-// The same with only the rows that are not ok, of cells whose run or timed pass did not end ok, and none of ladders: how
-// the cells of a share ended. Of a store that is open for writing.
+// The same with only the rows that are not ok, of cells whose run or timed pass did not end ok, and none of ladders:
+// how the cells of a share ended. Of a store that is open for writing.
 StudyResult collect_endings(Store& store, const std::vector<Cell>& cells, const Campaigns& campaigns);
 
 // The same where all rows together are too many to hold: the cells of one scenario's method at a time, of methods with

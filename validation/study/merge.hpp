@@ -13,12 +13,13 @@ struct Merged {
   std::vector<std::string> absent;     // cells of the shards' plans that no store has
   std::vector<std::string> conflicts;  // what differs, both values; not empty: no store was written
 };
-// Writes `out`, which must not exist, completely or not at all. Time limits and run ids are those of the first store that
-// has the cell, its times those of the first timed pass that succeeded. A cell that ended in one store and
+// Writes `out`, which must not exist, completely or not at all. Time limits and run ids are those of the first store
+// that has the cell, its times those of the first timed pass that succeeded. A cell that ended in one store and
 // timed out or was killed in another is taken from the former; rows whose truth was solved are taken before rows whose
 // truth could not be. The same cell with another outcome, other samples or other rows is a conflict: its code is not
-// deterministic, or its hash does not cover all of it. InputError: files that are no stores, shards with different files of costs, cells measured
-// against different truths or by different metrics. StoreDamage: an entry differs from its checksum.
+// deterministic, or its hash does not cover all of it. InputError: files that are no stores, shards with different
+// files of costs, cells measured against different truths or by different metrics. StoreDamage: an entry differs from
+// its checksum.
 Merged merge_stores(const std::vector<std::string>& stores, const std::string& out);
 
 }  // namespace atwood

@@ -285,7 +285,8 @@ std::int64_t count_cells(const StudyCells& cells, const std::vector<Offer>& offe
 }
 
 // ---- resolutions of fluids ----------------------------------------------------------------------------------------
-// One of the scenario at this spacing and sound speed, with its particles; of a scene without fluids the scenario itself.
+// One of the scenario at this spacing and sound speed, with its particles; of a scene without fluids the scenario
+// itself.
 struct Resolved {
   Resolution at = {};
   double refinement = 1;  // how many times the steps of the first entries

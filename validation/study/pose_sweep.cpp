@@ -42,7 +42,8 @@ Row failed_row(const std::string& pair, bool swept, const Outcome& outcome) {
   return row;
 }
 
-// The poses of a pair, of a worker that answers questions about contacts but generates no poses: one scene after another.
+// The poses of a pair, of a worker that answers questions about contacts but generates no poses: one scene after
+// another.
 std::vector<PoseAnswer> ask_pose_by_pose(WorkerClient& client, const std::string& test, const std::string& pair,
                                          std::int64_t count, double limit_s, Outcome& outcome) {
   const auto start = std::chrono::steady_clock::now();

@@ -46,8 +46,8 @@ class BrokenPipeGuard {
   void (*before_)(int);
 };
 
-// The system refused this program what a worker needs: descriptors, processes, or to write to its pipe. The worker is not
-// at fault, and other cells would fail alike.
+// The system refused this program what a worker needs: descriptors, processes, or to write to its pipe. The worker is
+// not at fault, and other cells would fail alike.
 struct SystemFault : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -59,9 +59,9 @@ class RunHistory {
   // `old_times`: those that an earlier run measured. The run's selection is renewed too.
   void finish(const HistoryRun& run, const std::string& figures, const std::string& old_times,
               const std::string& environment);
-  // Removes runs that have ended or began a day ago, and what only they had. `keep` > 0: those that at least `keep` later
-  // runs of the same study and selection follow that have a verdict; `before_ns` > 0: those that began before. How many
-  // were removed; `dry`: would be.
+  // Removes runs that have ended or began a day ago, and what only they had. `keep` > 0: those that at least `keep`
+  // later runs of the same study and selection follow that have a verdict; `before_ns` > 0: those that began before.
+  // How many were removed; `dry`: would be.
   std::int64_t prune(const std::string& study, std::int64_t keep, std::int64_t before_ns, bool dry);
 
   // The newest first; `study` empty: of every study.

@@ -38,8 +38,8 @@ std::string costs_to_json(const Costs& costs);
 // The median wall times of these cells' runs and timed passes in a store. InputError where the store has none of them.
 Costs learn_costs(const std::string& store_path, const std::vector<Cell>& cells);
 
-// Expected cost of each cell [ns]: what was measured; else its steps times the cost of a step, of the finest measured rung
-// of its ladder, else of the median ladder of the file, else 1 ns for each body and particle.
+// Expected cost of each cell [ns]: what was measured; else its steps times the cost of a step, of the finest measured
+// rung of its ladder, else of the median ladder of the file, else 1 ns for each body and particle.
 std::vector<double> expected_costs_ns(const std::vector<const Cell*>& cells, const Costs& costs);
 
 struct Ladders {

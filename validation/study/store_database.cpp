@@ -234,8 +234,8 @@ void StoreDatabase::open_new() {
     close(lock);
     take_lock();
   }
-  // On a network file system take_lock leaves locking to SQLite, which cannot lock what is truncated under it. A lock of
-  // the open file, of a byte that SQLite does not lock, holds until the file is closed.
+  // On a network file system take_lock leaves locking to SQLite, which cannot lock what is truncated under it. A lock
+  // of the open file, of a byte that SQLite does not lock, holds until the file is closed.
   struct flock first_byte {};
   first_byte.l_type = F_WRLCK, first_byte.l_whence = SEEK_SET, first_byte.l_len = 1;
   if (!network_file_system.empty() && fcntl(lock, F_OFD_SETLK, &first_byte) != 0) {

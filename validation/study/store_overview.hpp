@@ -17,8 +17,8 @@ class StoreOverview {
     bool killed_from_outside = false;
     double limit_s = 0;
   };
-  // Every checksum is right, every entry is found by its key, and every cell has all its parts. Where this is false, the
-  // cells must be looked at one by one.
+  // Every checksum is right, every entry is found by its key, and every cell has all its parts. Where this is false,
+  // the cells must be looked at one by one.
   bool whole = true;
 
   const Run* run(const std::string& cell_hash) const;

@@ -34,7 +34,8 @@ struct StudyCells {
   std::vector<std::string> except = {};      // globs over base ids: left out of what `methods` takes in
   Probe probe = Probe::none;                 // several runs of a cell made for one figure
   double limit_s = 0;                        // seconds that a cell may take; 0: that of StudyOptions
-  // Of scenes with fluids; empty: the scenario's own. Where one of them is given, `steps` are those of each of its entries.
+  // Of scenes with fluids; empty: the scenario's own. Where one of them is given, `steps` are those of each of its
+  // entries.
   std::vector<double> spacings_m = {}, sound_speeds_m_per_s = {};
   std::vector<Status> allow = {};  // `diverged`, `not finite`: statuses that do not fail the run
   std::string allow_reason = {};   // why; required with `allow`
@@ -178,8 +179,8 @@ struct StudyResult {
   int failed_cells = 0;              // crashed, timed out or sent an invalid answer
   std::vector<Reused> reused = {};   // of run_study
   std::set<std::string> hosts = {};  // that measured the times of these cells
-  // Of run_study with Keep::none: metrics of new rows that were measured from a recording. Where they are to be measured
-  // again (other truth, other definition), their cells run again.
+  // Of run_study with Keep::none: metrics of new rows that were measured from a recording. Where they are to be
+  // measured again (other truth, other definition), their cells run again.
   std::set<std::string> without_recording = {};
 };
 StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options);

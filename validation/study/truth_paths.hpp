@@ -21,7 +21,8 @@ struct MethodPath {
   std::int64_t steps = 0;
   std::vector<std::vector<PoseError>> samples;  // sample by sample of each body, at the instants of the truth
 };
-// Sample by sample the pose of each body: x, y, z [m] and the quaternion w, x, y, z. Empty where the store has no truth.
+// Sample by sample the pose of each body: x, y, z [m] and the quaternion w, x, y, z. Empty where the store has no
+// truth.
 using Pose = std::array<float, 7>;
 struct TruthPath {
   std::string scenario;

@@ -61,8 +61,8 @@ class WorkerClient {
   std::int64_t wall_ns() const { return wall_ns_; }
   // The process id of the running worker; 0: none runs.
   pid_t process_id() const { return process_ ? process_->id() : 0; }
-  // Whether the last failure was a kill from outside (out of memory, an administrator), not a fault of the engine; or at
-  // the limit of memory, which may be another one in the next run.
+  // Whether the last failure was a kill from outside (out of memory, an administrator), not a fault of the engine; or
+  // at the limit of memory, which may be another one in the next run.
   bool killed_from_outside() const { return killed_from_outside_; }
 
  private:

@@ -224,7 +224,7 @@ template <class S> bool update_active_set(EventRun<S>& run, S t_s) {
   active.count = 0;
   if (!active.contacts.empty() && !find_modes(run, t_s)) return false;
   ++run.bodies.model.system().epoch;
-  active.reviewed_epoch = run.bodies.model.system().epoch;
+  active.active_set_epoch = run.bodies.model.system().epoch;
   for (std::size_t i = 0; i < previous.size(); ++i) {
     const int pair = pair_of(previous[i]);
     if (i > 0 && pair_of(previous[i - 1]) == pair) continue;  // one event per pair, whose contacts change together

@@ -44,7 +44,7 @@ template <class S> struct Contact {
   bool reached_cone = false, reached_rolling_bound = false;  // set by an event: friction, rolling couple at its bound
   S held_gap{};  // [m] the gap that projection restores: 0, or below for bodies that overlap at the start
   Vec3<S> slip_direction, roll_direction;  // unit
-  S slip_speed{}, roll_speed{};            // [m/s], [rad/s] at the start of the piece
+  S slip_speed{}, roll_speed{};            // [m/s], [rad/s] at the start of the segment
 
   // Kinematics at bodies.poses, and the version of the state they belong to (0: none).
   std::uint64_t kinematics_at = 0;
@@ -74,14 +74,14 @@ template <class S> struct Contact {
 };
 
 template <class S> struct ActiveSet {
-  std::vector<Contact<S>> contacts;  // all that touch, active or not
-  int count = 0;                     // of active contacts
-  std::vector<int> bodies;           // of the contacts' bodies that are not fixed, each once
-  std::int64_t reviewed_epoch = -1;  // of the equations of motion (System::epoch) that the set is valid for
-  bool starts = true;                // the run begins: impacts come before contacts
-  std::uint64_t mode_key = 0;        // of the contacts and modes that `decoupled` is known for
-  bool bound_approached = false;     // in the present trial step a force came within a tenth of its bound
-  S separation_acceleration{};       // [m/s^2] normal accelerations below it are round-off
+  std::vector<Contact<S>> contacts;    // all that touch, active or not
+  int count = 0;                       // of active contacts
+  std::vector<int> bodies;             // of the contacts' bodies that are not fixed, each once
+  std::int64_t active_set_epoch = -1;  // of the equations of motion (System::epoch) that the set is valid for
+  bool starts = true;                  // the run begins: impacts come before contacts
+  std::uint64_t mode_key = 0;          // of the contacts and modes that `decoupled` is known for
+  bool force_near_bound = false;       // in the present trial step a force came within a tenth of its bound
+  S separation_acceleration{};         // [m/s^2] normal accelerations below it are round-off
   int inconsistent = -1;      // index of the pair without a contact force by Coulomb's law (painleve.hpp); -1: none
   S last_painleve_s = S(-1);  // time [s] of the last impact without collision; -1: none
   int painleve_impacts = 0;   // how many there were before at that instant

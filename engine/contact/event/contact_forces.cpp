@@ -31,14 +31,14 @@ template <class S> Vec3<S> angular_of(const Bodies<S>& bodies, int body, const S
   return turned(bodies.poses[body], load3(dydt + bodies.model.offset(body) + kAtBodyRate));
 }
 
-// Raises contact.largest_N, and sets active.bound_approached if the normal force, friction or couple is within a tenth
+// Raises contact.largest_N, and sets active.force_near_bound if the normal force, friction or couple is within a tenth
 // of its bound.
 template <class S> void monitor_bounds(const Proximity<S>& proximity, ActiveSet<S>& active, Contact<S>& contact) {
   const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
   contact.largest_N = real::max(contact.largest_N, contact.normal_N);
   const auto near = [&](const Vec3<S>& load, S bound) { return !(dot(load, load) <= S(0.81) * bound * bound); };
-  active.bound_approached =
-      active.bound_approached || !(contact.normal_N >= S(0.1) * contact.largest_N) ||
+  active.force_near_bound =
+      active.force_near_bound || !(contact.normal_N >= S(0.1) * contact.largest_N) ||
       (contact.mode == FrictionMode::stick && near(contact.friction_N, pair.friction * contact.normal_N)) ||
       (contact.rolling == RollingMode::hold && near(contact.couple_N_m, pair.rolling_friction_m * contact.normal_N));
 }

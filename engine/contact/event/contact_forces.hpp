@@ -9,7 +9,7 @@ namespace atwood::event {
 template <class S> void install_contact_forces(EventRun<S>& run);
 // Solves for the forces of the active contacts at y and adds their accelerations to the rates dydt. Sets
 // constraints.solvable = false if a matrix is singular. Changes the contacts' forces, kinematics and Delassus range,
-// and active.bound_approached.
+// and active.force_near_bound.
 template <class S>
 void add_contact_forces(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
                         ConstraintSystem<S>& constraints, const S* y, std::uint64_t version, S* dydt);

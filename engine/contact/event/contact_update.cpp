@@ -1,4 +1,4 @@
-// Active contacts after a piece of a step.
+// Active contacts after a segment of a step.
 #include "contact/event/contact_update.hpp"
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace atwood::event {
 
 namespace {
 
-// Speeds and directions of slip and rolling after a piece of a step.
+// Speeds and directions of slip and rolling after a segment of a step.
 template <class S> void renew_directions(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact) {
   const Vec3<S>& n = contact.kinematics.normal;
   if (contact.mode == FrictionMode::slip) {
@@ -45,7 +45,7 @@ void maintain_contacts(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet<S>&
     const bool moved = contact.slip_speed > bodies.slip_round_off();
     renew_directions(bodies, proximity, contact);
     const bool stopped = moved && !contact.at_cone_limit && slip_is_zero(bodies, contact);
-    if (slip_is_resolved && stopped) active.reviewed_epoch = -1;
+    if (slip_is_resolved && stopped) active.active_set_epoch = -1;
   }
   if (active.count == static_cast<int>(active.contacts.size())) return;
   std::erase_if(active.contacts, [&](const Contact<S>& contact) {
@@ -53,7 +53,7 @@ void maintain_contacts(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet<S>&
     const Candidate<S>& candidate = proximity.candidates[contact.candidate];
     const GapKinematics<S> kinematics = gap_at(bodies, proximity, candidate, states.y.data());
     if (kinematics.gap < contact.held_gap - S(4) * bodies.gap_round_off())
-      active.reviewed_epoch = -1;  // it closes again: find the active set anew
+      active.active_set_epoch = -1;  // it closes again: find the active set anew
     if (kinematics.gap <= contact.held_gap + S(4) * bodies.gap_round_off()) return false;
     proximity.candidates[contact.candidate].in_contact = false;
     proximity.pairs[candidate.pair].gaps_known_at = -1;  // gaps are not measured while in contact

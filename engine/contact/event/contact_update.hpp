@@ -1,4 +1,4 @@
-// Active contacts after a piece of a step.
+// Active contacts after a segment of a step.
 #pragma once
 
 #include "contact/event/run.hpp"
@@ -6,8 +6,8 @@
 namespace atwood::event {
 
 // At the new states.y: stores the warm start, projects onto the constraints, renews the directions of slip and rolling,
-// and drops contacts without a force that have separated. Unsets active.reviewed_epoch where the active set must be
-// found anew; slip_is_resolved: the piece was short enough to follow a slip to its end.
+// and drops contacts without a force that have separated. Unsets active.active_set_epoch where the active set must be
+// found anew; slip_is_resolved: the segment was short enough to follow a slip to its end.
 template <class S>
 void maintain_contacts(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet<S>& active,
                        ConstraintSystem<S>& constraints, StateBuffers<S>& states, bool slip_is_resolved);

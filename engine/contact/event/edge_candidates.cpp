@@ -277,7 +277,7 @@ template <class S> bool locate_penetration(Flow<S>& flow, S low, S high, Crossin
           parallel_reason(run.proximity, boundary.pair, flow.t_s + overlap * flow.h_s, parallel);
       return false;
     }
-    if (!found || earliest < first.theta) first = {earliest, Switch::gap, candidate};
+    if (!found || earliest < first.theta) first = {earliest, SwitchingFunction::gap, candidate};
     found = true;
   }
   if (found) run.report.outcome = {};  // clear_of_boundaries() has refused

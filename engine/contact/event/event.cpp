@@ -161,7 +161,7 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   run.active.painleve_impacts = 0;
   run.active.starts = true;
   run.integration.use_fine_stepper = false;
-  run.active.reviewed_epoch = -1;
+  run.active.active_set_epoch = -1;
   run.integration.h_next_s = S(0);
   run.bodies.speed_scale = norm(run.bodies.model.uniform_gravity()) * S(plan.t_end_s) / S(plan.steps);
   std::fill(run.proximity.travel.begin(), run.proximity.travel.end(), S(0));

@@ -106,7 +106,7 @@ template <class S> bool leaves_face_at(Flow<S>& flow, const Candidate<S>& candid
   if (candidate.feature.edge || run.proximity.surfaces[candidate.surface].kind != SurfaceKind::slab) return false;
   const S* y = theta > S(0) ? flow.at(theta).data() : run.states.y.data();
   const S rate = gap_at(run.bodies, run.proximity, candidate, y).rate;
-  return leaves_without_strike(run.bodies, run.proximity, candidate, rate);
+  return leaves_without_impact(run.bodies, run.proximity, candidate, rate);
 }
 
 // Two edges are candidates from where they cross: if they overlap there, another candidate has touched before.
@@ -121,35 +121,35 @@ template <class S> S impact_theta_of_edges(Flow<S>& flow, const Candidate<S>& ca
 // From the last evaluation of the contacts.
 template <class S>
 S value_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active,
-           const StateBuffers<S>& states, Switch function, Contact<S>& contact) {
+           const StateBuffers<S>& states, SwitchingFunction function, Contact<S>& contact) {
   const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
   switch (function) {
-    case Switch::normal_force: return contact.normal_N;
-    case Switch::friction_cone: return pair.friction * contact.normal_N - norm(contact.friction_N);
-    case Switch::rolling_bound: return pair.rolling_friction_m * contact.normal_N - norm(contact.couple_N_m);
-    case Switch::slip_reversal: return dot(contact.u, contact.slip_direction);
-    case Switch::facet:
+    case SwitchingFunction::normal_force: return contact.normal_N;
+    case SwitchingFunction::friction_cone: return pair.friction * contact.normal_N - norm(contact.friction_N);
+    case SwitchingFunction::rolling_bound: return pair.rolling_friction_m * contact.normal_N - norm(contact.couple_N_m);
+    case SwitchingFunction::slip_reversal: return dot(contact.u, contact.slip_direction);
+    case SwitchingFunction::facet:
       return depth_inside_facet(bodies, proximity, active, contact) +
              bodies.gap_round_off();  // 0 above edges inside a mesh
-    case Switch::reactivation:
+    case SwitchingFunction::reactivation:
       return active.separation_acceleration + normal_acceleration(bodies, proximity, contact, states.dydt.data());
     default: return dot(contact.w, contact.roll_direction);
   }
 }
 
-bool depends_on_forces(Switch function) {
-  return function == Switch::normal_force || function == Switch::friction_cone || function == Switch::rolling_bound ||
-         function == Switch::reactivation;
+bool depends_on_forces(SwitchingFunction function) {
+  return function == SwitchingFunction::normal_force || function == SwitchingFunction::friction_cone ||
+         function == SwitchingFunction::rolling_bound || function == SwitchingFunction::reactivation;
 }
 
-template <class S> bool applies(const Proximity<S>& proximity, Switch function, const Contact<S>& contact) {
+template <class S> bool applies(const Proximity<S>& proximity, SwitchingFunction function, const Contact<S>& contact) {
   switch (function) {
-    case Switch::normal_force:
-    case Switch::reactivation: return true;
-    case Switch::friction_cone: return contact.mode == FrictionMode::stick;
-    case Switch::rolling_bound: return contact.rolling == RollingMode::hold;
-    case Switch::slip_reversal: return contact.mode == FrictionMode::slip && !contact.at_cone_limit;
-    case Switch::facet: return has_boundary(proximity, contact);
+    case SwitchingFunction::normal_force:
+    case SwitchingFunction::reactivation: return true;
+    case SwitchingFunction::friction_cone: return contact.mode == FrictionMode::stick;
+    case SwitchingFunction::rolling_bound: return contact.rolling == RollingMode::hold;
+    case SwitchingFunction::slip_reversal: return contact.mode == FrictionMode::slip && !contact.at_cone_limit;
+    case SwitchingFunction::facet: return has_boundary(proximity, contact);
     default: return contact.rolling == RollingMode::roll;
   }
 }
@@ -160,7 +160,7 @@ template <class S> struct SwitchValues {
   S theta = S(-1);
   bool forces = false;
 
-  S value(Switch function, int index, S at) {
+  S value(SwitchingFunction function, int index, S at) {
     EventRun<S>& run = flow.run;
     if (theta != at || (depends_on_forces(function) && !forces)) {
       const State<S>& y = at == S(0) ? run.states.y : at == S(1) ? run.states.y_new : flow.at(at);
@@ -179,7 +179,7 @@ template <class S> struct SwitchValues {
 };
 
 // The theta in (0, high] where a function falls through zero, positive at 0 (else 0) and negative at high.
-template <class S> S locate(SwitchValues<S>& values, Switch function, int index, S f_low, S f_high, S high) {
+template <class S> S locate(SwitchValues<S>& values, SwitchingFunction function, int index, S f_low, S f_high, S high) {
   if (!(f_low > S(0))) return S(0);
   constexpr int max_iterations = 100;
   const BracketedRoot<S> root = false_position([&](S theta) { return -values.value(function, index, theta); }, S(0),
@@ -188,13 +188,14 @@ template <class S> S locate(SwitchValues<S>& values, Switch function, int index,
   return root.high;
 }
 
-template <class S> void search(SwitchValues<S>& values, Switch function, Crossing<S>& first) {
+template <class S> void search(SwitchValues<S>& values, SwitchingFunction function, Crossing<S>& first) {
   const EventRun<S>& run = values.flow.run;
   for (int i = 0; i < static_cast<int>(run.active.contacts.size()); ++i) {
     const Contact<S>& contact = run.active.contacts[i];
-    if (contact.active == (function == Switch::reactivation) || !applies(run.proximity, function, contact)) continue;
+    if (contact.active == (function == SwitchingFunction::reactivation) || !applies(run.proximity, function, contact))
+      continue;
     const S until = real::min(first.theta, S(1)), end = values.value(function, i, until);
-    const bool bounded = depends_on_forces(function) && function != Switch::reactivation;
+    const bool bounded = depends_on_forces(function) && function != SwitchingFunction::reactivation;
     const S tiny = bounded ? -S(64) * real::epsilon<S>() * contact.largest_N : S(0);
     if (!(end < tiny)) continue;
     const S theta = locate(values, function, i, values.value(function, i, S(0)), end, until);
@@ -219,7 +220,7 @@ template <class S> void locate_impact(Flow<S>& flow, Crossing<S>& first) {
         continue;
       const S theta = candidate.feature.edge ? impact_theta_of_edges(flow, candidate) : impact_theta(flow, candidate);
       if (theta <= S(1) && theta < first.theta && !leaves_face_at(flow, candidate, theta))
-        first = {theta, Switch::gap, f};
+        first = {theta, SwitchingFunction::gap, f};
     }
   }
 }
@@ -227,11 +228,14 @@ template <class S> void locate_impact(Flow<S>& flow, Crossing<S>& first) {
 template <class S> void locate_mode_change(Flow<S>& flow, Crossing<S>& first) {
   const EventRun<S>& run = flow.run;
   SwitchValues<S> values{flow};
-  if (run.active.bound_approached)
-    for (const Switch function : {Switch::normal_force, Switch::friction_cone, Switch::rolling_bound})
+  if (run.active.force_near_bound)
+    for (const SwitchingFunction function :
+         {SwitchingFunction::normal_force, SwitchingFunction::friction_cone, SwitchingFunction::rolling_bound})
       search(values, function, first);
-  if (run.active.count < static_cast<int>(run.active.contacts.size())) search(values, Switch::reactivation, first);
-  for (const Switch function : {Switch::slip_reversal, Switch::rolling_reversal, Switch::facet})
+  if (run.active.count < static_cast<int>(run.active.contacts.size()))
+    search(values, SwitchingFunction::reactivation, first);
+  for (const SwitchingFunction function :
+       {SwitchingFunction::slip_reversal, SwitchingFunction::rolling_reversal, SwitchingFunction::facet})
     search(values, function, first);
 }
 
@@ -254,11 +258,12 @@ template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first) {
     const BracketedRoot<S> root =
         false_position(against_first, S(0), -f_low, S(1), -f_high, real::epsilon<S>(), max_iterations);
     flow.note(root.evaluations, root.high - root.low, root.converged);
-    if (root.high < S(1) && root.high < first.theta) first = {root.high, Switch::zero_wind, static_cast<int>(i)};
+    if (root.high < S(1) && root.high < first.theta)
+      first = {root.high, SwitchingFunction::zero_wind, static_cast<int>(i)};
   }
 }
 
-template <class S> bool stays_clear_of_boundaries(Flow<S>& flow, Crossing<S>& first) {
+template <class S> bool check_boundaries(Flow<S>& flow, Crossing<S>& first) {
   EventRun<S>& run = flow.run;
   if (run.proximity.boundaries.empty()) return true;
   const S until = real::min(first.theta, S(1));
@@ -273,7 +278,7 @@ template <class S> bool stays_clear_of_boundaries(Flow<S>& flow, Crossing<S>& fi
   return true;
 }
 
-template <class S> bool stays_off_other_facets(Flow<S>& flow, const Crossing<S>& first) {
+template <class S> bool check_other_facets(Flow<S>& flow, const Crossing<S>& first) {
   EventRun<S>& run = flow.run;
   const S until = real::min(first.theta, S(1));
   for (const Contact<S>& contact : run.active.contacts) {
@@ -297,12 +302,12 @@ template <class S> bool stays_off_other_facets(Flow<S>& flow, const Crossing<S>&
   return true;
 }
 
-#define ATWOOD_EVENT_LOCATION(S)                                         \
-  template void locate_impact<S>(Flow<S>&, Crossing<S>&);                \
-  template void locate_mode_change<S>(Flow<S>&, Crossing<S>&);           \
-  template bool stays_off_other_facets<S>(Flow<S>&, const Crossing<S>&); \
-  template void locate_zero_wind<S>(Flow<S>&, Crossing<S>&);             \
-  template bool stays_clear_of_boundaries<S>(Flow<S>&, Crossing<S>&);
+#define ATWOOD_EVENT_LOCATION(S)                                     \
+  template void locate_impact<S>(Flow<S>&, Crossing<S>&);            \
+  template void locate_mode_change<S>(Flow<S>&, Crossing<S>&);       \
+  template bool check_other_facets<S>(Flow<S>&, const Crossing<S>&); \
+  template void locate_zero_wind<S>(Flow<S>&, Crossing<S>&);         \
+  template bool check_boundaries<S>(Flow<S>&, Crossing<S>&);
 ATWOOD_EVENT_LOCATION(float)
 ATWOOD_EVENT_LOCATION(double)
 ATWOOD_EVENT_LOCATION(long double)

@@ -16,7 +16,7 @@ namespace atwood::event {
 //   facet              distance of a contact from the boundary of its facet
 //   zero_wind          u(0) . u of a body under quadratic drag, u its relative wind
 //   reactivation       normal acceleration of a contact that touches without a force
-enum class Switch : unsigned char {
+enum class SwitchingFunction : unsigned char {
   none,
   gap,
   normal_force,
@@ -31,7 +31,7 @@ enum class Switch : unsigned char {
 
 template <class S> struct Crossing {
   S theta = S(2);  // in units of the trial step; above 1: none
-  Switch function = Switch::none;
+  SwitchingFunction function = SwitchingFunction::none;
   int index = -1;  // of the candidate, also where it is in contact; of the body under drag
 };
 
@@ -57,7 +57,8 @@ template <class S> struct Flow {
   bool ok = true;  // false: an implicit step had no solution
   S theta_of_probe = S(-1);
 
-  // Reports how a search for the root of an event function ended; `width` is what it leaves undecided, as a share of h_s.
+  // Reports how a search for the root of an event function ended; `width` is what it leaves undecided, as a share of
+  // h_s.
   void note(int iterations, S width, bool converged) {
     run.bodies.model.system().solvers.add(
         IterativeSolver::event_location,
@@ -81,9 +82,9 @@ template <class S> void locate_mode_change(Flow<S>& flow, Crossing<S>& first);
 template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first);
 // Does no body overlap the boundary of a face up to `first`? If one does, `first` becomes the earlier crossing of a gap
 // that shows it, of edges too. False: there is none; report.outcome says which bodies overlap.
-template <class S> bool stays_clear_of_boundaries(Flow<S>& flow, Crossing<S>& first);
+template <class S> bool check_boundaries(Flow<S>& flow, Crossing<S>& first);
 // Does no sphere in contact with a facet of a mesh overlap another facet, up to `first`? False: the run ends, and
 // report.outcome says so.
-template <class S> bool stays_off_other_facets(Flow<S>& flow, const Crossing<S>& first);
+template <class S> bool check_other_facets(Flow<S>& flow, const Crossing<S>& first);
 
 }  // namespace atwood::event

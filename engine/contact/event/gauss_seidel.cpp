@@ -28,12 +28,14 @@ template <class S> struct GaussSeidel {
   ConstraintSystem<S>& constraints;
 
   Vec3<S> relative_acceleration(const Contact<S>& contact) const {
-    const Candidate<S>& f = proximity.candidates[contact.candidate];
-    const Pose<S>&k = bodies.poses[f.feature_body], &s = bodies.poses[f.surface_body];
+    const Candidate<S>& candidate = proximity.candidates[contact.candidate];
     const Vec3<S>&x = contact.kinematics.x, &x_dot = contact.kinematics.x_dot;
-    const SpatialVector<S>&a = constraints.acceleration[f.feature_body], &b = constraints.acceleration[f.surface_body];
-    return a.linear + cross(a.angular, x - k.p) + cross(k.w, x_dot - k.v) -
-           (b.linear + cross(b.angular, x - s.p) + cross(s.w, x_dot - s.v));
+    const auto point_acceleration = [&](int body) {
+      const Pose<S>& pose = bodies.poses[body];
+      const SpatialVector<S>& a = constraints.acceleration[body];
+      return a.linear + cross(a.angular, x - pose.p) + cross(pose.w, x_dot - pose.v);
+    };
+    return point_acceleration(candidate.feature_body) - point_acceleration(candidate.surface_body);
   }
   Vec3<S> relative_angular_acceleration(const Contact<S>& contact) const {
     const Candidate<S>& f = proximity.candidates[contact.candidate];

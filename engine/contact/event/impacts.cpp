@@ -60,7 +60,7 @@ void find_impact_points(Bodies<S>& bodies, const Proximity<S>& proximity, const 
                                               : contact_kinematics(bodies, proximity, *contact, states);
       if (!(kinematics.gap <= bodies.gap_round_off())) continue;
       if (!candidate.in_contact && kinematics.rate < -bodies.approach_round_off() &&
-          leaves_without_strike(bodies, proximity, candidate, kinematics.rate))
+          leaves_without_impact(bodies, proximity, candidate, kinematics.rate))
         continue;
       ImpactPoint<S> point;
       point.candidate = f;

@@ -15,9 +15,9 @@
 namespace atwood::event {
 
 // From the impulses of points [first, first + count), which need inverse masses, targets and least impulses: improves
-// them, and applies the change to the bodies' velocities. Residual: the largest left side of the equations above relative
-// to the largest normal impulse; converged: at most 64 roundings. Where the iteration does not reduce the residual that
-// it begins with, nothing changes.
+// them, and applies the change to the bodies' velocities. Residual: the largest left side of the equations above
+// relative to the largest normal impulse; converged: at most 64 roundings. Where the iteration does not reduce the
+// residual that it begins with, nothing changes.
 template <class S>
 Convergence refine_impulses(ImpactProblem<S>& problem, std::vector<ImpactPoint<S>>& points, int first, int count);
 

@@ -27,7 +27,7 @@ template <class S> struct Integration {
   Stepper<S>& stepper;
   std::unique_ptr<Stepper<S>> contact_stepper;  // for lasting contacts, where the method never evaluates rates
   std::unique_ptr<Stepper<S>> fine_stepper;     // of order 8, for slip that turns as it ends
-  bool use_fine_stepper = false;                // in the present piece
+  bool use_fine_stepper = false;                // in the present segment
   FreeFlight<S>* free_flight = nullptr;         // the stepper's equal steps, bit for bit, without contacts; may be null
   FreeRates<S> free;
   std::int64_t wrapped_calls = 0;  // of the rates with contact forces

@@ -1,4 +1,4 @@
-// Broad and near phase of a run: pairs of bodies that may touch, and candidate contacts with their gaps.
+// Broad phase of a run: pairs of bodies that may touch, and candidate contacts with their gaps.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ template <class S> struct ShapePair {
   std::string boundary_refusal;
   std::string refusal;               // not empty: the pair has no contact test, and must not come near
   S recheck_travel{};                // [m] path lengths of both bodies up to which they cannot have met
-  std::int64_t gaps_known_at = -1;   // the piece (Proximity::piece) at whose start its candidates' gaps are known
+  std::int64_t gaps_known_at = -1;   // the segment (Proximity::segment) at whose start its candidates' gaps are known
   bool last_bounce = false;          // the impact of this instant is taken as the last of a series of bounces,
   S remaining_bounces_s{};           // which would go on for that long
   S bounces_end_s{};                 // when the series will have ended, predicted from its impacts so far
@@ -43,7 +43,7 @@ template <class S> struct Candidate {
   int edge[2] = {-1, -1};         // an edge over an edge: of the feature's and the surface's body in Proximity::edges
   mutable int last_triangle = 0;  // of a flat mesh: where the search for the triangle below begins
   bool in_contact = false;        // listed in ActiveSet::contacts
-  S gap{}, rate{};                // [m], [m/s] at the start of the piece, if known (ShapePair::gaps_known_at)
+  S gap{}, rate{};                // [m], [m/s] at the start of the segment, if known (ShapePair::gaps_known_at)
   S gap_end{}, rate_end{};        // at the end of the trial step
 };
 
@@ -66,7 +66,7 @@ template <class S> struct Proximity {
   std::size_t candidates_without_edges = 0, surfaces_without_edges = 0;
   std::vector<int> near;              // pairs that may touch within the present trial step
   std::vector<S> travel, excursions;  // [m] a body: path length so far; bound of its path in the trial step
-  std::int64_t piece = 0;             // number of the present piece of a step; pieces end at steps and events
+  std::int64_t segment = 0;           // number of the present segment of a step; segments end at steps and events
 };
 
 // All pairs and candidates of a scene; also sets bounding radii and the length scale.
@@ -97,7 +97,7 @@ GapKinematics<S> sphere_gap(const Bodies<S>& bodies, const Proximity<S>& proximi
 template <class S>
 GapKinematics<S> gap_at(Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate, const S* y);
 
-// ---- near_phase.cpp
+// ---- broad_phase.cpp
 // Lists in proximity.near the pairs that may touch between states.y and states.y_new, h_s later. False: a pair without
 // a contact test comes near; report.outcome says which.
 template <class S>
@@ -106,7 +106,7 @@ bool find_near(const Bodies<S>& bodies, Proximity<S>& proximity, const StateBuff
 template <class S> void measure_gaps(Bodies<S>& bodies, Proximity<S>& proximity, const StateBuffers<S>& states);
 // Adds the trial step's excursions to the path lengths.
 template <class S> void advance_travel(Proximity<S>& proximity);
-// The trial step was taken whole: its end is the start of the next piece.
+// The trial step was taken whole: its end is the start of the next segment.
 template <class S> void shift_gaps(Proximity<S>& proximity);
 
 }  // namespace atwood::event

@@ -1,11 +1,11 @@
 // A run of `+event`: free flight by the method, impacts located on its numerical flow, and between them lasting
 // contacts whose forces follow from their geometry and Coulomb's law.
 //
-//   part        owner of                                    changed by
+//   part        holds                                       written by
 //   options     settings of the law of impact               event.cpp
 //   bodies      poses, inertias, scales of round-off        kinematics.cpp, constraints.cpp, active_set.cpp,
 //                                                           candidates.cpp, step.cpp, event.cpp, impacts
-//   proximity   pairs, candidates, their gaps               near_phase.cpp, active_set.cpp, candidates.cpp,
+//   proximity   pairs, candidates, their gaps               broad_phase.cpp, active_set.cpp, candidates.cpp,
 //                                                           edge_candidates.cpp, contact_update.cpp,
 //                                                           surface_boundaries.cpp, step.cpp, event.cpp, impacts,
 //                                                           bounces.cpp
@@ -23,7 +23,7 @@
 //   integration the method, error control                   step.cpp, slip_step.cpp, contact_forces.cpp, event.cpp
 //   drag_bodies bodies under quadratic drag                 event.cpp
 //   report      observer and outcome                        the functions of report.hpp, event.cpp; impacts,
-//                                                           near_phase.cpp and edge_candidates.cpp set the outcome
+//                                                           broad_phase.cpp and edge_candidates.cpp set the outcome
 #pragma once
 
 #include <vector>

@@ -108,8 +108,8 @@ bool find_onset_directions(Bodies<S>& bodies, const Proximity<S>& proximity, Act
 }  // namespace
 
 // Slip that stops or reverses turns the faster the slower it is; about speed / braking is left for that. In a fixed
-// fraction of this time the slip is smooth, down to round-off, and a fixed number of such pieces takes a fixed fraction
-// of its speed: few enough for a method of order 8. Slip with a constant direction needs none of this.
+// fraction of this time the slip is smooth, down to round-off, and a fixed number of such segments takes a fixed
+// fraction of its speed: few enough for a method of order 8. Slip with a constant direction needs none of this.
 template <class S> S slip_limited_step(EventRun<S>& run, S t_s, S h_s, S left_s) {
   const auto set_onsets = [&](bool keep) {
     for (Contact<S>& contact : run.active.contacts) contact.slip_onset = keep || slip_is_zero(run.bodies, contact);

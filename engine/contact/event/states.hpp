@@ -32,8 +32,8 @@ template <class S> struct StateBuffers {
     state.version = ++last_version;
     return state.values.data();
   }
-  // Of a state that a method passes by address: 0 unless it is y, which no step writes to. Methods may keep stages in the
-  // buffer of their result, so that one is not known before the step has ended.
+  // Of a state that a method passes by address: 0 unless it is y, which no step writes to. Methods may keep stages in
+  // the buffer of their result, so that one is not known before the step has ended.
   std::uint64_t version_of(const S* state) const { return state == y.data() ? y.version : 0; }
 };
 

@@ -23,18 +23,18 @@ namespace atwood::event {
 namespace {
 
 // A run may have any number of events as long as its time advances.
-constexpr int kMaxEventsWithoutProgress = 10000, kMaxPiecesOfAFraction = 100000;
+constexpr int kMaxEventsWithoutProgress = 10000, kMaxSegmentsOfAFraction = 100000;
 constexpr double kFractionOfAStep = 1e-3;
 constexpr int kMaxFacetChanges = 1000;  // in a step; a ball that rolls over a mesh changes its facet a few times
-constexpr int kMaxPiecesNearSingularity = 5000;  // each changes a Delassus element by an eighth at most
+constexpr int kMaxSegmentsNearSingularity = 5000;  // each changes a Delassus element by an eighth at most
 constexpr const char* kSingularSlip =
     "a contact slips towards a singular configuration (Painleve), where its normal force would be infinite";
 
-// How much of the step was left when its time last advanced, and how many events or pieces came since; and the changes of
-// facets in all of the step.
+// How much of the step was left when its time last advanced, and how many events or segments came since; and the
+// changes of facets in all of the step.
 template <class S> struct Progress {
-  S left_at_event_s, left_at_piece_s;
-  int events = 0, pieces = 0, facet_changes = 0;
+  S left_at_event_s, left_at_segment_s;
+  int events = 0, segments = 0, facet_changes = 0;
 
   // Does the time no longer advance by more than round_off_s from event to event?
   bool stalls_at_event(S left_s, S round_off_s) {
@@ -44,12 +44,12 @@ template <class S> struct Progress {
     }
     return ++events > kMaxEventsWithoutProgress;
   }
-  bool stalls_at_piece(S left_s, S fraction_s) {
-    if (left_at_piece_s - left_s > fraction_s) {
-      left_at_piece_s = left_s;
-      pieces = 0;
+  bool stalls_at_segment(S left_s, S fraction_s) {
+    if (left_at_segment_s - left_s > fraction_s) {
+      left_at_segment_s = left_s;
+      segments = 0;
     }
-    return ++pieces > kMaxPiecesOfAFraction;
+    return ++segments > kMaxSegmentsOfAFraction;
   }
 };
 
@@ -63,7 +63,7 @@ template <class S> Stepper<S>& stepper_of(const ActiveSet<S>& active, const Inte
 template <class S>
 bool trial_step(ActiveSet<S>& active, Integration<S>& integration, StateBuffers<S>& states, Stepper<S>& stepper, S t_s,
                 S& h_s) {
-  active.bound_approached = false;
+  active.force_near_bound = false;
   if (integration.rtol <= S(0))
     return take_step(active, integration, stepper, t_s, h_s, states.y.data(), states.overwrite(states.y_new));
   if (integration.h_next_s > S(0) && integration.h_next_s < h_s) h_s = integration.h_next_s;
@@ -110,25 +110,26 @@ template <class S> bool renew_active_set(EventRun<S>& run, S t_s) {
 // Impacts, or the change of contact mode that the crossing stands for, at states.y. Changes velocities in states.y, and
 // the active set. False: the run ends.
 template <class S> bool handle_event(EventRun<S>& run, const Crossing<S>& crossing, S t_s) {
-  if (crossing.function == Switch::gap) return resolve_impacts(run, t_s);
-  if (crossing.function == Switch::zero_wind) return true;
+  if (crossing.function == SwitchingFunction::gap) return resolve_impacts(run, t_s);
+  if (crossing.function == SwitchingFunction::zero_wind) return true;
   // Projection may have dropped contacts since the crossing was found, though never an active one.
   std::vector<Contact<S>>& contacts = run.active.contacts;
   const auto found = std::find_if(contacts.begin(), contacts.end(),
                                   [&](const Contact<S>& contact) { return contact.candidate == crossing.index; });
-  if (crossing.function == Switch::reactivation || found == contacts.end()) return renew_active_set(run, t_s);
+  if (crossing.function == SwitchingFunction::reactivation || found == contacts.end())
+    return renew_active_set(run, t_s);
   Contact<S>& contact = *found;
-  if (crossing.function == Switch::friction_cone) {
+  if (crossing.function == SwitchingFunction::friction_cone) {
     run.bodies.model.system().rate(t_s, run.states.y.data(), run.states.dydt.data());
     release_friction(run.proximity, run.active, contact);
   }
-  if (crossing.function == Switch::rolling_bound) {
+  if (crossing.function == SwitchingFunction::rolling_bound) {
     run.bodies.model.system().rate(t_s, run.states.y.data(), run.states.dydt.data());
     contact.reached_rolling_bound = true;
     contact.rolling = RollingMode::roll;
     contact.roll_direction = (S(-1) / norm(contact.couple_N_m)) * contact.couple_N_m;
   }
-  if (crossing.function == Switch::facet) {
+  if (crossing.function == SwitchingFunction::facet) {
     update_active_kinematics(run.bodies, run.proximity, run.active, run.states.y.data(), run.states.y.version);
     if (!change_facet(run, contact)) return false;
     // An edge lies down on a face: the contact that held it takes part in the impact of its other points.
@@ -148,7 +149,7 @@ template <class S> bool restart_contacts(EventRun<S>& run, S t_s) {
   update_speed_scale(run.bodies, run.states.y.data());
   run.states.y_new = run.states.y;
   for (ShapePair<S>& pair : run.proximity.pairs) pair.recheck_travel = S(0);
-  ++run.proximity.piece;
+  ++run.proximity.segment;
   if (!find_near(run.bodies, run.proximity, run.states, run.report, S(0))) return false;
   add_crossing_edges(run);
   if (run.active.starts) {
@@ -178,7 +179,7 @@ template <class S> bool locate_event(Flow<S>& flow, Crossing<S>& first) {
   locate_impact(flow, first);
   if (run.active.count > 0) locate_mode_change(flow, first);
   if (!run.drag_bodies.empty()) locate_zero_wind(flow, first);
-  return flow.ok && stays_clear_of_boundaries(flow, first) && stays_off_other_facets(flow, first);
+  return flow.ok && check_boundaries(flow, first) && check_other_facets(flow, first);
 }
 
 // `reached` becomes the present state; `reached` then holds the former state. Changes states, scales of round-off, and
@@ -191,11 +192,11 @@ template <class S> void advance_to(EventRun<S>& run, State<S>& reached) {
 }
 
 // False: the time no longer advances, or slip runs into a singular configuration; the run ends.
-template <class S> bool makes_progress(EventRun<S>& run, Progress<S>& progress, S t_s, S h_s, S left_s) {
-  if (progress.stalls_at_piece(left_s, S(kFractionOfAStep) * h_s))
+template <class S> bool check_progress(EventRun<S>& run, Progress<S>& progress, S t_s, S h_s, S left_s) {
+  if (progress.stalls_at_segment(left_s, S(kFractionOfAStep) * h_s))
     return diverged_at(run.report, static_cast<double>(t_s),
                        "slip changes so fast that 100000 segments cover less than a thousandth of a step");
-  if (progress.pieces > kMaxPiecesNearSingularity && run.active.count > 0 &&
+  if (progress.segments > kMaxSegmentsNearSingularity && run.active.count > 0 &&
       near_singularity(run.bodies, run.proximity, run.active))
     return refuse_at(run.report, static_cast<double>(t_s), kSingularSlip);
   return true;
@@ -208,10 +209,10 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
   S left_s = h_s;
   Progress<S> progress{left_s, left_s};
   for (;;) {
-    if (!makes_progress(run, progress, t_s, h_s, left_s)) return false;
-    if (run.active.reviewed_epoch != run.bodies.model.system().epoch) {
+    if (!check_progress(run, progress, t_s, h_s, left_s)) return false;
+    if (run.active.active_set_epoch != run.bodies.model.system().epoch) {
       if (!restart_contacts(run, t_s)) return false;
-      ++run.proximity.piece;
+      ++run.proximity.segment;
     }
     S step_s = run.active.count > 0 ? slip_limited_step(run, t_s, h_s, left_s) : left_s;
     Stepper<S>& stepper = stepper_of(run.active, run.integration);
@@ -222,7 +223,7 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     if (!locate_event(flow, first)) return false;
     advance_travel(run.proximity);
 
-    if (first.function == Switch::none) {
+    if (first.function == SwitchingFunction::none) {
       shift_gaps(run.proximity);
       advance_to(run, run.states.y_new);
       left_s -= step_s;
@@ -238,9 +239,9 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
       left_s -= first.theta * step_s;
     }
     if (!handle_event(run, first, t_s)) return false;
-    ++run.proximity.piece;
+    ++run.proximity.segment;
     if (!(left_s > round_off_s)) return true;
-    if (first.function == Switch::facet && ++progress.facet_changes > kMaxFacetChanges)
+    if (first.function == SwitchingFunction::facet && ++progress.facet_changes > kMaxFacetChanges)
       return refuse_at(run.report, static_cast<double>(t_s),
                        "a contact changed its facet more than 1000 times within a step: it stays on the common edge of "
                        "two facets, and round-off decides on which of them it is");

@@ -1,7 +1,7 @@
-// Boundaries of faces and lines. A contact leaves its facet there: a sphere that rolls over the boundary of a face moves
-// on to the edge, or separates; a box goes on where its edges cross those that it slides over (edges.hpp). Vertices of
-// other bodies have contacts with faces only, so a body that overlaps a boundary without a contact there, or is larger
-// than the whole face, is refused.
+// Boundaries of faces and lines. A contact leaves its facet there: a sphere that rolls over the boundary of a face
+// moves on to the edge, or separates; a box goes on where its edges cross those that it slides over (edges.hpp).
+// Vertices of other bodies have contacts with faces only, so a body that overlaps a boundary without a contact there,
+// or is larger than the whole face, is refused.
 #include "contact/event/surface_boundaries.hpp"
 
 #include <algorithm>
@@ -97,7 +97,8 @@ bool shares_normal(const Proximity<S>& proximity, const ActiveSet<S>& active, co
   });
 }
 
-// A contact of two edges at the end of its facet: does it last, because one edge now lies on a face of the other's body?
+// A contact of two edges at the end of its facet: does it last, because one edge now lies on a face of the other's
+// body?
 template <class S> bool stays_on_face(EventRun<S>& run, const Contact<S>& contact) {
   Bodies<S>& bodies = run.bodies;
   const Candidate<S>& candidate = run.proximity.candidates[contact.candidate];
@@ -173,7 +174,7 @@ S leaving_speed(const Bodies<S>& bodies, const Proximity<S>& proximity, const Ca
 }
 
 template <class S>
-bool leaves_without_strike(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
+bool leaves_without_impact(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
                            S rate) {
   constexpr S steepest = S(16);  // clear_of_boundary() allows four times as much
   const S speed = leaving_speed(bodies, proximity, candidate);
@@ -314,7 +315,7 @@ bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, 
   template GapKinematics<S> held_kinematics<S>(const Bodies<S>&, const Proximity<S>&, const Contact<S>&);              \
   template bool overlaps_other_facet<S>(const Bodies<S>&, const Proximity<S>&, const Contact<S>&, const S*);           \
   template S leaving_speed<S>(const Bodies<S>&, const Proximity<S>&, const Candidate<S>&);                             \
-  template bool leaves_without_strike<S>(const Bodies<S>&, const Proximity<S>&, const Candidate<S>&, S);               \
+  template bool leaves_without_impact<S>(const Bodies<S>&, const Proximity<S>&, const Candidate<S>&, S);               \
   template bool change_facet<S>(EventRun<S>&, Contact<S>&);
 ATWOOD_SURFACE_BOUNDARIES(float)
 ATWOOD_SURFACE_BOUNDARIES(double)

@@ -16,23 +16,23 @@ S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, con
 // Gap, rate, normal and point of a contact over the facet that it is held at, from bodies.poses.
 template <class S>
 GapKinematics<S> held_kinematics(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact);
-// Of a feature of a pair of boxes or rectangles that is over a face, within round-off of its boundary, and moves out over
-// it: the speed [m/s] at which it leaves the face at this instant; else 0. From bodies.poses.
+// Of a feature of a pair of boxes or rectangles that is over a face, within round-off of its boundary, and moves out
+// over it: the speed [m/s] at which it leaves the face at this instant; else 0. From bodies.poses.
 template <class S>
 S leaving_speed(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate);
 // Does a feature that approaches the face by `rate` leave it at this instant without a strike? While it crosses what
 // round-off leaves of the face, its gap falls by no more than round-off.
 template <class S>
-bool leaves_without_strike(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
+bool leaves_without_impact(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
                            S rate);
 // Of a sphere on a mesh: does it overlap a facet other than the one that its contact is held at, in the state y? A pair
 // has one candidate, and so one contact.
 template <class S>
 bool overlaps_other_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact,
                           const S* y);
-// Sets the facet that a contact moves on to, or marks the contact as having left its facet (Contact::left_facet): unless
-// one of two edges now lies on a face of the other's body, where another candidate of the pair is closed or the facet has
-// not been left beyond round-off.
+// Sets the facet that a contact moves on to, or marks the contact as having left its facet (Contact::left_facet):
+// unless one of two edges now lies on a face of the other's body, where another candidate of the pair is closed or the
+// facet has not been left beyond round-off.
 // False: no contact is known there; report.outcome says why.
 template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact);
 // The deepest gap at which a pair is held in the state y: 0, or below for bodies that overlap at the start, and by the

@@ -7,9 +7,9 @@
 
 namespace atwood::stepping {
 
-// Appends copies of `empty`, enough for the contacts of each colour, and an entry of `contacts.colours` for each colour in
-// use. `colour[i]` is that of contact i, below `colours`; -1: it gets no place. next_slot[c] becomes the place of the
-// first contact of colour c: batch slot / kLaneCount, lane slot % kLaneCount. `count`: working memory.
+// Appends copies of `empty`, enough for the contacts of each colour, and an entry of `contacts.colours` for each colour
+// in use. `colour[i]` is that of contact i, below `colours`; -1: it gets no place. next_slot[c] becomes the place of
+// the first contact of colour c: batch slot / kLaneCount, lane slot % kLaneCount. `count`: working memory.
 template <class Contacts, class Batch>
 void append_batches(Contacts& contacts, const std::vector<int>& colour, int colours, SpherePartner partner,
                     const Batch& empty, std::vector<int>& count, std::vector<int>& next_slot) {

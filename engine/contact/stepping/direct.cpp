@@ -171,8 +171,8 @@ template <class S> S free_entry(const World<S>& world, const DirectSolver<S>& d,
   return sum;
 }
 
-// Entry (i, j) of the Delassus matrix W = J M^-1 J^T; with joints, M^-1 is what they leave of it. A stop's rows t and s,
-// which no impulse has, are given the diagonal 1.
+// Entry (i, j) of the Delassus matrix W = J M^-1 J^T; with joints, M^-1 is what they leave of it. A stop's rows t and
+// s, which no impulse has, are given the diagonal 1.
 template <class S> S delassus_entry(const World<S>& world, const DirectSolver<S>& d, int i, int j) {
   if (!d.tied.empty()) {
     const bool stop = d.contact_of_point[static_cast<std::size_t>(i / 3)] < 0;

@@ -9,8 +9,8 @@ namespace {
 
 template <class S> std::array<Wide, 3> wide(const Vec3<S>& v) { return {Wide(v.x), Wide(v.y), Wide(v.z)}; }
 
-// Marks the components of reactions that another distribution of the impulses could change without changing a motion: the
-// null vectors of G^T, one for each equation that depends on others.
+// Marks the components of reactions that another distribution of the impulses could change without changing a motion:
+// the null vectors of G^T, one for each equation that depends on others.
 template <class S> void mark_open_components(World<S>& world, Mechanism<S>& mechanism, Sample& sample) {
   TiedBodies<S>& tied = *world.tied;
   factor_rows(world, mechanism, S(0), false, S(1));

@@ -1,5 +1,5 @@
-// Impacts of mechanisms: one impulse at a contact or along a joint's coordinate, and at the same instant the impulses of
-// all joints, so that no joint's rate changes.
+// Impacts of mechanisms: one impulse at a contact or along a joint's coordinate, and at the same instant the impulses
+// of all joints, so that no joint's rate changes.
 #include <algorithm>
 
 #include "contact/slip_path.hpp"

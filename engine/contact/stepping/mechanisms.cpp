@@ -119,7 +119,8 @@ template <class S> TiedBody<S> tied_body(const World<S>& world, int body, S afte
 
 namespace {
 
-// Where impulses act after_s into the substep: a body that had impacts moves as if it had started from its shifted place.
+// Where impulses act after_s into the substep: a body that had impacts moves as if it had started from its shifted
+// place.
 template <class S> TiedBody<S> shifted_body(const World<S>& world, int body, S after_s) {
   TiedBody<S> out = tied_body(world, body, after_s);
   if (after_s > S(0) || body < 0 || !is_tied(world, body)) return out;

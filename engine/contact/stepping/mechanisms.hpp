@@ -1,14 +1,15 @@
 // Mechanisms in a run of "+impulse": every body has its own pose and velocity, every joint is a constraint.
 //
-// A substep of length h begins at poses q and velocities v. With M the masses, f the forces, g(q, t) = 0 the conditions of
-// the joints, G = dg/dq and J the contact Jacobian,
+// A substep of length h begins at poses q and velocities v. With M the masses, f the forces, g(q, t) = 0 the conditions
+// of the joints, G = dg/dq and J the contact Jacobian,
 //   v+ = v + M^-1 (h f(q) + G(q)^T lambda + J(q)^T l)
 //   q+ = the free motion of each body from q with v+ over h         (rotating bodies: rigid/free_top.hpp, splitting)
-// with lambda such that g(q+, t + h) = 0, and l the contact impulses of world.hpp, both in one solve: contacts and stops
-// see the mobility that the joints leave, (1 - M^-1 G^T (G M^-1 G^T)^+ G) M^-1. Without contacts this is SHAKE (Ryckaert,
-// Ciccotti, Berendsen, J. Comput. Phys. 23 (1977) 327; Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed.,
-// VII.1.4): symplectic, its velocities half a substep behind its positions. Impulses of a joint act at the anchor where its
-// bodies meet, and each body carries its angular momentum through the free motion, so momenta are kept to round-off.
+// with lambda such that g(q+, t + h) = 0, and l the contact impulses of world.hpp, both in one solve: contacts and
+// stops see the mobility that the joints leave, (1 - M^-1 G^T (G M^-1 G^T)^+ G) M^-1. Without contacts this is SHAKE
+// (Ryckaert, Ciccotti, Berendsen, J. Comput. Phys. 23 (1977) 327; Hairer, Lubich, Wanner, Geometric Numerical
+// Integration, 2nd ed., VII.1.4): symplectic, its velocities half a substep behind its positions. Impulses of a joint
+// act at the anchor where its bodies meet, and each body carries its angular momentum through the free motion, so
+// momenta are kept to round-off.
 //
 // Dampers along joints are implicit: a row whose impulse is -h c times its rate after the substep, in the least-norm
 // problem a row with a further unknown of mass 1 and the coefficient 1 / sqrt(h c). Springs and torques act explicitly.
@@ -138,11 +139,12 @@ template <class S> TiedResponse<S> stop_response(World<S>& world, const JointSto
 template <class S> S squared(const TiedResponse<S>& response);
 
 // ---- mechanism_impacts.cpp
-// The impact at the stop that is reached first in [now_s, until_s] of the substep, among those with restitution. Returns
-// its mechanism and sets now_s to its time; null: there is none.
+// The impact at the stop that is reached first in [now_s, until_s] of the substep, among those with restitution.
+// Returns its mechanism and sets now_s to its time; null: there is none.
 template <class S> const Mechanism<S>* resolve_stop_impact(World<S>& world, S& now_s, S until_s, S sub_s);
-// An impact at t_s between bodies of which one is tied at least: an impulse at the contact point under Coulomb's law and the
-// impulses of all joints. Changes velocities and impact shifts of all bodies of their mechanisms. Returns the impulse on b.
+// An impact at t_s between bodies of which one is tied at least: an impulse at the contact point under Coulomb's law
+// and the impulses of all joints. Changes velocities and impact shifts of all bodies of their mechanisms. Returns the
+// impulse on b.
 template <class S>
 Impulse<S> collide_tied(World<S>& world, int a, int b, const ImpactLaw<S>& law, const Vec3<S>& normal,
                         const Vec3<S>& arm_a, const Vec3<S>& arm_b, S t_s, Vec3<S>& impulse_W);

@@ -11,10 +11,12 @@
 namespace atwood::stepping {
 namespace {
 
-// Tolerance of the sweeps: a change of velocity relative to what gravity gives in a substep, or to the largest velocity.
+// Tolerance of the sweeps: a change of velocity relative to what gravity gives in a substep, or to the largest
+// velocity.
 constexpr double kSweepTolerance = 1e-10;
 
-// Sweeps of a substep in scenes with joints, at least: between a contact's impulse and the response of a whole mechanism.
+// Sweeps of a substep in scenes with joints, at least: between a contact's impulse and the response of a whole
+// mechanism.
 constexpr int kTiedSweeps = 30;
 // How often contacts and joints are solved in turn, at most, until both hold at the end of the substep.
 constexpr int kMaxTiedSolves = 20;

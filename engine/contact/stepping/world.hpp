@@ -90,8 +90,8 @@ template <class S> struct SolverPoint;  // contact_points.hpp
 // centres of mass, and the body rates I^-1 (r x d) that a unit impulse along d gives.
 template <class S> struct JacobianRow { Vec3<S> direction, moment_a, moment_b, rate_a, rate_b; };
 
-// What a unit impulse along a row does to a mechanism under its joints (mechanisms.hpp): a vector whose scalar products are
-// entries of W. mechanism -1: none.
+// What a unit impulse along a row does to a mechanism under its joints (mechanisms.hpp): a vector whose scalar products
+// are entries of W. mechanism -1: none.
 template <class S> struct TiedResponse {
   int mechanism = -1;
   std::vector<S> z;

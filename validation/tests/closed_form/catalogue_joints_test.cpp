@@ -1,4 +1,5 @@
-// The catalogue's mechanisms with closed forms: each has a truth with narrow bars, whose samples satisfy the laws of motion.
+// The catalogue's mechanisms with closed forms: each has a truth with narrow bars, whose samples satisfy the laws of
+// motion.
 #include <catch2/catch.hpp>
 
 #include "joint_scenes.hpp"

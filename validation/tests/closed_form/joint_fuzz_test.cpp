@@ -1,5 +1,5 @@
-// Random mechanisms around the guard of each closed form: it refuses, or it agrees with the certified solver in maximal and
-// reduced coordinates, which shares no code with it, within both bars.
+// Random mechanisms around the guard of each closed form: it refuses, or it agrees with the certified solver in maximal
+// and reduced coordinates, which shares no code with it, within both bars.
 #include <catch2/catch.hpp>
 #include <random>
 

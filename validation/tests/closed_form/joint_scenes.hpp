@@ -1,6 +1,6 @@
-// Scenes with joints, and a check of their closed forms against the laws of motion that shares no code with them: samples
-// differentiated by a central formula of 13 points satisfy Newton's and Euler's equations with the reactions that the
-// samples report.
+// Scenes with joints, and a check of their closed forms against the laws of motion that shares no code with them:
+// samples differentiated by a central formula of 13 points satisfy Newton's and Euler's equations with the reactions
+// that the samples report.
 #pragma once
 
 #include <string>

@@ -179,8 +179,8 @@ TEST_CASE("a box that slides over a table's end tips and slips off at times that
   for (int k = 0; k < 3; ++k) CHECK(std::abs(at[2][k] - at[1][k]) < 2e-7);
 }
 
-// The rear vertices reach the table's end as the contact of the edges leaves it: by round-off they may still be over the
-// face, which the tilted box approaches.
+// The rear vertices reach the table's end as the contact of the edges leaves it: by round-off they may still be over
+// the face, which the tilted box approaches.
 TEST_CASE("a box that slides off a table's end does not strike the end") {
   Scene scene = world({0, 0, -kWeight}, 1, 0.2);
   const Real3 half = {0.3410225824064568, 0.3446571020343868, 0.18727663875711126};
@@ -234,8 +234,9 @@ TEST_CASE("boxes that fall on pedestals never sink in, nor gain energy") {
 }
 
 // Two free boxes in empty space. An edge of one comes to lie on a face of the other: its normal reaches the end of the
-// crossing edges' cone where the second point of the line touches. Both points last; one of them alone would leave and be
-// struck again without end. The truth shares no contact code: `+impulse` at steps of 16 us, whose error is of their order.
+// crossing edges' cone where the second point of the line touches. Both points last; one of them alone would leave and
+// be struck again without end. The truth shares no contact code: `+impulse` at steps of 16 us, whose error is of their
+// order.
 TEST_CASE("an edge that lies down on a face stays there as two contacts, and leaves at a time that converges") {
   Scene scene = world({0, 0, 0}, 0, 0);
   Body a = box("a", 8.024069766721906, {0.5324883766144777, 0.3218763821261088, 0.5555157826302852}, {});

@@ -180,8 +180,9 @@ TEST_CASE("a rod that slides on its end neither penetrates the floor nor gains e
   CHECK(answered > 600);
 }
 
-// After the impact the end is at rest and its centripetal acceleration nearly carries the rod: the floor would have to pull
-// on an end that stuck. It slips ahead from rest instead, with q = -mu p: k m = 1 + 3 c^2 + 3 mu s c > 0 gives one force.
+// After the impact the end is at rest and its centripetal acceleration nearly carries the rod: the floor would have to
+// pull on an end that stuck. It slips ahead from rest instead, with q = -mu p: k m = 1 + 3 c^2 + 3 mu s c > 0 gives one
+// force.
 TEST_CASE("an end that would have to be pulled to stay at rest slips off under the force of the plane theory") {
   const double part = 0.9;  // of the weight that the centripetal acceleration carries
   for (const bool edge : {false, true})
@@ -255,8 +256,8 @@ TEST_CASE("a contact that slides into the singular configuration ends the run th
   }
 }
 
-// A board on one edge, two contacts that share a force: steps of equal length reach over the singular configuration, and
-// their stages have the forces of its far side. Scenes found by a search in which a stage's slip reversed.
+// A board on one edge, two contacts that share a force: steps of equal length reach over the singular configuration,
+// and their stages have the forces of its far side. Scenes found by a search in which a stage's slip reversed.
 TEST_CASE("a board that slides on its edge towards the singular configuration gains no energy") {
   struct Slid {
     double degrees, friction, restitution, speed, spin, half_width, half_thickness, heading;

@@ -71,7 +71,8 @@ TEST_CASE("+impulse: impacts that find no end at one instant end the run, those 
   CHECK(one.residual_max > 0.1);
 }
 
-// Pairs are searched for at the beginning of a step, near each body's path: the small ball rests then, far from the wall.
+// Pairs are searched for at the beginning of a step, near each body's path: the small ball rests then, far from the
+// wall.
 TEST_CASE("+impulse: an impact that sends a body far away within the step is counted") {
   const Recorded it = run("atwood/symplectic-euler+impulse{substeps=1}", billiard(100, 1), {40, 1, 1});
   CHECK(it.count(EventKind::impact) < 31);

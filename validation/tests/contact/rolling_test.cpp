@@ -17,8 +17,8 @@ struct Coin {
 };
 
 // A coin whose axis leans by `lean` from the vertical towards +x and goes round it at `precession`, as it rolls on its
-// lower rim without slip: E. J. Routh, Advanced Rigid Dynamics (1905), art. 241 ff. With rho from the centre to the touch,
-// H the centre's height and s the spin about the axis, the centre is c from the middle of its circle:
+// lower rim without slip: E. J. Routh, Advanced Rigid Dynamics (1905), art. 241 ff. With rho from the centre to the
+// touch, H the centre's height and s the spin about the axis, the centre is c from the middle of its circle:
 //   c = -rho_x - s R / W,   W sin (I_a (s + W cos) - I_t W cos) = m H W^2 c - m g rho_x
 Scene steady(const Coin& coin, double lean, double precession, double friction) {
   const double R = coin.radius_m, l = coin.half_length_m, m = coin.mass_kg, W = precession;

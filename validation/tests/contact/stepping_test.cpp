@@ -70,8 +70,8 @@ TEST_CASE("+impulse: a run says what its sweeps left over") {
 }
 
 TEST_CASE("+impulse: simultaneous impacts of several balls keep angular momentum to round-off") {
-  // Position correction does not keep it: it displaces bodies across their velocities. Balls that stay in contact overlap,
-  // so it is off for them.
+  // Position correction does not keep it: it displaces bodies across their velocities. Balls that stay in contact
+  // overlap, so it is off for them.
   std::mt19937 random(5);
   std::uniform_real_distribution<double> any(-1, 1);
   std::size_t met = 0;

@@ -1,6 +1,6 @@
-// A change of units changes nothing but units. Scaled by powers of two, lengths, times and masses keep their digits, and
-// so does each operation on them: the motion of `+event` is then the same to the last bit. A threshold that is absolute,
-// or that compares quantities of different dimensions, shows as a different digit, impact or contact.
+// A change of units changes nothing but units. Scaled by powers of two, lengths, times and masses keep their digits,
+// and so does each operation on them: the motion of `+event` is then the same to the last bit. A threshold that is
+// absolute, or that compares quantities of different dimensions, shows as a different digit, impact or contact.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -177,8 +177,9 @@ TEST_CASE("joint poses: angles are continued from the sample before, the world i
 
 namespace {
 
-// Two bodies that hang on a rope over a pulley at the origin; the first at the right, the axis away from the reader, so that
-// the rope runs up at the right, over the top to the left, and down: with y up, from +x over +y to -x is positive about +z.
+// Two bodies that hang on a rope over a pulley at the origin; the first at the right, the axis away from the reader, so
+// that the rope runs up at the right, over the top to the left, and down: with y up, from +x over +y to -x is positive
+// about +z.
 Scene atwood_machine(double radius, double inertia) {
   Scene scene;
   scene.gravity_m_per_s2 = {0, -9.75, 0};
@@ -205,8 +206,8 @@ TEST_CASE("joint poses: the length of a rope over a pulley") {
   CHECK(close(rope_length_m(scene, scene.ropes[0], sample), 5 + 0.25 * std::acos(-1.0)));
   CHECK(close(rope_speed_m_per_s(scene, scene.ropes[0], sample), 0.5));
 
-  // A right triangle of legs 0.75 (axle to tangent point) and 1 (straight part) with the hypotenuse 1.25. The rope touches at
-  // (0.6, 0.8) of the radius, from where it runs counterclockwise to (-1, 0).
+  // A right triangle of legs 0.75 (axle to tangent point) and 1 (straight part) with the hypotenuse 1.25. The rope
+  // touches at (0.6, 0.8) of the radius, from where it runs counterclockwise to (-1, 0).
   const Scene wide = atwood_machine(0.75, 0);
   sample.bodies[1].p_m = {-0.75, -2, 0};
   sample.bodies[0].p_m = {1.25, 0, 0};

@@ -1,5 +1,6 @@
-// The second invariant of the swinging Atwood machine along solutions of its two equations of motion in polar coordinates,
-// (M + m) r'' = m r th'^2 + m g cos th - M g and r th'' = -g sin th - 2 r' th', stepped here by RK4 in long double.
+// The second invariant of the swinging Atwood machine along solutions of its two equations of motion in polar
+// coordinates, (M + m) r'' = m r th'^2 + m g cos th - M g and r th'' = -g sin th - 2 r' th', stepped here by RK4 in
+// long double.
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -36,8 +36,9 @@ Joint closing(Joint made) {
   return made;
 }
 
-// N parallelograms in a row: N + 1 rockers and N couplers of length `size`, mass 1, upward vertical at 0, `turn` turning
-// everything about the x axis. Rockers stand at -angle, so that angle is measured clockwise as in the closed form.
+// N parallelograms in a row: N + 1 rockers and N couplers of length `size`, mass 1, upward vertical at 0, `turn`
+// turning everything about the x axis. Rockers stand at -angle, so that angle is measured clockwise as in the closed
+// form.
 Scene four_bars(int loops, double angle, double rate, double size = 1, double turn = 0, int closings = 1) {
   Scene scene = empty_scene();
   const Real4 turned{std::cos(turn / 2), std::sin(turn / 2), 0, 0};
@@ -495,8 +496,8 @@ TEST_CASE("methods in the coordinates of all bodies converge to the pendulum's m
   CHECK(error("atwood/dop853{coordinates=maximal}", 100) < 1e-11);
 }
 
-// Two formulations that share the constraints' geometry only in part: in the one each joint is a coordinate, in the other
-// rows between free bodies. All kinds of joints, frames and axes at random, free roots.
+// Two formulations that share the constraints' geometry only in part: in the one each joint is a coordinate, in the
+// other rows between free bodies. All kinds of joints, frames and axes at random, free roots.
 TEST_CASE("random trees move alike, under the same reactions, in the coordinates of joints and of all bodies") {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     const Scene scene = random_tree(seed, 8);

@@ -1,5 +1,5 @@
-// Radau 15 for gravitating point masses in one kernel: the stages of the general sweeps to round-off or to the tolerance,
-// with fewer evaluations, the same bits at every vector width; and which systems it takes.
+// Radau 15 for gravitating point masses in one kernel: the stages of the general sweeps to round-off or to the
+// tolerance, with fewer evaluations, the same bits at every vector width; and which systems it takes.
 #include <catch2/catch.hpp>
 
 #include "integrators/radau15_point_masses.hpp"

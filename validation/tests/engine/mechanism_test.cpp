@@ -97,7 +97,8 @@ TEST_CASE("articulated bodies accelerate as the composite mass matrix says, in q
   CHECK(worst_solve < 1e-29);
 }
 
-// The kinetic energy of bodies placed by other code (scene/mechanism.hpp), and their velocities along the Jacobian's rows.
+// The kinetic energy of bodies placed by other code (scene/mechanism.hpp), and their velocities along the Jacobian's
+// rows.
 TEST_CASE("the mass matrix and the Jacobian's rows agree with the placed bodies") {
   for (unsigned seed = 30; seed < 40; ++seed) {
     const Scene scene = random_tree(seed, 10);
@@ -181,8 +182,9 @@ TEST_CASE("accelerations of bodies are the rates of their velocities") {
   }
 }
 
-// ---- reactions --------------------------------------------------------------------------------------------------------
-// Newton and Euler for each body by itself: gravity, the reactions of all its joints, and what acts along them.
+// ---- reactions
+// -------------------------------------------------------------------------------------------------------- Newton and
+// Euler for each body by itself: gravity, the reactions of all its joints, and what acts along them.
 TEST_CASE("reactions and applied forces move each body by itself") {
   for (unsigned seed = 60; seed < 66; ++seed) {
     Scene scene = random_tree(seed, 10);
@@ -242,8 +244,9 @@ TEST_CASE("reactions and applied forces move each body by itself") {
   }
 }
 
-// ---- in planes --------------------------------------------------------------------------------------------------------
-// A tree on the world and on a tilted body: hinges along one normal or against it, sliders across it, welds.
+// ---- in planes
+// -------------------------------------------------------------------------------------------------------- A tree on
+// the world and on a tilted body: hinges along one normal or against it, sliders across it, welds.
 Scene planar_tree(unsigned seed, int links) {
   std::mt19937 random(seed);
   const auto real = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
@@ -450,8 +453,8 @@ TEST_CASE("a welded pair moves as the composite body") {
   scene.bodies[0].angular_velocity_body_rad_per_s = {0.5, 2, 0.25};
   scene.joints.push_back(joint("weld", JointKind::fixed, 0, 1, {1, 0, 0}, {-1, 0, 0}));
   scene = placed(scene);
-  // Centre of mass 1 m from each body along x: moments 2 * 0.125, 2 * (0.25 + 2), 2 * (0.375 + 2); rate as each body's, and
-  // the centre's velocity v + w x (1, 0, 0) = (1, 2 + 0.25, 3 - 2).
+  // Centre of mass 1 m from each body along x: moments 2 * 0.125, 2 * (0.25 + 2), 2 * (0.375 + 2); rate as each body's,
+  // and the centre's velocity v + w x (1, 0, 0) = (1, 2 + 0.25, 3 - 2).
   Scene composite = empty_scene();
   composite.gravity_m_per_s2 = scene.gravity_m_per_s2;
   composite.bodies.push_back(link("both", 4, {0.25, 4.5, 4.75}));

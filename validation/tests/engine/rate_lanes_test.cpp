@@ -50,7 +50,8 @@ int wrong_scalars(const Scene& scene, int count, std::mt19937& random, VectorWid
   return wrong;
 }
 
-// Above it, two sizes of a batch do: with all six, a thousand bodies that attract one another take software arithmetic a minute.
+// Above it, two sizes of a batch do: with all six, a thousand bodies that attract one another take software arithmetic
+// a minute.
 constexpr std::size_t kManyBodies = 100;
 
 void check_scene(const std::string& name, const Scene& scene) {

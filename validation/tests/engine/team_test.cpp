@@ -1,5 +1,5 @@
-// The team of threads by itself. Its program is linked without the engine, so that a build with the thread sanitizer takes
-// seconds: parts write plain memory that the caller and the parts of the next round read.
+// The team of threads by itself. Its program is linked without the engine, so that a build with the thread sanitizer
+// takes seconds: parts write plain memory that the caller and the parts of the next round read.
 #include "parallel/team.hpp"
 
 #include <atomic>

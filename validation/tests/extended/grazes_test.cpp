@@ -111,8 +111,8 @@ TEST_CASE("coarse grazes are followed: quad resolves 1e-9") {
   CHECK(extended_truth(thrown(-1e-9), 16).outcome.status == Status::ok);
 }
 
-// m v' = -m g - c v (air at rest), Newton's restitution: v and z between impacts in closed form, each impact by Newton's
-// iteration, sixty digits; the bounces to come are summed until they add nothing.
+// m v' = -m g - c v (air at rest), Newton's restitution: v and z between impacts in closed form, each impact by
+// Newton's iteration, sixty digits; the bounces to come are summed until they add nothing.
 TEST_CASE("the time of rest lies within its bar, in air that changes every flight") {
   using scenes::Digits60;
   for (const double e : {0.5, 0.9, 0.98}) {

@@ -1,6 +1,6 @@
 // The stability limit of +polynomial: just below it noise grows no more than with short steps, above it it explodes: a
-// quarter above that of rk4. Heun's and Dormand and Prince's methods are unstable first on long undamped sound waves, which
-// the filter may damp: four times above their limit.
+// quarter above that of rk4. Heun's and Dormand and Prince's methods are unstable first on long undamped sound waves,
+// which the filter may damp: four times above their limit.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>

@@ -1,5 +1,5 @@
-// Exact fields of flows and of heat: each satisfies its equations at random points by differences in quad, its boundary and
-// its initial conditions; formulas that have a second form agree with it.
+// Exact fields of flows and of heat: each satisfies its equations at random points by differences in quad, its boundary
+// and its initial conditions; formulas that have a second form agree with it.
 #include <catch2/catch.hpp>
 
 #include "fluid_scenes.hpp"
@@ -65,7 +65,8 @@ TEST_CASE("Taylor and Green's vortices and parallel streams solve the equations 
       CHECK(left.largest_term > 1e-6);
     }
   }
-  // The start that is written in the scene's field: u = -U cos kx sin ky, p = -rho0 U^2 / 4 (cos 2kx + cos 2ky), k = 4 pi.
+  // The start that is written in the scene's field: u = -U cos kx sin ky, p = -rho0 U^2 / 4 (cos 2kx + cos 2ky), k = 4
+  // pi.
   const Point<Wide> at = wide_field(vortices, taylor_green()).at(0)({0.1, 0.03, 0});
   const double k = 4 * M_PI;
   CHECK(d(at.v[0]) == Approx(-1.5 * std::cos(k * 0.1) * std::sin(k * 0.03)).epsilon(1e-14));

@@ -55,8 +55,8 @@ struct Differences {
   }
 };
 
-// What is left of rho (u_t + u.grad u) + grad p - rho0 nu lap u - rho a = 0 and of rho_t + div(rho u) = 0 at one point. `a`:
-// gravity and sources. The density is the field's.
+// What is left of rho (u_t + u.grad u) + grad p - rho0 nu lap u - rho a = 0 and of rho_t + div(rho u) = 0 at one point.
+// `a`: gravity and sources. The density is the field's.
 struct Residual {
   double momentum = 0, mass = 0, largest_term = 0;
 };

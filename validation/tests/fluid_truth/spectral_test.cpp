@@ -1,5 +1,5 @@
-// The weakly compressible equations by Fourier collocation: the rate against formulas, convergence, exact solutions, the
-// error of the incompressible model.
+// The weakly compressible equations by Fourier collocation: the rate against formulas, convergence, exact solutions,
+// the error of the incompressible model.
 #include <catch2/catch.hpp>
 
 #include "fluid_scenes.hpp"

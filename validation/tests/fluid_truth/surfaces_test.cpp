@@ -52,7 +52,8 @@ TEST_CASE("Monaghan's drop: Euler's equations, no pressure on the surface, area 
     CHECK(d(magnitude(now.A * now.A * (now.a * now.a + now.b * now.b) / 20000 - 1)) < 1e-25);
     CHECK(d(now.error) < 1e-24);
   }
-  // a' = -A a with A from the energy: t is the integral of sqrt((a^2 + 1/a^2) / 2) / (100 a) da from a to 1, by Simpson's rule.
+  // a' = -A a with A from the energy: t is the integral of sqrt((a^2 + 1/a^2) / 2) / (100 a) da from a to 1, by
+  // Simpson's rule.
   const Drop<Wide> end = drop_at<Wide>({1, 1, 100, 0}, Wide(0.0076));
   const int n = 4000;
   Wide time = 0;

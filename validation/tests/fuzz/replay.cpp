@@ -1,6 +1,6 @@
 // Gives every file of the kept corpus to its target, without a fuzzer, in any build: replay FOLDER [TARGET [FILE...]].
-// Each input may take two seconds of the processor and half a gigabyte of memory; one that takes more, or ends the process,
-// is named on standard error.
+// Each input may take two seconds of the processor and half a gigabyte of memory; one that takes more, or ends the
+// process, is named on standard error.
 #include <sys/resource.h>
 #include <sys/time.h>
 #include <unistd.h>

@@ -1,7 +1,7 @@
-// A fuzz target gives bytes of any content to one of the library's readers. The reader may accept them or throw the error
-// that it documents; anything else (another exception, a fault of memory, undefined behaviour, an endless loop) is an
-// error of the reader. What was accepted is written and read again, where the library writes that format: `require` ends
-// the process where the two differ.
+// A fuzz target gives bytes of any content to one of the library's readers. The reader may accept them or throw the
+// error that it documents; anything else (another exception, a fault of memory, undefined behaviour, an endless loop)
+// is an error of the reader. What was accepted is written and read again, where the library writes that format:
+// `require` ends the process where the two differ.
 #pragma once
 
 #include <optional>

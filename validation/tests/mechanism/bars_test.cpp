@@ -1,5 +1,5 @@
-// Bars of mechanisms' truths: the certified ones hold both formulations at other steps and tolerances, those of CVODE the
-// certified motion.
+// Bars of mechanisms' truths: the certified ones hold both formulations at other steps and tolerances, those of CVODE
+// the certified motion.
 #include <catch2/catch.hpp>
 #include <cmath>
 

@@ -26,8 +26,8 @@ Scenario over_pulley(double t_end_s, double radius_m, const Real3& counterweight
 
 }  // namespace
 
-// The counterweight draws the bob, which swings, up to the pulley. The tension grows without bound there, like the inverse
-// square root of the time that is left.
+// The counterweight draws the bob, which swings, up to the pulley. The tension grows without bound there, like the
+// inverse square root of the time that is left.
 TEST_CASE("a rope's end that reaches its pulley ends the truth, with certified samples before") {
   const Scenario scenario = over_pulley(1, 0.25, {-0.25, 0, -2}, {0.95, 0, -0.7});
   const Truth truth = mechanism_truth(scenario, 40);
@@ -40,7 +40,8 @@ TEST_CASE("a rope's end that reaches its pulley ends the truth, with certified s
   CHECK(static_cast<double>(bar) < 1e-15);
 }
 
-// Without a swing the bob falls up into the fixed point over which its rope runs: (M - m) g / (M + m) is its acceleration.
+// Without a swing the bob falls up into the fixed point over which its rope runs: (M - m) g / (M + m) is its
+// acceleration.
 TEST_CASE("a rope's end that is drawn into a fixed point ends the truth") {
   const Scenario scenario = over_pulley(1, 0, {-1, 0, -2}, {0, 0, -0.7});
   const Truth truth = mechanism_truth(scenario, 40);
@@ -52,7 +53,8 @@ TEST_CASE("a rope's end that is drawn into a fixed point ends the truth") {
   CHECK(truth.values.size() < 40);
 }
 
-// Thrown upwards outside the pulley, the bob unwinds its rope: past the tangent of the other part nothing is wound on it.
+// Thrown upwards outside the pulley, the bob unwinds its rope: past the tangent of the other part nothing is wound on
+// it.
 TEST_CASE("a rope that leaves its pulley ends the truth") {
   Scenario scenario = over_pulley(1, 0.25, {-0.25, 0, -0.5}, {0.25, 0, -0.7});
   scenario.scene.gravity_m_per_s2 = {0, 0, 0};
@@ -66,7 +68,8 @@ TEST_CASE("a rope that leaves its pulley ends the truth") {
   CHECK(truth.values.size() > 2);
 }
 
-// An inverted pendulum at 0.1 rad leaves as cosh(w t), w^2 = m g l / I = 9.81: perturbations of its angle grow at most so.
+// An inverted pendulum at 0.1 rad leaves as cosh(w t), w^2 = m g l / I = 9.81: perturbations of its angle grow at most
+// so.
 TEST_CASE("the condition of a mechanism's motion is the growth of perturbations of its start") {
   Scenario scenario = mechanism_scenario(1);
   scenario.scene.bodies = {solid("bob", 1, 0.75)};

@@ -31,8 +31,8 @@ Wide energy(const Scene& scene, const Sample& sample) {
 
 }  // namespace
 
-// q'' = -sin q: I + m l^2 = m g l with I = m = l = 1, g = 2. The value was computed in 30 digits with Taylor series for a
-// start at pi/2; the nearest double differs by 6.1e-17, and the flow changes the end by at most 10 times that.
+// q'' = -sin q: I + m l^2 = m g l with I = m = l = 1, g = 2. The value was computed in 30 digits with Taylor series for
+// a start at pi/2; the nearest double differs by 6.1e-17, and the flow changes the end by at most 10 times that.
 TEST_CASE("a pendulum from the horizontal after 10 s") {
   Scenario scenario = mechanism_scenario(10);
   scenario.scene.gravity_m_per_s2 = {0, 0, -2};
@@ -89,8 +89,8 @@ TEST_CASE("a heavy body's fast turn about its middle axis") {
   CHECK(truth.condition > 1e4);
 }
 
-// With so many rates one of the two runs is in long double: the bars must cover the distance from the motion of the spanning
-// tree in quad at a tolerance far below, by methods and coordinates that are not those of the values.
+// With so many rates one of the two runs is in long double: the bars must cover the distance from the motion of the
+// spanning tree in quad at a tolerance far below, by methods and coordinates that are not those of the values.
 TEST_CASE("the bars of a tree of many joints hold its motion in quad") {
   Scenario scenario = mechanism_scenario(0.5);
   for (int k = 0; k < 13; ++k) {
@@ -199,8 +199,8 @@ TEST_CASE("a joint's bounces at its stop come to rest") {
   CHECK(magnitude(truth.values[8].joints[0].u[0]) < 1e-24);
 }
 
-// Both start from the same coordinates, those of an assembled four-bar rounded to double; each projects them along its own
-// tree, by their rounding.
+// Both start from the same coordinates, those of an assembled four-bar rounded to double; each projects them along its
+// own tree, by their rounding.
 TEST_CASE("a loop's motion does not depend on the joint that closes it") {
   const Sample assembled = mechanism::start_sample(four_bar(1, 0).scene);
   const std::vector<Joint> joints = four_bar(1, 0).scene.joints;

@@ -1,5 +1,5 @@
-// Metrics of mechanisms on samples that are written by hand: a pendulum that turns at a constant rate, shifted, tilted and
-// delayed by known amounts; reactions with components that are not unique; stops; recordings without joints.
+// Metrics of mechanisms on samples that are written by hand: a pendulum that turns at a constant rate, shifted, tilted
+// and delayed by known amounts; reactions with components that are not unique; stops; recordings without joints.
 #include <quadmath.h>
 
 #include <catch2/catch.hpp>

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::array kRepeats{1, 2, 4, 8};
 
-// Timings as a busy machine gives them: a factor a round that all share, noise of a hundredth each, and now and then one
-// that was interrupted.
+// Timings as a busy machine gives them: a factor a round that all share, noise of a hundredth each, and now and then
+// one that was interrupted.
 std::vector<std::vector<double>> timings(double overhead_ns, double rate_ns, int rounds, SplitMix64& random) {
   std::vector<std::vector<double>> ns;
   for (int r = 0; r < rounds; ++r) {

@@ -1,5 +1,5 @@
-// Reports without physics: curves with known orders, floors and growth, and failures of every kind, so that documents can
-// be tested without a run.
+// Reports without physics: curves with known orders, floors and growth, and failures of every kind, so that documents
+// can be tested without a run.
 #pragma once
 
 #include "reports/report.hpp"
@@ -16,8 +16,8 @@ ReportData synthetic_report(const SyntheticSize& size);
 Verdict verdict(const std::string& scenario, const std::string& method, const std::string& metric, Judgement judgement,
                 double value, double low, double high);
 
-// Five rows, five verdicts, one of everything else, for the golden files. It contains every character that a format must
-// quote.
+// Five rows, five verdicts, one of everything else, for the golden files. It contains every character that a format
+// must quote.
 ReportData small_report();
 
 }  // namespace atwood

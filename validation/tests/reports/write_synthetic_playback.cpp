@@ -1,12 +1,16 @@
 // Writes pages of known motion for player_test.py and player_choices_test.py: write_synthetic_playback FOLDER
 //
-// smooth.html    a box on a circle of radius 1 m, w = 2 rad/s, that turns about z at 3 rad/s. Method `m/near` is 1e-9 t m
-//                further in z and turned by 1e-7 t rad about its own x; `m/ends` has diverged at half the time; the truth
+// smooth.html    a box on a circle of radius 1 m, w = 2 rad/s, that turns about z at 3 rad/s. Method `m/near` is 1e-9 t
+// m
+//                further in z and turned by 1e-7 t rad about its own x; `m/ends` has diverged at half the time; the
+//                truth
 //                ends at 3/4 of it, and from there on methods stand alone.
 // bounces.html   a ball released at 0.5 s from 1 m over a floor, with one impact; no truth.
 // forces.html    a cart that moves along x at 0.2 m/s with an arm on a hinge, and one of everything that is drawn: a
-//                thruster (0.5 s to 1.5 s), a point force, a drive, a spring, an attractor, a contact with friction, at 1 s
-//                an impact and the begin of slip; 64 particles whose speeds and densities differ. Method `m/two` is 0.1 m
+//                thruster (0.5 s to 1.5 s), a point force, a drive, a spring, an attractor, a contact with friction, at
+//                1 s
+//                an impact and the begin of slip; 64 particles whose speeds and densities differ. Method `m/two` is 0.1
+//                m
 //                further in y.
 #include <cmath>
 #include <iostream>

@@ -84,8 +84,8 @@ TEST_CASE("the order of the bodies in the scene doesn't matter to the event's no
 }
 
 TEST_CASE("friction is the pair's, not a product of the bodies'") {
-  // A ball that slides and does not yet roll: it loses v = mu (g t + v_z), mu times the impulse of the floor per mass (v_z:
-  // how fast a soft floor moves it at the end), and gains w = 5/2 v / r. Rolling begins at 2 v0 / (7 mu g).
+  // A ball that slides and does not yet roll: it loses v = mu (g t + v_z), mu times the impulse of the floor per mass
+  // (v_z: how fast a soft floor moves it at the end), and gains w = 5/2 v / r. Rolling begins at 2 v0 / (7 mu g).
   const Engine engine = engine_under_test();
   const double mu = 0.3, t = 0.2, g = 9.81;
   const Run along_x = run(engine, method(engine, "default"), sliding(mu, {3, 0, 0}), Plan{t, 200, 10});

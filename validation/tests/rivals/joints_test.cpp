@@ -73,8 +73,8 @@ TEST_CASE("coordinates are continued over whole turns, and a quaternion keeps it
   CHECK(now.q[0] == 0.59);
 }
 
-// Power of the wrenches on both bodies is effort times rate, for every motion: this determines the wrenches up to forces of
-// constraint, and the internal force has no resultant.
+// Power of the wrenches on both bodies is effort times rate, for every motion: this determines the wrenches up to
+// forces of constraint, and the internal force has no resultant.
 TEST_CASE("joint forces as wrenches have the power of effort times rate, and no resultant") {
   const Pose parent = moving_parent();
   for (const JointKind kind : kKinds) {

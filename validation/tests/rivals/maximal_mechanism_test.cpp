@@ -1,5 +1,6 @@
 // Engines whose bodies keep six degrees of freedom and whose joints are constraints: poses that the joints' coordinates
-// describe up to a small gap, bodies that obey Newton's and Euler's equations under the reported reactions, known motions.
+// describe up to a small gap, bodies that obey Newton's and Euler's equations under the reported reactions, known
+// motions.
 #include <boost/math/special_functions/ellint_1.hpp>
 #include <catch2/catch.hpp>
 #include <numbers>
@@ -38,8 +39,8 @@ void check_kinematics(const Scene& scene, const Sample& sample, double gap, doub
   }
 }
 
-// A step changes momenta by the forces at its beginning: gravity and the reactions that its end reports. The linear part is
-// the engines' own step; the angular part has the gyroscopic term, which each steps in its own way.
+// A step changes momenta by the forces at its beginning: gravity and the reactions that its end reports. The linear
+// part is the engines' own step; the angular part has the gyroscopic term, which each steps in its own way.
 void check_step(const Scene& scene, const Sample& before, const Sample& after, double angular) {
   const double h_s = value(after.t_s - before.t_s);
   for (int i = 0; i < static_cast<int>(scene.bodies.size()); ++i) {

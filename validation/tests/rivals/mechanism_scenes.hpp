@@ -1,5 +1,5 @@
-// Mechanisms that rivals are tested on. place() computes the poses of placed bodies from the coordinates by the definition
-// of each kind (scene/joint.hpp), on its own.
+// Mechanisms that rivals are tested on. place() computes the poses of placed bodies from the coordinates by the
+// definition of each kind (scene/joint.hpp), on its own.
 #pragma once
 
 #include <Eigen/Dense>

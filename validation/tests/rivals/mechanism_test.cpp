@@ -1,5 +1,5 @@
-// What every engine with joints is asked: its samples are joints by the scene's definition, each body obeys Newton's and
-// Euler's equations under the reported reactions, and mechanisms with known motions move so.
+// What every engine with joints is asked: its samples are joints by the scene's definition, each body obeys Newton's
+// and Euler's equations under the reported reactions, and mechanisms with known motions move so.
 #include <algorithm>
 #include <catch2/catch.hpp>
 
@@ -370,8 +370,8 @@ TEST_CASE("a prescribed rate is kept, and its torque is a reaction") {
     CHECK(value(end.u[0]) == Approx(-0.4).epsilon(1e-9));
     CHECK(value(end.q[0]) == Approx(0.9 - 0.4).epsilon(1e-9));
     if (reacts_in_loops()) check_newton_euler(scene, result.samples, 500, scheme.accurate ? 1e-3 : 0.1);
-    // The lower link alone: theta'' of its absolute angle under the prescribed motion of its pivot, which turns with -0.4
-    // about the shoulder: (i2 + m2 c2^2) b'' + k cos(a - b) a'' - k sin(a - b) a'^2 + m2 c2 g sin b = 0.
+    // The lower link alone: theta'' of its absolute angle under the prescribed motion of its pivot, which turns with
+    // -0.4 about the shoulder: (i2 + m2 c2^2) b'' + k cos(a - b) a'' - k sin(a - b) a'^2 + m2 c2 g sin b = 0.
     double a = 0.9, b = -0.4, db = 1.7;
     const double h = 1e-4, moment = 0.04 + 0.8 * 0.16, k = 0.8 * 0.4;
     const auto rate = [&](double t, double x) {

@@ -1,4 +1,5 @@
-// mjd_transitionFD, MuJoCo's derivatives of its own discrete step by differences, against the exact derivatives of that step.
+// mjd_transitionFD, MuJoCo's derivatives of its own discrete step by differences, against the exact derivatives of that
+// step.
 //
 // Its semi-implicit Euler step without damping is v' = v + h a(q, v), q' = q + h v', so that with a_q and a_v
 //   d(q', v') / d(q, v) = [I + h^2 a_q, h I + h^2 a_v; h a_q, I + h a_v].

@@ -1,5 +1,5 @@
-// Bullet's multibodies beyond what every engine with joints is asked: the orders that they execute, and the settings without
-// which they would simulate something else.
+// Bullet's multibodies beyond what every engine with joints is asked: the orders that they execute, and the settings
+// without which they would simulate something else.
 #include <catch2/catch.hpp>
 #include <numbers>
 
@@ -71,8 +71,8 @@ TEST_CASE("rates are neither damped nor cut off at 100 rad/s") {
   CHECK(value(cut.u[0]) <= 100);
 }
 
-// Three uniform rods of 1 m and 1 kg: two cranks and the coupler between them. The cranks' angle q from the upward vertical
-// obeys q'' = g (1/2 + 1/2 + 1) / (1/3 + 1/3 + 1) sin q, for the coupler moves without turning.
+// Three uniform rods of 1 m and 1 kg: two cranks and the coupler between them. The cranks' angle q from the upward
+// vertical obeys q'' = g (1/2 + 1/2 + 1) / (1/3 + 1/3 + 1) sin q, for the coupler moves without turning.
 TEST_CASE("a parallelogram that a closing hinge between two links holds moves as one degree of freedom") {
   Scene scene = empty_scene();
   scene.gravity_m_per_s2 = {0, 0, -9.81};

@@ -10,8 +10,8 @@ Engine engine_under_test();
 inline bool in_float(const Engine& engine) { return engine.scalar == "float"; }
 inline bool is_bullet(const Engine& engine) { return engine.name.rfind("bullet", 0) == 0; }
 inline bool bounces(const Engine& engine) { return engine.name != "mujoco"; }  // has a coefficient of restitution
-// The settings in which one body alone is at its most exact, for laws that the engine can keep. (Its tuned preset depends on
-// the class of the scene.)
+// The settings in which one body alone is at its most exact, for laws that the engine can keep. (Its tuned preset
+// depends on the class of the scene.)
 inline MethodId sharpest(const Engine& engine) {
   using Whole = std::int64_t;
   if (is_bullet(engine))

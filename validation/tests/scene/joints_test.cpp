@@ -212,8 +212,8 @@ TEST_CASE("an open loop is an error, unless it is to be assembled; held joints s
 }
 
 TEST_CASE("the projection is the least change in the mass metric") {
-  // Two sliders along x whose children a third joint ties: M = diag(m1, m2), the constraint x1 = x2. The least change from
-  // (0, 1) ends at (m1 0 + m2 1) / (m1 + m2), as momentum does for the rates.
+  // Two sliders along x whose children a third joint ties: M = diag(m1, m2), the constraint x1 = x2. The least change
+  // from (0, 1) ends at (m1 0 + m2 1) / (m1 + m2), as momentum does for the rates.
   const std::string text =
       kHead +
       "[[body]]\nname = \"a\"\nmass_kg = 1\ninertia_kg_m2 = [1, 1, 1]\n[[body]]\nname = \"b\"\nmass_kg = 3\n"
@@ -243,8 +243,8 @@ TEST_CASE("a singular start does not move, nor do its rates change") {
 }
 
 TEST_CASE("a singular start whose lengths are rounded moves by no more than it must") {
-  // Flat, with 0.1 + 0.2 against 0.3: as doubles these differ by 2.8e-17, so that the flat parallelogram does not close, and
-  // the nearest one that does is about sqrt(2.8e-17 / 0.1) = 2e-8 away.
+  // Flat, with 0.1 + 0.2 against 0.3: as doubles these differ by 2.8e-17, so that the flat parallelogram does not
+  // close, and the nearest one that does is about sqrt(2.8e-17 / 0.1) = 2e-8 away.
   const std::string text = kHead + rod("crank") + rod("coupler") + rod("rocker") +
                            hinge("A", "world", "crank", 0, -0.5, "angle_rad = 3.141592653589793\n") +
                            hinge("B", "crank", "coupler", 0.5, -0.1, "angle_rad = -3.141592653589793\n") +

@@ -1,4 +1,5 @@
-// Scenes as people type them: degrees, unit vectors of a few digits, `body` or `bodies`, a grid by the name of its body.
+// Scenes as people type them: degrees, unit vectors of a few digits, `body` or `bodies`, a grid by the name of its
+// body.
 #include <catch2/catch.hpp>
 #include <cmath>
 

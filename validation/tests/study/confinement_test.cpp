@@ -1,5 +1,5 @@
-// What workers cannot do: take memory, reach the network, write outside their scratch directory; by each means that this
-// kernel offers.
+// What workers cannot do: take memory, reach the network, write outside their scratch directory; by each means that
+// this kernel offers.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>

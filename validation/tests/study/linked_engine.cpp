@@ -1,5 +1,5 @@
-// A worker that gets its numbers from a shared library: hello alone. LINKED_HELLO takes hello's place; with LINKED_CHILD
-// it starts another process first.
+// A worker that gets its numbers from a shared library: hello alone. LINKED_HELLO takes hello's place; with
+// LINKED_CHILD it starts another process first.
 #include <unistd.h>
 
 #include <cstdio>

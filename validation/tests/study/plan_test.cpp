@@ -400,7 +400,8 @@ TEST_CASE("a fluid's cells are spacings x sound speeds x rungs, with steps that 
   }
   CHECK(cells.size() == 12);
   CHECK(hashes.size() == 12);
-  // 8 x 0.5 / 0.2 = 20, 16 x 2.5 = 40; 0.25 at 20 m/s takes as many steps as 0.125 at 10 m/s would, and is another cell.
+  // 8 x 0.5 / 0.2 = 20, 16 x 2.5 = 40; 0.25 at 20 m/s takes as many steps as 0.125 at 10 m/s would, and is another
+  // cell.
   CHECK(found == std::set<std::tuple<double, double, std::int64_t>>{{0.5, 10, 8},
                                                                     {0.5, 10, 16},
                                                                     {0.5, 20, 16},

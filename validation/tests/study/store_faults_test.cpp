@@ -1,5 +1,5 @@
-// Every call that SQLite makes on the store's files fails in turn, and allocations of SQLite's: the store says so in words,
-// loses no cell that it has acknowledged, is sound afterwards, and the next run goes on with it.
+// Every call that SQLite makes on the store's files fails in turn, and allocations of SQLite's: the store says so in
+// words, loses no cell that it has acknowledged, is sound afterwards, and the next run goes on with it.
 #include <catch2/catch.hpp>
 
 #include "validation/study/store.hpp"

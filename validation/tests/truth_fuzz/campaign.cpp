@@ -7,8 +7,8 @@
 // The log holds one line per scene (pair, seed, index, outcome, largest error in bars, build, reason); a campaign with
 // the same seed and build continues where its log ends. The build is a hash of the program, which holds the truths:
 // scenes of another build are solved again, and a new commit that changes no truth goes on. Exit code: 0; 1 when a bar
-// was breached or more scenes were refused than the pair allows; 2 for usage; 3 when a pair ended incomplete, with fewer
-// answered scenes than asked (unless --may-be-incomplete).
+// was breached or more scenes were refused than the pair allows; 2 for usage; 3 when a pair ended incomplete, with
+// fewer answered scenes than asked (unless --may-be-incomplete).
 #include <fmt/core.h>
 #include <fnmatch.h>
 

@@ -1,5 +1,4 @@
 // Pairs that may touch within a step, by bounding spheres and path lengths, and the gaps of their candidates.
-
 #include "contact/event/proximity.hpp"
 
 #include "contact/event/report.hpp"
@@ -8,7 +7,7 @@ namespace atwood::event {
 
 namespace {
 
-constexpr int kFewPairs = 3;  // up to so many all pairs are near in every step
+constexpr int kFewPairs = 3;  // with at most this many pairs all of them are examined in every step
 
 // A bound of a body's path in the trial step: of the cubic Hermite interpolant by its control polygon.
 template <class S> S excursion(const Bodies<S>& bodies, const StateBuffers<S>& states, int body, S h_s) {
@@ -110,19 +109,19 @@ template <class S> void measure_gaps(Bodies<S>& bodies, Proximity<S>& proximity,
     Candidate<S>* const end = candidate + pair.count;
     while (candidate != end && candidate->in_contact) ++candidate;
     if (candidate != end) {
-      if (pair.gaps_known_at != proximity.piece)
+      if (pair.gaps_known_at != proximity.segment)
         measure(bodies, proximity, candidate, end, states.y.data(), &Candidate<S>::gap, &Candidate<S>::rate);
       measure(bodies, proximity, candidate, end, states.y_new.data(), &Candidate<S>::gap_end, &Candidate<S>::rate_end);
     }
-    pair.gaps_known_at = proximity.piece;
+    pair.gaps_known_at = proximity.segment;
   }
 }
 
 template <class S> void shift_gaps(Proximity<S>& proximity) {
-  ++proximity.piece;
+  ++proximity.segment;
   for (const int p : proximity.near) {
     ShapePair<S>& pair = proximity.pairs[p];
-    pair.gaps_known_at = proximity.piece;
+    pair.gaps_known_at = proximity.segment;
     for (int f = pair.first; f < pair.first + pair.count; ++f) {
       proximity.candidates[f].gap = proximity.candidates[f].gap_end;
       proximity.candidates[f].rate = proximity.candidates[f].rate_end;
