@@ -12,7 +12,7 @@ namespace atwood {
 // What moves in a scene decides who may compete.
 struct MotionClass {
   bool rotates = false, velocity_dependent = false, conservative = false, contacts = false, magnetic = false,
-       bare = false, fluids = false, mechanism = false;
+       bare = false, fluids = false, mechanism = false, loop = false;
 };
 MotionClass classify(const Scene& scene);
 std::string class_words(const MotionClass& motion);  // "rotation, no velocity-dependent force"

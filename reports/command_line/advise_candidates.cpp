@@ -128,7 +128,7 @@ std::vector<std::string> first_ids(const MotionClass& motion, const Scene& scene
 std::vector<std::string> needed_claims(const MotionClass& motion) {
   std::vector<std::string> claims;
   if (motion.bare) return claims;
-  if (motion.mechanism) return {"mechanism"};
+  if (motion.mechanism) return {motion.loop ? "loop" : "mechanism"};
   if (motion.rotates) claims.push_back("rotation");
   if (motion.velocity_dependent) claims.push_back("velocity-dependent");
   if (claims.empty()) claims.push_back("point-mass");
@@ -150,6 +150,8 @@ MotionClass classify(const Scene& scene) {
   motion.fluids = !scene.fluids.empty();
   motion.bare = !scene.problem.empty();
   motion.mechanism = has_mechanism(scene);
+  motion.loop = !scene.ropes.empty() || std::any_of(scene.joints.begin(), scene.joints.end(),
+                                                    [](const Joint& joint) { return joint.closes_loop; });
   motion.conservative = !motion.bare;
   int shapes = 0;
   for (const Body& body : scene.bodies) {

@@ -27,7 +27,10 @@ std::string kind_words(const TruthSpec& truth) {
 
 // The class of motion whose claimed order this metric shows on this scene; empty: none is claimed there.
 std::string claimed_class(const std::string& metric, const MotionClass& motion) {
-  if (motion.mechanism) return metric == "order-position" || metric == "order-joint-coordinate" ? "mechanism" : "";
+  if (motion.mechanism) {
+    if (metric != "order-position" && metric != "order-joint-coordinate") return "";
+    return motion.loop ? "loop" : "mechanism";
+  }
   if (metric == "order-attitude" || metric == "order-body-rate") return motion.rotates ? "rotation" : "";
   if (metric != "order-position" && metric != "order-velocity") return "";
   if (motion.contacts) return "contact";
