@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <numeric>
 #include <set>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -89,8 +90,19 @@ struct Ended {
   std::set<std::string> without_recording = {};
 };
 
-void add(Ended& ended, const StudyResult& result, Selection& part, std::vector<Cell> cells) {
-  part.cells = std::move(cells);
+// The cells that a row names: a share's rows are those that are not ok, of few of its cells.
+std::vector<Cell> cells_of_rows(const std::vector<Cell>& cells, const std::vector<Row>& rows) {
+  std::set<std::tuple<std::string, std::string, std::int64_t>> named;
+  for (const Row& row : rows) named.insert({row.scenario, row.method, row.steps});
+  std::vector<Cell> some;
+  if (named.empty()) return some;
+  for (const Cell& cell : cells)
+    if (named.contains({cell.scenario->id, cell.method, cell.plan.steps})) some.push_back(cell);
+  return some;
+}
+
+void add(Ended& ended, const StudyResult& result, Selection& part, const std::vector<Cell>& cells) {
+  part.cells = cells_of_rows(cells, result.rows);
   int bad = 0;
   for (const CellEnding& ending : endings_of(part, result.rows)) {
     if (!ending.fails) continue;
@@ -116,9 +128,9 @@ Ended run_chunks(const Selection& selection, const Ladders& ladders, const Optio
   Lease lease(options.lease, plan, all.size(), fmt::format("{}-{}", how.host, getpid()), options.lease_expiry_s);
   how.shard->last = false;
   while (const auto chunk = lease.take()) {
-    std::vector<Cell> cells = cells_at(selection.cells, all[*chunk]);
+    const std::vector<Cell> cells = cells_at(selection.cells, all[*chunk]);
     const StudyResult result = run_study(cells, selection.workers, how);
-    add(ended, result, part, std::move(cells));
+    add(ended, result, part, cells);
     if (ended.signal != 0) return ended;
     lease.done();
   }
@@ -193,17 +205,19 @@ int run_share(const Place& place, const Options& options, const Selection& selec
   how.shard = ShardOfPlan{selection.study, &selection.cells, share.number, share.count, costs.hash, share.source, true};
   how.costs = std::make_shared<const Costs>(costs);
   if (!options.quiet) how.progress = progress_printer(options);
-  const Ladders ladders = ladders_by_cost(selection.cells, costs);
   Ended ended;
   if (!options.lease.empty()) {
-    ended = run_chunks(selection, ladders, options, costs, how);
+    ended = run_chunks(selection, ladders_by_cost(selection.cells, costs), options, costs, how);
   } else {
-    std::vector<Cell> cells = cells_at(selection.cells, own_share(ladders, share));
+    const std::vector<std::size_t> own = own_share(ladders_by_cost(selection.cells, costs), share);
+    const bool whole = own.size() == selection.cells.size();  // a million cells are not copied
+    const std::vector<Cell> some = whole ? std::vector<Cell>() : cells_at(selection.cells, own);
+    const std::vector<Cell>& cells = whole ? selection.cells : some;
     const StudyResult result = run_study(cells, selection.workers, how);
     if (!options.quiet && !result.reused.empty())
       std::fputs(("atwood: " + reused_text(result.reused) + "\n").c_str(), stderr);
     Selection part = without_cells(selection);
-    add(ended, result, part, std::move(cells));
+    add(ended, result, part, cells);
   }
   end_progress();
   if (ended.signal != 0) {

@@ -18,13 +18,13 @@ std::string series_of(const Cell& cell, const std::string& purpose) {
   return content_hash({"series 1", cell.campaign, purpose});
 }
 
-// A cell's keys in the campaign with this id.
+// A key of a cell in the campaign with this id.
+std::string key_in(const Cell& cell, const ContentHash& hash, const std::string& id) {
+  return cell.campaign.empty() ? std::string(hash) : content_hash({hash, "campaign", id});
+}
+
 CellKeys keys_in(const Cell& cell, const std::string& id) {
-  CellKeys keys{cell.accuracy_hash, cell.timing_hash, ""};
-  if (!cell.campaign.empty()) {
-    keys.accuracy = content_hash({keys.accuracy, "campaign", id});
-    keys.timing = content_hash({keys.timing, "campaign", id});
-  }
+  CellKeys keys{key_in(cell, cell.accuracy_hash, id), key_in(cell, cell.timing_hash, id), ""};
   keys.measured = measured_key(cell, keys.accuracy);
   return keys;
 }
@@ -117,10 +117,15 @@ void Campaigns::complete(Store& store) const {
   }
 }
 
-CellKeys Campaigns::keys(const Cell& cell) const {
+const std::string& Campaigns::id_of(const Cell& cell) const {
+  static const std::string none;
   const auto found = by_cells_.find(cell.campaign);
-  return keys_in(cell, found == by_cells_.end() ? "" : found->second.id);
+  return found == by_cells_.end() ? none : found->second.id;
 }
+
+CellKeys Campaigns::keys(const Cell& cell) const { return keys_in(cell, id_of(cell)); }
+
+std::string Campaigns::accuracy_key(const Cell& cell) const { return key_in(cell, cell.accuracy_hash, id_of(cell)); }
 
 std::string Campaigns::told(const Cell& cell) const {
   const auto found = told_.find(cell.campaign);

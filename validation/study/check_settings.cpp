@@ -172,11 +172,14 @@ void check_settings(const std::string& who, const std::vector<Cell>& cells, cons
   std::map<std::string, std::string> first_fault;  // by glob: the fault of the first id that the glob gave
   std::set<std::string> taken;
   try {
+    const std::string* last = nullptr;  // without a fault: a method has many cells in turn
     for (const Cell& cell : cells) {
       if (cell.worker < 0) continue;
-      const std::string& fault = judge.fault(cell.method);
       const bool glob = cell.pattern.find_first_of("*?") != std::string::npos;
+      if (!glob && last != nullptr && *last == cell.method) continue;
+      const std::string& fault = judge.fault(cell.method);
       if (glob && fault.empty()) taken.insert(cell.pattern);
+      if (fault.empty()) last = &cell.method;
       if (fault.empty()) continue;
       const std::string words = who + cell.method + ": " + fault;
       if (!glob) throw InputError(words);

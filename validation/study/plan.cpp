@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <limits>
 #include <set>
-#include <unordered_map>
 
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
@@ -13,6 +12,7 @@
 #include "validation/gates/gates.hpp"
 #include "validation/metrics/probes.hpp"
 #include "validation/study/content_hash.hpp"
+#include "validation/study/key_table.hpp"
 #include "validation/study/short_text.hpp"
 #include "validation/study/study.hpp"
 
@@ -175,28 +175,36 @@ void refuse_frames(Cell& cell) {
   cell.worker = -1;
 }
 
-void hash_cell(Cell& cell, const Offer& offer, const std::vector<Worker>& workers, const std::string& scene_hash,
-               const std::string& cpu, const std::string& arithmetic) {
+// What a method adds to the hashes of its cells.
+struct HashedMethod {
+  std::string canonical, with_settings, version;  // the id; with all settings; the engine's
+};
+
+HashedMethod hashed_method(const std::string& method, const Offer& offer, const std::vector<Worker>& workers) {
   const Worker& worker = workers[static_cast<std::size_t>(offer.worker)];
-  MethodId id = parse_method_id(cell.method);
-  const std::string canonical = to_string(id);
+  MethodId id = parse_method_id(method);
+  HashedMethod hashed{to_string(id), "", worker.engine.name + " " + worker.engine.version + " " + worker.engine.scalar};
   Settings all = offer.info->settings;
   for (const MethodInfo& response : worker.engine.responses)
     if (response.id == "+" + id.response) all.insert(response.settings.begin(), response.settings.end());
   for (const auto& [key, value] : id.overrides) all[key] = value;
-  id.overrides = all;
-  const std::string version = worker.engine.name + " " + worker.engine.version + " " + worker.engine.scalar;
-  cell.settings_hash = content_hash({to_string(id), version}).substr(0, 16);
-  cell.accuracy_hash =
-      content_hash({"cell 2", scene_hash, format_double(cell.plan.t_end_s), std::to_string(cell.plan.steps),
-                    std::to_string(cell.plan.samples), canonical, to_string(id), std::to_string(wire::kProtocol),
-                    worker.build_id, version, arithmetic});
+  id.overrides = std::move(all);
+  hashed.with_settings = to_string(id);
+  return hashed;
+}
+
+void hash_cell(Cell& cell, const HashedMethod& method, const Worker& worker, const std::string& scene_hash,
+               const std::string& cpu, const std::string& arithmetic) {
+  const auto hash = [](std::initializer_list<std::string_view> parts) { return ContentHash(content_hash(parts)); };
+  cell.settings_hash = std::string_view(hash({method.with_settings, method.version}));
+  cell.accuracy_hash = hash({"cell 2", scene_hash, format_double(cell.plan.t_end_s), std::to_string(cell.plan.steps),
+                             std::to_string(cell.plan.samples), method.canonical, method.with_settings,
+                             std::to_string(wire::kProtocol), worker.build_id, method.version, arithmetic});
   for (const double end_s : cell.plan.frame_ends_s)
-    cell.accuracy_hash = content_hash({cell.accuracy_hash, format_double(end_s)});
-  if (cell.probe != Probe::none)
-    cell.accuracy_hash = content_hash({cell.accuracy_hash, "probe 1", to_string(cell.probe)});
+    cell.accuracy_hash = hash({cell.accuracy_hash, format_double(end_s)});
+  if (cell.probe != Probe::none) cell.accuracy_hash = hash({cell.accuracy_hash, "probe 1", to_string(cell.probe)});
   if (worker.foreign && !worker.unknown_code.empty()) cell.campaign = worker.build_id;
-  cell.timing_hash = content_hash({"timing 2", cell.accuracy_hash, cpu, std::to_string(cell.repeats)});
+  cell.timing_hash = hash({"timing 2", cell.accuracy_hash, cpu, std::to_string(cell.repeats)});
 }
 
 // The two probes that are ladders of ordinary cells: of scalars and compensated summation, and of tolerances. A method
@@ -333,9 +341,6 @@ std::string key_of(const std::string& scenario, const std::string& method, std::
                    const Resolution& at) {
   return scenario + "\n" + method + "\n" + std::to_string(steps) + "\n" + to_string(probe) + "\n" + resolution_text(at);
 }
-std::string key_of(const Cell& cell) {
-  return key_of(cell.scenario->id, cell.method, cell.plan.steps, cell.probe, resolution_of(cell));
-}
 
 bool fluids_taken(const Cell& cell, const std::vector<Worker>& workers) {
   return cell.worker < 0 || cell.scenario->scene.fluids.empty() ||
@@ -374,16 +379,10 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                              const std::string& arithmetic) {
   std::vector<Cell> planned;
   std::int64_t counted = 0;  // before cells named twice are left out
-  // A cell named twice is planned once, with the larger number of repeats: the cells by checksums of their names.
-  std::unordered_multimap<std::uint64_t, std::size_t> index;
+  // A cell named twice is planned once, with the larger number of repeats: the cells by their names.
+  KeyTable<std::size_t> index;
   // Its place; of a new cell that behind the last one.
-  const auto place_of = [&](const std::string& key) {
-    const std::uint64_t sum = checksum(key);
-    for (auto [one, end] = index.equal_range(sum); one != end; ++one)
-      if (key_of(planned[one->second]) == key) return one->second;
-    index.emplace(sum, planned.size());
-    return planned.size();
-  };
+  const auto place_of = [&](const std::string& key) { return *index.insert(key_sum(key), planned.size()).first; };
   for (const StudyCells& cells : study.cells) {
     std::vector<Offer> offers;
     for (const std::string& pattern : cells.methods) {
@@ -417,6 +416,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
           for (const std::string& method :
                ladder_of_probe(cells.probe, with_settings(offer.text, settings), offer.info)) {
             const bool adaptive = offer.worker >= 0 && parse_method_id(method).rtol.has_value();
+            const HashedMethod hashed = offer.worker >= 0 ? hashed_method(method, offer, workers) : HashedMethod{};
             for (const std::int64_t steps : ladder) {
               const Probe probe = is_ladder(cells.probe) ? Probe::none : cells.probe;
               const std::string key = key_of(scenario.id, method, steps, probe, resolved.at);
@@ -452,7 +452,8 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
               if (!frames_taken(cell, workers)) refuse_frames(cell);
               else if (!fluids_taken(cell, workers)) refuse_fluids(cell);
               else if (!joints_taken(cell, workers)) refuse_joints(cell);
-              else if (offer.worker >= 0) hash_cell(cell, offer, workers, scene_hash, cpu, arithmetic);
+              else if (offer.worker >= 0)
+                hash_cell(cell, hashed, workers[static_cast<std::size_t>(offer.worker)], scene_hash, cpu, arithmetic);
               else explain_absence(cell, workers);
               if (fresh && static_cast<std::int64_t>(planned.size()) >= most_cells)
                 refuse_cells(study, counted, most_cells);

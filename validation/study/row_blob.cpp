@@ -67,10 +67,21 @@ std::vector<Row> unpack_rows(std::string_view bytes) {
 }
 
 std::string pack_plan(const std::vector<PlannedCell>& cells) {
+  PlanBytes plan(cells.size());
+  for (const PlannedCell& cell : cells) plan.add(cell);
+  return std::move(plan.bytes);
+}
+
+PlanBytes::PlanBytes(std::size_t cells) {
   BlobWriter writer;
-  writer.put(static_cast<std::uint64_t>(cells.size()));
-  for (const PlannedCell& cell : cells) put_text(writer, cell.hash), put_text(writer, cell.name);
-  return std::move(writer.bytes);
+  writer.put(static_cast<std::uint64_t>(cells));
+  bytes = std::move(writer.bytes);
+}
+
+void PlanBytes::add(const PlannedCell& cell) {
+  BlobWriter writer{std::move(bytes)};
+  put_text(writer, cell.hash), put_text(writer, cell.name);
+  bytes = std::move(writer.bytes);
 }
 
 std::vector<PlannedCell> unpack_plan(std::string_view bytes) {

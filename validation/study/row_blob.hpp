@@ -16,6 +16,12 @@ std::string pack_rows(const std::vector<Row>& rows);
 std::vector<Row> unpack_rows(std::string_view bytes);  // BadBlob; std::invalid_argument for an unknown status
 
 std::string pack_plan(const std::vector<PlannedCell>& cells);
+// The same of cells that are added one after the other.
+struct PlanBytes {
+  explicit PlanBytes(std::size_t cells);
+  void add(const PlannedCell& cell);
+  std::string bytes;
+};
 std::vector<PlannedCell> unpack_plan(std::string_view bytes);  // BadBlob
 
 // A Zstandard frame (RFC 8878) of these bytes, and back; empty stays empty. BadBlob where it is no such frame or would

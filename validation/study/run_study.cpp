@@ -54,6 +54,11 @@ bool settled(const StoreOverview::Run& run, double limit_s) {
 
 // ---- the plan -----------------------------------------------------------------------------------------------------
 std::size_t StudyRun::truth_index(const Scenario& scenario) {
+  if (last_scenario_ != &scenario) last_truth_ = find_truth(scenario), last_scenario_ = &scenario;
+  return last_truth_;
+}
+
+std::size_t StudyRun::find_truth(const Scenario& scenario) {
   const Resolution at = scenario.scene.fluids.empty() ? Resolution{}
                                                       : Resolution{scenario.scene.fluids.front().spacing_m,
                                                                    scenario.scene.fluids.front().sound_speed_m_per_s};
@@ -63,7 +68,8 @@ std::size_t StudyRun::truth_index(const Scenario& scenario) {
   const auto [place, fresh] = truth_by_hash_.emplace(hash, truths_.size());
   truth_by_scenario_[name] = place->second;
   if (fresh) {
-    truths_.push_back({hash, &scenario, TruthWork::State::pending, false, nullptr});
+    truths_.push_back(
+        {hash, &scenario, TruthWork::State::pending, content_hash({hash, kMetricsVersion}), false, nullptr});
     const bool of_fluid = !scenario.scene.fluids.empty();  // its truths are asked for at the particles of each run
     if (scenario.truth.kind == TruthKind::none || of_fluid) {
       auto none = std::make_shared<Truth>();
@@ -79,7 +85,7 @@ void StudyRun::plan_cell(const Cell& cell, const StoreOverview* overview) {
   if (cell.worker < 0) return;
   const std::size_t truth = truth_index(*cell.scenario);
   const CellKeys keys = campaigns_.keys(cell);
-  const std::string basis = content_hash({truths_[truth].hash, kMetricsVersion});
+  const std::string& basis = truths_[truth].basis;
   if (overview != nullptr && !options_.fresh) {
     const StoreOverview::Run* known = overview->run(keys.accuracy);
     if (known != nullptr && settled(*known, limit_of(cell, options_)) && overview->measured_from(keys.measured, basis))
@@ -92,15 +98,16 @@ void StudyRun::plan_cell(const Cell& cell, const StoreOverview* overview) {
   if (run && store_.measured_basis(keys.measured) == basis) return;
   // A probe keeps no samples to measure again, nor does a cell whose recording was dropped (--keep).
   if (run && (cell.probe != Probe::none || !store_.keeps_recording(keys.accuracy))) run.reset();
-  if (!run) ran_.insert(&cell);
+  if (!run) ran_[index_of(cell)] = true;
   else ++measured_again_;
   const auto [place, fresh] =
       ladder_index_.emplace(cell.scenario->id + "\n" + cell.method + "\n" + to_string(cell.probe) + "\n" +
                                 resolution_text(resolution_of(cell)),
                             ladders_.size());
   if (fresh) ladders_.push_back({{}, truth});
-  touched_.insert(&cell);
-  ladders_[place->second].todo.push_back({&cell, std::move(run)});
+  touched_[index_of(cell)] = true;
+  ladders_[place->second].todo.push_back(
+      {&cell, run ? std::make_unique<const RunRecord>(std::move(*run)) : std::unique_ptr<const RunRecord>()});
 }
 
 // Reports damaged entries and deletes them, so that their cells run again.
@@ -174,7 +181,6 @@ void StudyRun::order_by_cost() {
     for (std::size_t k = 0; k < ladder.todo.size(); ++k) ladder.cost_ns += cost_ns[i++];
   std::stable_sort(ladders_.begin(), ladders_.end(),
                    [](const Ladder& a, const Ladder& b) { return a.cost_ns > b.cost_ns; });
-  ladder_index_.clear();  // its places have changed, and no cell joins a ladder any more
 }
 
 void StudyRun::plan_work() {
@@ -184,6 +190,7 @@ void StudyRun::plan_work() {
     if (!overview.whole) forget_damaged();
     for (const Cell& cell : cells_) plan_cell(cell, overview.whole ? &overview : nullptr);
   }
+  ladder_index_.clear();
   std::set<std::size_t> needed;
   for (const Ladder& ladder : ladders_) needed.insert(ladder.truth);
   for (std::size_t i = 0; i < truths_.size(); ++i) {

@@ -7,6 +7,7 @@
 #include "scene/files.hpp"
 #include "scene/printable.hpp"
 #include "validation/study/content_hash.hpp"
+#include "validation/study/key_table.hpp"
 
 namespace atwood {
 namespace {
@@ -148,15 +149,15 @@ std::vector<double> expected_costs_ns(const std::vector<const Cell*>& cells, con
 Ladders ladders_by_cost(const std::vector<Cell>& cells, const Costs& costs) {
   Ladders found;
   std::vector<std::string> names;
-  std::map<std::string, std::size_t> index;
+  KeyTable<std::size_t> index;
   const double usual_ns = usual_step_ns(costs);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (cells[i].worker < 0) continue;
     const std::string name = ladder_name(cells[i]);
-    const auto [place, fresh] = index.emplace(name, names.size());
+    const auto [place, fresh] = index.insert(key_sum(name), names.size());
     if (fresh) names.push_back(name), found.cells.emplace_back(), found.cost_ns.push_back(0);
-    found.cells[place->second].push_back(i);
-    found.cost_ns[place->second] += cost_of(cells[i], name, costs, usual_ns);
+    found.cells[*place].push_back(i);
+    found.cost_ns[*place] += cost_of(cells[i], name, costs, usual_ns);
   }
   std::vector<std::size_t> order(names.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -201,7 +202,8 @@ std::vector<std::vector<std::size_t>> chunks(const Ladders& ladders, std::size_t
 std::string plan_hash(const std::vector<Cell>& cells) {
   std::string all;
   for (const Cell& cell : cells)
-    all += ladder_name(cell) + ", " + std::to_string(cell.plan.steps) + " " + cell.accuracy_hash + "\n";
+    all.append(ladder_name(cell)).append(", " + std::to_string(cell.plan.steps) + " ").append(cell.accuracy_hash) +=
+        '\n';
   return content_hash(std::string_view(all));
 }
 

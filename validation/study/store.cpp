@@ -273,7 +273,9 @@ void Store::put_truth(const std::string& truth_hash, const std::string& scenario
 std::optional<Campaign> Store::latest_campaign(const std::string& series, bool complete_only) {
   return database_->guarded([&]() -> std::optional<Campaign> {
     std::optional<Campaign> latest;
-    for (const std::string& id : database_->keys[&kCampaigns].keys) {
+    SQLite::Statement ids(*database_->sql, "SELECT id FROM campaigns");  // in any order: those that cannot be found too
+    while (ids.executeStep()) {
+      const std::string id = ids.getColumn(0).getString();
       const SQLite::Statement* found = database_->find(kCampaigns, id);
       if (!found) continue;
       Campaign campaign{id, text(*found, 1), text(*found, 2), text(*found, 3), whole(*found, 4), whole(*found, 5) != 0};
@@ -295,8 +297,8 @@ void Store::put_program_run(const std::string& run_id, std::int64_t begun_ns, st
   database_->written([&] { database_->insert(kRuns, {run_id, begun_ns, ended_ns}); });
 }
 
-void Store::put_plan(const std::string& hash, const std::string& study, const std::vector<PlannedCell>& cells) {
-  const std::string packed = compressed(pack_plan(cells));
+void Store::put_plan(const std::string& hash, const std::string& study, std::string_view cells) {
+  const std::string packed = compressed(cells);
   database_->written([&] { database_->insert(kPlans, {hash, study, Blob{packed}}); });
 }
 

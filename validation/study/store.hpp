@@ -16,6 +16,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <unordered_set>
 #include <vector>
 
@@ -152,7 +153,7 @@ class Store {
   void checkpoint();
 
   bool has_plan(const std::string& hash);
-  void put_plan(const std::string& hash, const std::string& study, const std::vector<PlannedCell>& cells);
+  void put_plan(const std::string& hash, const std::string& study, std::string_view cells);  // pack_plan
   std::vector<StoredPlan> plans();
   void put_shard(const ShardRecord& shard);  // replaces the one with its id
   std::vector<ShardRecord> shards();

@@ -9,10 +9,10 @@
 #include <mutex>
 #include <string>
 #include <string_view>
-#include <unordered_set>
 #include <variant>
 #include <vector>
 
+#include "validation/study/key_table.hpp"
 #include "validation/study/recording_blob.hpp"
 #include "validation/study/store.hpp"
 #include "validation/study/store_schema.hpp"
@@ -35,17 +35,20 @@ class ValueChecksum {
   void add(const StoreValue& value);
   void add(const SQLite::Column& column);
   std::int64_t value() const;
+  void restart();  // as new, for the next entry
 
  private:
   void add(char kind, std::string_view bytes);
   void add_real(double value);
   struct State;
-  std::unique_ptr<State> state_;
+  std::string few_;               // what was added, as long as it is short
+  std::unique_ptr<State> state_;  // of more; null: all is in few_
 };
 
 struct KeySet {
-  std::unordered_set<std::string> keys;
+  KeyTable<> keys;
   std::uint64_t sum = 0;  // of their checksums
+  bool contains(const std::string& key) const { return keys.contains(key_sum(key)); }
 };
 
 struct StoreDatabase {
@@ -63,7 +66,7 @@ struct StoreDatabase {
       keys;  // of counted tables; where the store is only read, of those that were asked
   struct Change {
     const StoreTable* table;
-    std::string key;
+    KeySum key;
     bool added;
   };
   std::vector<Change> changes;  // changes of keys by the present transaction
@@ -150,7 +153,7 @@ struct StoreDatabase {
   void check_identity();
   void check_tables();
   void count_key(const StoreTable& table, const std::string& key, bool added);
-  void set_key(const StoreTable& table, const std::string& key, bool there);
+  void set_key(const StoreTable& table, const KeySum& key, bool there);
   void undo_changes();
 };
 

@@ -51,7 +51,7 @@ SQLite::Statement* StoreDatabase::find(const StoreTable& table, const std::strin
   select.bind(1, key);
   if (!select.executeStep()) {
     if (table.counted && !keys.contains(&table)) read_keys(table);
-    if (table.counted && keys[&table].keys.contains(key))
+    if (table.counted && keys[&table].contains(key))
       throw StoreDamage("store " + path + ": an entry of `" + table.name + "` cannot be found again");
     return nullptr;
   }
@@ -87,8 +87,9 @@ void StoreDatabase::erase(const StoreTable& table, const std::string& key) {
 std::vector<std::string> StoreDatabase::damaged_keys(const StoreTable& table) {
   std::vector<std::string> found;
   SQLite::Statement entries(*sql, std::string("SELECT ") + table.columns + ", checksum FROM " + table.name);
+  ValueChecksum sum;
   while (entries.executeStep()) {
-    ValueChecksum sum;
+    sum.restart();
     for (int i = 0; i < table.count; ++i) sum.add(entries.getColumn(i));
     if (entries.getColumn(table.count).getInt64() != sum.value()) found.push_back(entries.getColumn(0).getString());
   }
@@ -96,16 +97,16 @@ std::vector<std::string> StoreDatabase::damaged_keys(const StoreTable& table) {
 }
 
 // ---- the keys of a table ------------------------------------------------------------------------------------------
-void StoreDatabase::set_key(const StoreTable& table, const std::string& key, bool there) {
+void StoreDatabase::set_key(const StoreTable& table, const KeySum& key, bool there) {
   KeySet& set = keys[&table];
-  if (there && set.keys.insert(key).second) set.sum += checksum(key);
-  else if (!there && set.keys.erase(key) > 0) set.sum -= checksum(key);
+  if (there && set.keys.insert(key).second) set.sum += key.first;
+  else if (!there && set.keys.erase(key)) set.sum -= key.first;
 }
 
 void StoreDatabase::count_key(const StoreTable& table, const std::string& key, bool added) {
-  if (!table.counted || keys[&table].keys.contains(key) == added) return;
-  set_key(table, key, added);
-  changes.push_back({&table, key, added});
+  if (!table.counted || keys[&table].contains(key) == added) return;
+  set_key(table, key_sum(key), added);
+  changes.push_back({&table, key_sum(key), added});
 }
 
 void StoreDatabase::write_total(const StoreTable& table) {
@@ -132,9 +133,9 @@ std::string StoreDatabase::read_keys(const StoreTable& table, bool keep) {
   std::int64_t found = 0;
   SQLite::Statement select(*sql, "SELECT " + key_column(table) + " FROM " + table.name);
   while (select.executeStep()) {
-    const std::string key = select.getColumn(0).getString();
+    const KeySum key = key_sum(select.getColumn(0).getString());
     if (keep && !set.keys.insert(key).second) continue;
-    set.sum += checksum(key);
+    set.sum += key.first;
     ++found;
   }
   SQLite::Statement total(*sql, "SELECT entries, key_sum FROM totals WHERE name=?");

@@ -374,7 +374,7 @@ class Merge {
       while (select.executeStep()) {
         if (!told.insert(select.getColumn(0).getString()).second) continue;
         for (const PlannedCell& cell : unpack_plan(expanded(blob_of(select.getColumn(1)))))
-          if (!out_.keys[&kCells].keys.contains(cell.hash)) merged_.absent.push_back(printable(cell.name));
+          if (!out_.keys[&kCells].contains(cell.hash)) merged_.absent.push_back(printable(cell.name));
       }
     }
     std::sort(merged_.absent.begin(), merged_.absent.end());

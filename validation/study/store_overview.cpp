@@ -2,70 +2,96 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
+#include <algorithm>
+#include <optional>
+#include <vector>
+
 #include "validation/study/content_hash.hpp"
 #include "validation/study/store_database.hpp"
 
 namespace atwood {
 
-StoreOverview::Key StoreOverview::key_of(const std::string& text) { return {checksum(text), checksum("\n" + text)}; }
-
-const StoreOverview::Run* StoreOverview::run(const std::string& cell_hash) const {
-  const auto found = runs_.find(key_of(cell_hash));
-  return found == runs_.end() ? nullptr : &found->second;
-}
-
 bool StoreOverview::measured_from(const std::string& key, const std::string& basis) const {
-  const auto found = measured_.find(key_of(key));
-  return found != measured_.end() && found->second == checksum(basis);
-}
-
-void StoreOverview::add_run(const std::string& cell_hash, Run run) { runs_[key_of(cell_hash)] = run; }
-
-void StoreOverview::add_measured(const std::string& key, const std::string& basis) {
-  measured_[key_of(key)] = checksum(basis);
+  const std::uint64_t* found = measured_.find(key_sum(key));
+  return found != nullptr && *found == checksum(basis);
 }
 
 namespace {
 
-// Calls `each` with every entry. False: a checksum is wrong, or an entry is not found by its key. A table with rows
-// numbered by SQLite is gone through twice: as it lies in the file, and by the index of its keys.
-template <class Each> bool all_right(StoreDatabase& database, const StoreTable& table, bool numbered, Each each) {
-  const std::string columns = table.columns, key = columns.substr(0, columns.find(','));
-  SQLite::Statement entries(*database.sql, "SELECT " + columns + ", checksum FROM " + table.name);
+// Whether the pages of a table lie in its trees as SQLite searches them.
+bool well_ordered(StoreDatabase& database, const StoreTable& table) {
+  SQLite::Statement check(*database.sql, std::string("PRAGMA quick_check('") + table.name + "')");
+  return check.executeStep() && check.getColumn(0).getString() == "ok";
+}
+
+// The keys of a table: those of two tables that are the same have these sums.
+struct KeySums {
   std::size_t count = 0;
+  std::uint64_t keys = 0, places = 0;  // places: of the keys with the numbers of their rows
+  bool operator==(const KeySums&) const = default;
+};
+
+// The index of the keys of a table with rows numbered by SQLite; nothing where it is not in order.
+std::optional<KeySums> sums_of_index(StoreDatabase& database, const StoreTable& table, const std::string& key) {
+  SQLite::Statement entries(*database.sql, "SELECT " + key + ", rowid FROM " + table.name +
+                                               " INDEXED BY sqlite_autoindex_" + table.name + "_1 WHERE " + key +
+                                               ">='' ORDER BY " + key);
+  KeySums sums;
   std::string before;
   while (entries.executeStep()) {
-    ValueChecksum sum;
+    std::string now = entries.getColumn(0).getString();
+    if (sums.count > 0 && !(before < now)) return std::nullopt;
+    ++sums.count;
+    sums.keys += checksum(now);
+    sums.places += checksum(now, static_cast<std::uint64_t>(entries.getColumn(1).getInt64()));
+    before.swap(now);
+  }
+  return sums;
+}
+
+// Calls `each` with every entry. Nothing: a checksum is wrong, or an entry is not found by its key. Of a table with rows
+// numbered by SQLite, the keys lie in an index, which must name the row of each.
+template <class Each>
+std::optional<KeySums> all_right(StoreDatabase& database, const StoreTable& table, bool numbered, Each each) {
+  if (numbered && !well_ordered(database, table)) return std::nullopt;
+  const std::string columns = table.columns, key = columns.substr(0, columns.find(','));
+  SQLite::Statement entries(*database.sql,
+                            "SELECT " + columns + ", checksum" + (numbered ? ", rowid" : "") + " FROM " + table.name);
+  KeySums sums;
+  ValueChecksum sum;
+  std::string before;
+  while (entries.executeStep()) {
+    sum.restart();
     for (int i = 0; i < table.count; ++i) sum.add(entries.getColumn(i));
-    if (entries.getColumn(table.count).getInt64() != sum.value()) return false;
-    if (!numbered) {
-      std::string now = entries.getColumn(0).getString();
-      if (count > 0 && !(before < now)) return false;
-      before = std::move(now);
-    }
-    ++count;
-    each(entries);
+    if (entries.getColumn(table.count).getInt64() != sum.value()) return std::nullopt;
+    std::string now = entries.getColumn(0).getString();
+    if (!numbered && sums.count > 0 && !(before < now)) return std::nullopt;
+    ++sums.count;
+    sums.keys += checksum(now);
+    if (numbered)
+      sums.places += checksum(now, static_cast<std::uint64_t>(entries.getColumn(table.count + 1).getInt64()));
+    each(entries, now);
+    before.swap(now);
   }
-  if (!numbered) return true;
-  SQLite::Statement by_key(*database.sql, "SELECT " + key + ", checksum FROM " + table.name +
-                                              " INDEXED BY sqlite_autoindex_" + table.name + "_1 WHERE " + key +
-                                              ">='' ORDER BY " + key);
-  std::size_t found = 0;
-  while (by_key.executeStep()) {
-    std::string now = by_key.getColumn(0).getString();
-    if (found > 0 && !(before < now)) return false;
-    before = std::move(now);
-    ++found;
-  }
-  return found == count;
+  if (numbered && sums_of_index(database, table, key) != sums) return std::nullopt;
+  return sums;
+}
+
+// Whether the provenance of every cell and time is there, and, unless `recorded`, the recording of every cell.
+bool belongings_there(StoreDatabase& database, bool recorded) {
+  std::vector<const char*> lost{"SELECT 1 FROM cells WHERE provenance NOT IN (SELECT hash FROM provenances) LIMIT 1",
+                                "SELECT 1 FROM timings WHERE provenance NOT IN (SELECT hash FROM provenances) LIMIT 1"};
+  if (!recorded)
+    lost.push_back("SELECT 1 FROM cells WHERE NOT EXISTS (SELECT 1 FROM series WHERE series.hash=cells.hash) LIMIT 1");
+  return std::none_of(lost.begin(), lost.end(),
+                      [&](const char* text) { return SQLite::Statement(*database.sql, text).executeStep(); });
 }
 
 }  // namespace
 
 bool Store::has(const CellKeys& cell) {
   return database_->guarded([&] {
-    return database_->keys[&kCells].keys.contains(cell.accuracy) &&
-           database_->keys[&kMeasured].keys.contains(cell.measured);
+    return database_->keys[&kCells].contains(cell.accuracy) && database_->keys[&kMeasured].contains(cell.measured);
   });
 }
 
@@ -83,24 +109,21 @@ std::unordered_set<std::string> Store::not_ok() {
 StoreOverview Store::overview() {
   StoreOverview all;
   const auto text = [](const SQLite::Statement& entry, int i) { return entry.getColumn(i).getString(); };
-  const auto nothing = [](const SQLite::Statement&) {};
+  const auto nothing = [](const SQLite::Statement&, const std::string&) {};
   try {
     database_->guarded([&] {
-      all.whole = all_right(*database_, kCells, false,
-                            [&](const SQLite::Statement& entry) {
-                              all.add_run(text(entry, 0),
-                                          {status_from_string(text(entry, 4)), entry.getColumn(10).getInt64() != 0,
-                                           entry.getColumn(9).getDouble()});
-                            }) &&
-                  all_right(*database_, kTimings, false, nothing) && all_right(*database_, kSeries, true, nothing) &&
+      const auto cells =
+          all_right(*database_, kCells, false, [&](const SQLite::Statement& entry, const std::string& key) {
+            all.add_run(key, {status_from_string(text(entry, 4)), entry.getColumn(10).getInt64() != 0,
+                              entry.getColumn(9).getDouble()});
+          });
+      const auto recordings = cells ? all_right(*database_, kSeries, true, nothing) : std::nullopt;
+      all.whole = recordings && all_right(*database_, kTimings, false, nothing) &&
                   all_right(*database_, kMeasured, true,
-                            [&](const SQLite::Statement& entry) { all.add_measured(text(entry, 0), text(entry, 2)); });
-      for (const char* lost :
-           {"SELECT 1 FROM cells WHERE NOT EXISTS (SELECT 1 FROM series WHERE series.hash=cells.hash) LIMIT 1",
-            "SELECT 1 FROM cells WHERE provenance NOT IN (SELECT hash FROM provenances) LIMIT 1",
-            "SELECT 1 FROM timings WHERE provenance NOT IN (SELECT hash FROM provenances) LIMIT 1"}) {
-        if (all.whole && SQLite::Statement(*database_->sql, lost).executeStep()) all.whole = false;
-      }
+                            [&](const SQLite::Statement& entry, const std::string& key) {
+                              all.add_measured(key, text(entry, 2));
+                            }) &&
+                  belongings_there(*database_, cells->count == recordings->count && cells->keys == recordings->keys);
     });
   } catch (const std::runtime_error&) {  // the cells one by one say what cannot be read
     all.whole = false;

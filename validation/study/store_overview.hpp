@@ -3,10 +3,9 @@
 
 #include <cstdint>
 #include <string>
-#include <unordered_map>
-#include <utility>
 
 #include "protocol/sample.hpp"
+#include "validation/study/key_table.hpp"
 
 namespace atwood {
 
@@ -21,20 +20,17 @@ class StoreOverview {
   // the cells must be looked at one by one.
   bool whole = true;
 
-  const Run* run(const std::string& cell_hash) const;
+  const Run* run(const std::string& cell_hash) const { return runs_.find(key_sum(cell_hash)); }
   bool measured_from(const std::string& key, const std::string& basis) const;
 
-  void add_run(const std::string& cell_hash, Run run);
-  void add_measured(const std::string& key, const std::string& basis);
+  void add_run(const std::string& cell_hash, const Run& run) { *runs_.insert(key_sum(cell_hash)).first = run; }
+  void add_measured(const std::string& key, const std::string& basis) {
+    *measured_.insert(key_sum(key)).first = checksum(basis);
+  }
 
  private:
-  using Key = std::pair<std::uint64_t, std::uint64_t>;  // of the key's text: two checksums
-  struct Hash {
-    std::size_t operator()(const Key& key) const { return key.first; }
-  };
-  static Key key_of(const std::string& text);
-  std::unordered_map<Key, Run, Hash> runs_;
-  std::unordered_map<Key, std::uint64_t, Hash> measured_;  // a checksum of their basis
+  KeyTable<Run> runs_;
+  KeyTable<std::uint64_t> measured_;  // a checksum of their basis
 };
 
 }  // namespace atwood

@@ -18,6 +18,7 @@
 #include "validation/metrics/probe.hpp"
 #include "validation/row.hpp"
 #include "validation/study/confinement.hpp"
+#include "validation/study/content_hash.hpp"
 #include "validation/study/machine.hpp"
 
 namespace atwood {
@@ -84,7 +85,8 @@ struct Cell {
   int repeats = 5;
   std::string claim;  // class of motion whose claimed order this ladder measures
   double claimed_order = 0;
-  std::string accuracy_hash, timing_hash, settings_hash;
+  ContentHash accuracy_hash, timing_hash;
+  HashDigits<16> settings_hash;
   Status absent = Status::not_built;  // worker -1: why there is none
   std::string absent_reason;
   Probe probe = Probe::none;       // several runs made for one figure, instead of one run, measured

@@ -2,12 +2,12 @@
 // timed_pass.cpp.
 #pragma once
 
+#include <algorithm>
 #include <condition_variable>
 #include <exception>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -27,13 +27,14 @@ struct TruthWork {
   std::string hash;
   const Scenario* scenario = nullptr;
   State state = State::pending;
+  std::string basis = {};              // of rows that are measured with it
   bool reused = false;                 // already known when planned
   std::shared_ptr<const Truth> truth;  // null while it is only in the store
 };
 
 struct Todo {
   const Cell* cell = nullptr;
-  std::optional<RunRecord> stored;  // set: the cell only has to be measured
+  std::unique_ptr<const RunRecord> stored;  // set: the cell only has to be measured
 };
 
 struct Ladder {
@@ -48,12 +49,12 @@ class StudyRun {
   StudyRun(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options,
            Store& store, const Campaigns& campaigns)
       : cells_(cells), workers_(workers), options_(options), store_(store), campaigns_(campaigns),
-        progress_(0, options.progress) {}
+        progress_(0, options.progress), touched_(cells.size()), ran_(cells.size()) {}
 
   void accuracy_pass();
   void timed_pass();
-  int touched() const { return static_cast<int>(touched_.size()); }  // cells that were run or measured
-  int ran() const { return static_cast<int>(ran_.size()); }
+  int touched() const { return count(touched_); }  // cells that were run or measured
+  int ran() const { return count(ran_); }
   int timed() const { return timed_; }
   int measured_again() const { return measured_again_; }
   int failed_truths() const { return failed_truths_; }
@@ -66,11 +67,16 @@ class StudyRun {
     std::size_t index = 0;
   };
 
+  static int count(const std::vector<bool>& cells) {
+    return static_cast<int>(std::count(cells.begin(), cells.end(), true));
+  }
+  std::size_t index_of(const Cell& cell) const { return static_cast<std::size_t>(&cell - cells_.data()); }
   void plan_work();
   void order_by_cost();
   void forget_damaged();
   void plan_cell(const Cell& cell, const StoreOverview* overview);
   std::size_t truth_index(const Scenario& scenario);
+  std::size_t find_truth(const Scenario& scenario);
   bool is_known(const TruthWork& work);
   RunRecord new_run(const Cell& cell) const;
   bool loads_more(int worker, const WorkerClient& client);
@@ -101,8 +107,10 @@ class StudyRun {
   // the plan
   std::vector<TruthWork> truths_;
   std::map<std::string, std::size_t> truth_by_scenario_, truth_by_hash_;
+  const Scenario* last_scenario_ = nullptr;  // whose truth was asked for last: that of many cells in turn
+  std::size_t last_truth_ = 0;
   std::vector<Ladder> ladders_;
-  std::map<std::string, std::size_t> ladder_index_;
+  std::map<std::string, std::size_t> ladder_index_;  // empty when all is planned
   std::string truth_build_;
 
   std::mutex mutex_;
@@ -114,7 +122,7 @@ class StudyRun {
   int failed_truths_ = 0, timed_ = 0, measured_again_ = 0;
   std::set<int> told_to_load_more_;          // workers
   std::set<std::string> without_recording_;  // metrics
-  std::set<const Cell*> touched_, ran_;      // ran_: those whose accuracy run is new
+  std::vector<bool> touched_, ran_;          // of cells_; ran_: those whose accuracy run is new
   PoseTruths pose_truths_{store_, options_.truth_worker};
 };
 

@@ -40,7 +40,7 @@ std::vector<const Cell*> StudyRun::cells_to_time() {
 
 void StudyRun::timed_pass() {
   const std::vector<const Cell*> cells = cells_to_time();
-  touched_.insert(cells.begin(), cells.end());
+  for (const Cell* cell : cells) touched_[index_of(*cell)] = true;
   std::optional<WorkerClient> client;
   int worker = -1;
   std::string scene_id, scene_json;
@@ -87,9 +87,9 @@ std::vector<Reused> StudyRun::reused() const {
     if (cell.worker < 0) continue;
     const Worker& worker = workers_[static_cast<std::size_t>(cell.worker)];
     Reused& reused = by_worker[cell.worker];
-    reused.engine = worker.engine.name;
+    if (reused.cells == 0) reused.engine = worker.engine.name;
     ++reused.cells;
-    reused.reused += ran_.contains(&cell) ? 0 : 1;
+    reused.reused += ran_[index_of(cell)] ? 0 : 1;
     if (!cell.campaign.empty() && reused.campaign.empty())
       reused.campaign = campaigns_.told(cell) +
                         ", because not all of the code behind its results is known: " + worker.unknown_code +

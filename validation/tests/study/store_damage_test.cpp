@@ -184,7 +184,8 @@ TEST_CASE("an entry that has gone is missed") {
     const std::string path = folder / (std::string(table) + ".db");
     fill(path, cells);
     const std::string column = std::string(table) == "cells" ? "hash" : "cell";
-    execute(path, std::string("DELETE FROM ") + table + " WHERE " + column + "='" + cells[0].accuracy_hash + "'");
+    execute(path, std::string("DELETE FROM ") + table + " WHERE " + column + "='" +
+                      std::string(cells[0].accuracy_hash) + "'");
     CHECK_THROWS_WITH(load_rows(path, cells), Catch::Contains("15 entries of `" + std::string(table) + "`, where 16"));
     CHECK_THROWS_WITH(Store(path, Store::Mode::write), Catch::Contains("is damaged"));
     CHECK_FALSE(check_store(path).empty());
