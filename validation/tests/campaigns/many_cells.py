@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Measures a study of N synthetic cells through the real path: planning, cells stored a second, resuming, gate, report, merge
-of 16 shards, each with its peak memory, and the store's bytes a cell. Several N: how each figure grows, as N to which power.
+of 16 shards, each with its peak memory, and the store's bytes a cell. Several N: how each figure grows, as N to which power
+(least squares over all N, in logarithms). Times of the processor are of all cores and of the workers.
 
     python3 validation/tests/campaigns/many_cells.py build/release/bin/atwood [N ...]
 """
@@ -91,6 +92,13 @@ class Bench:
         return self.figures
 
 
+def power(points):
+    """The slope of the line of least squares through (N, figure), in logarithms."""
+    logs = [(math.log(n), math.log(figure)) for n, figure in points]
+    x, y = (sum(values) / len(logs) for values in zip(*logs))
+    return sum((a - x) * (b - y) for a, b in logs) / sum((a - x) ** 2 for a, _ in logs)
+
+
 def main():
     atwood, sizes = sys.argv[1], [int(float(word)) for word in sys.argv[2:]] or [1000, 4000, 16000]
     all_figures = []
@@ -98,11 +106,9 @@ def main():
         all_figures.append(Bench(atwood, size).measure())
         print(json.dumps(all_figures[-1]), flush=True)
     if len(sizes) > 1:
-        first, last = all_figures[-2], all_figures[-1]
-        ratio = math.log(last["cells"] / first["cells"])
-        for name in first:
-            if name.endswith((" s", " MB")) and first[name] > 0 and last[name] > 0:
-                print(f"{name}: N^{math.log(last[name] / first[name]) / ratio:.2f}")
+        for name in all_figures[0]:
+            if name.endswith((" s", " MB")) and all(figures[name] > 0 for figures in all_figures):
+                print(f"{name}: N^{power([(figures['cells'], figures[name]) for figures in all_figures]):.2f}")
 
 
 if __name__ == "__main__":
