@@ -120,11 +120,14 @@ void print_particles(const Scene& scene, const std::vector<Sample>& values, cons
 
 void print_probes(const Scene& scene, const std::vector<Sample>& values, bool as_json) {
   Table table("t_s,probe,value,unit", as_json);
-  for (const Sample& sample : values)
-    for (const FluidProbe& probe : scene.probes) {
-      const double value = probe_value(scene, probe, sample);
-      table.row(fmt::format("{},{},{},{}", format_double(static_cast<double>(sample.t_s)), quoted(probe.name),
-                            std::isnan(value) ? std::string() : format_double(value), probe_unit(probe)));
+  std::vector<std::vector<double>> of_probe;
+  for (const FluidProbe& probe : scene.probes) of_probe.push_back(probe_values(scene, probe, values));
+  for (std::size_t k = 0; k < values.size(); ++k)
+    for (std::size_t n = 0; n < scene.probes.size(); ++n) {
+      const double value = of_probe[n][k];
+      table.row(fmt::format("{},{},{},{}", format_double(static_cast<double>(values[k].t_s)),
+                            quoted(scene.probes[n].name), std::isnan(value) ? std::string() : format_double(value),
+                            probe_unit(scene.probes[n])));
     }
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "validation/metrics/fluid_parts.hpp"
 #include "validation/metrics/measurements.hpp"
@@ -216,26 +217,52 @@ void append_fluid_energy(const Scenario& scenario, const FieldAtParticles& exact
   rows.push_back(row("volume-error", static_cast<double>((after - before) / before)));
 }
 
+namespace {
+
+// The force from outside on everything that moves [N], which is constant; none: it is not, or not known from the scene.
+std::optional<WideVec> constant_force(const Scene& scene, const std::vector<double>& masses) {
+  for (const Fluid& fluid : scene.fluids)
+    if (!fluid.source.name.empty() || fluid.expansion_per_K != 0) return std::nullopt;
+  for (const FluidBoundary& boundary : scene.fluid_boundaries)
+    if (scene.bodies[static_cast<std::size_t>(boundary.body)].fixed) return std::nullopt;
+  Wide mass = 0;
+  for (const double m : masses) mass += m;
+  for (const Body& body : scene.bodies)
+    if (!body.fixed) mass += body.mass_kg;
+  WideVec sum{};
+  for (std::size_t i = 0; i < 3; ++i) sum[i] = mass * scene.gravity_m_per_s2[i];
+  for (const Force& force : scene.forces) {
+    const auto* push = std::get_if<PointForce>(&force);
+    if (push == nullptr || !push->on_s.empty()) return std::nullopt;
+    for (std::size_t i = 0; i < 3; ++i) sum[i] += push->force_N[i];
+  }
+  return sum;
+}
+
+}  // namespace
+
 void append_fluid_momenta(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
   const Scene& scene = scenario.scene;
-  for (const Fluid& fluid : scene.fluids)
-    if (!fluid.source.name.empty()) return;
-  if (scene.gravity_m_per_s2 != Real3{} || !scene.forces.empty()) return;
-  for (const FluidBoundary& boundary : scene.fluid_boundaries)
-    if (scene.bodies[static_cast<std::size_t>(boundary.body)].fixed) return;
   const std::vector<double> masses = masses_of(scene);
+  const std::optional<WideVec> outside = constant_force(scene, masses);
+  if (!outside) return;
+  const bool free = *outside == WideVec{} && scene.forces.empty();
   const Momenta first = momenta_of(scene, masses, run.values.front());
   Wide linear = 0, angular = 0;
   for (const Sample& sample : run.values) {
     const Momenta now = momenta_of(scene, masses, sample);
     WideVec dp = now.linear, dl = now.angular;
     add(dp, -1, first.linear), add(dl, -1, first.angular);
+    add(dp, -sample.t_s, *outside);
     const auto share = [](const WideVec& d, Wide size) { return size > 0 ? sqrtq(dot(d, d)) / size : Wide(0); };
     linear = std::max(linear, share(dp, std::max(now.linear_sizes, first.linear_sizes)));
     angular = std::max(angular, share(dl, std::max(now.angular_sizes, first.angular_sizes)));
   }
-  rows.push_back(row("fluid-momentum-error", static_cast<double>(linear), 0, "of the sum of |m v|, largest sample"));
-  if (scene.domain.periodic_m == Real3{})
+  rows.push_back(
+      row("fluid-momentum-error", static_cast<double>(linear), 0,
+          free ? "of the sum of |m v|, largest sample"
+               : "beside the impulse of the constant force from outside; of the sum of |m v|, largest sample"));
+  if (free && scene.domain.periodic_m == Real3{})
     rows.push_back(row("fluid-angular-momentum-error", static_cast<double>(angular), 0,
                        "about the origin, of the sum of |m x v|, largest sample"));
 }

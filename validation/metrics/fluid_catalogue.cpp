@@ -54,8 +54,8 @@ std::vector<MetricInfo> fluid_metrics() {
        "both, and the neighbours where they are known."},
       {"volume-error", "1", "Sum of m / rho at the end over that at the start, less 1."},
       {"fluid-momentum-error", "1",
-       "Largest change of the linear momentum of fluids and moving bodies over the samples, divided by the sum of |m v|. "
-       "Only where no force acts from outside."},
+       "Largest change of the linear momentum of fluids and moving bodies over the samples, less the impulse of gravity and "
+       "of point forces that are always on, divided by the sum of |m v|. Only where no other force acts from outside."},
       {"fluid-angular-momentum-error", "1",
        "Largest change of the angular momentum about the origin over the samples, divided by the sum of |m x v|. Only where "
        "no force acts from outside and space has no period."},

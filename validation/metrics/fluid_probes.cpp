@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <unordered_map>
 
 #include "validation/metrics/fluid_parts.hpp"
@@ -123,10 +124,79 @@ double probe_value(const Scene& scene, const FluidProbe& probe, const Sample& sa
     }
     case ProbeKind::front: return front(scene, sample);
     case ProbeKind::column_height: return column_height(scene, probe, sample);
-    case ProbeKind::force_on_body: return kNan;
+    case ProbeKind::force_on_body: return kNan;  // of a single sample: probe_values()
     case ProbeKind::marker: return marker(scene, probe, sample);
   }
   return kNan;
+}
+
+namespace {
+
+// Mean over the time between two samples of the fluid's force on everything that moves freely but the fluid, by body: what
+// changes its momentum beside gravity and point forces that are always on. None: other forces, joints or fixed.
+std::optional<Vec> mean_force(const Scene& scene, int index, const Sample& before, const Sample& now) {
+  const auto b = static_cast<std::size_t>(index);
+  const Body& body = scene.bodies[b];
+  if (body.fixed || !scene.joints.empty() || !scene.ropes.empty() || b >= now.bodies.size() ||
+      b >= before.bodies.size())
+    return std::nullopt;
+  Vec force{};
+  const Wide passed_s = now.t_s - before.t_s;
+  for (std::size_t i = 0; i < 3; ++i)
+    force[i] =
+        static_cast<double>(body.mass_kg * ((now.bodies[b].v_m_per_s[i] - before.bodies[b].v_m_per_s[i]) / passed_s -
+                                            scene.gravity_m_per_s2[i]));
+  for (const Force& each : scene.forces) {
+    const auto* push = std::get_if<PointForce>(&each);
+    if (push == nullptr || !push->on_s.empty()) return std::nullopt;
+    if (push->body != index) continue;
+    for (std::size_t i = 0; i < 3; ++i) force[i] -= push->force_N[i];
+  }
+  return force;
+}
+
+// The same on the only fixed boundary: what the fluid loses of its momentum to nothing else.
+std::optional<Vec> mean_force_on_fixed(const Scene& scene, int index, const Sample& before, const Sample& now) {
+  Vec force{};
+  for (const FluidBoundary& boundary : scene.fluid_boundaries) {
+    if (boundary.body == index) continue;
+    const std::optional<Vec> other = mean_force(scene, boundary.body, before, now);
+    if (!other) return std::nullopt;
+    for (std::size_t i = 0; i < 3; ++i) force[i] -= (*other)[i];
+  }
+  const Wide passed_s = now.t_s - before.t_s;
+  std::size_t j = 0;
+  for (const Fluid& fluid : scene.fluids) {
+    if (!fluid.source.name.empty() || fluid.expansion_per_K != 0) return std::nullopt;
+    for (const double mass : fluid.particles.mass_kg) {
+      if (j >= now.particles.size() || j >= before.particles.size()) return std::nullopt;
+      for (std::size_t i = 0; i < 3; ++i)
+        force[i] +=
+            static_cast<double>(mass * (scene.gravity_m_per_s2[i] -
+                                        (now.particles[j].v_m_per_s[i] - before.particles[j].v_m_per_s[i]) / passed_s));
+      ++j;
+    }
+  }
+  return force;
+}
+
+}  // namespace
+
+std::vector<double> probe_values(const Scene& scene, const FluidProbe& probe, const std::vector<Sample>& samples) {
+  std::vector<double> values;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (probe.kind != ProbeKind::force_on_body) {
+      values.push_back(probe_value(scene, probe, samples[k]));
+      continue;
+    }
+    std::optional<Vec> force;
+    if (k > 0 && probe.body >= 0)
+      force = scene.bodies[static_cast<std::size_t>(probe.body)].fixed
+                  ? mean_force_on_fixed(scene, probe.body, samples[k - 1], samples[k])
+                  : mean_force(scene, probe.body, samples[k - 1], samples[k]);
+    values.push_back(force ? std::hypot((*force)[0], (*force)[1], (*force)[2]) : kNan);
+  }
+  return values;
 }
 
 const char* probe_unit(const FluidProbe& probe) {
@@ -311,8 +381,9 @@ void append_probes(const Scenario& scenario, const FieldAtParticles& exact, cons
   for (std::size_t n = 0; n < probes.size(); ++n) {
     const bool of_front = probes[n].kind == ProbeKind::front;
     Curve own, measured;
+    const std::vector<double> values = probe_values(scenario.scene, probes[n], run.values);
     for (std::size_t k = 0; k < run.values.size(); ++k) {
-      const double value = probe_value(scenario.scene, probes[n], run.values[k]);
+      const double value = values[k];
       const double t_s = static_cast<double>(run.values[k].t_s);
       own.t_s.push_back(t_s), own.x_m.push_back(own.x_m.empty() ? value : std::max(value, own.x_m.back()));
       const auto& known = exact.samples[k].probes;

@@ -334,6 +334,35 @@ TEST_CASE("probes: exact for linear fields, in a corner and across a period") {
   CHECK(std::isnan(probe_value(scene, probe, sample)));
 }
 
+// A floor under a fluid of 4 kg and a ball of 3 kg, g = 10 m/s^2, samples .5 s apart.
+TEST_CASE("the force on a body is what changes its momentum; on the only fixed boundary, what the fluid loses") {
+  Scene scene = four_particles().scene;
+  scene.fluids[0].particles.mass_kg.assign(4, 1);
+  scene.gravity_m_per_s2 = {0, -10, 0};
+  scene.bodies.resize(2);
+  scene.bodies[0].mass_kg = 3;
+  scene.bodies[1].fixed = true;
+  scene.fluid_boundaries.resize(2);
+  scene.fluid_boundaries[0].body = 0, scene.fluid_boundaries[1].body = 1;
+  std::vector<Sample> samples(2);
+  samples[1].t_s = 0.5;
+  for (Sample& sample : samples) sample.particles.resize(4), sample.bodies.resize(2);
+  samples[1].bodies[0].v_m_per_s = {1, -2, 0};    // 3 (1 / .5) = 6 N; 3 (-2 / .5 + 10) = 18 N
+  samples[1].particles[2].v_m_per_s = {3, 1, 0};  // fluid: gravity -40 N less (6, 2) N, less the ball's (6, 18) N
+  FluidProbe probe;
+  probe.kind = ProbeKind::force_on_body;
+  probe.body = 0;
+  CHECK(std::isnan(probe_values(scene, probe, samples)[0]));
+  CHECK(probe_values(scene, probe, samples)[1] == Approx(std::hypot(6, 18)).epsilon(1e-12));
+  probe.body = 1;
+  CHECK(probe_values(scene, probe, samples)[1] == Approx(std::hypot(12, 60)).epsilon(1e-12));
+  scene.forces.push_back(PointForce{0, {}, {6, 8, 0}, {}});  // then the fluid's part is (0, 10) N
+  probe.body = 0;
+  CHECK(probe_values(scene, probe, samples)[1] == Approx(10).epsilon(1e-12));
+  scene.bodies[0].fixed = true;
+  CHECK(std::isnan(probe_values(scene, probe, samples)[1]));
+}
+
 // x = 1 + t and readings of the same front .2 s later, the last of which is 30 % ahead.
 TEST_CASE("the delay of a front leaves no late reading out") {
   Scenario s = four_particles();
