@@ -84,6 +84,8 @@ Engine atwood_engine() {
   std::vector<MethodInfo> responses = contact_responses();
   responses.insert(responses.end(), fluid::responses().begin(), fluid::responses().end());
   Engine engine{"atwood", kVersion, "double", integrator_catalogue(), run, true, responses, find_scene_contacts};
+  for (MethodInfo& scheme : engine.methods)
+    if (const auto order = fluid::claimed_order(scheme)) scheme.claimed_order["fluid"] = *order;
   engine.fluids = true;
   engine.joints = true;
   return engine;

@@ -1,14 +1,25 @@
 #include "fluid/options.hpp"
 
+#include "fluid/kernel.hpp"
+#include "fluid/kick_drift.hpp"
 #include "integrators/formulas.hpp"
 #include "integrators/responses.hpp"
 
 namespace atwood::fluid {
 namespace {
 
+// Ceilings of the order in time, by kernel: claims of the form "fluid{kernel=cubic}".
+std::map<std::string, double> ceilings() {
+  std::map<std::string, double> claims;
+  for (const char* name : {"cubic", "quintic", "wendland-c2", "wendland-c4", "wendland-c6"})
+    claims["fluid{kernel=" + std::string(name) + "}"] = time_order_ceiling(kernel_shape(name));
+  return claims;
+}
+
 MethodInfo sph_info() {
   MethodInfo info;
   info.id = "+sph";
+  info.claimed_order = ceilings();
   info.doc =
       "Weakly compressible smoothed particle hydrodynamics by sums over pairs; equations in docs/fluids.md. Pressures "
       "enter in the symmetric form, so that with shift=0 linear momentum is kept to round-off; angular momentum where "
@@ -67,6 +78,7 @@ MethodInfo sph_info() {
 MethodInfo polynomial_info() {
   MethodInfo info;
   info.id = "+polynomial";
+  info.claimed_order = ceilings();
   info.doc =
       "Weakly compressible flow on particles, with every derivative from a polynomial fitted by moving least squares; "
       "equations in docs/fluids.md. Orders in space of Taylor and Green's vortices on disturbed particles: 2 and 4, those of "
@@ -142,6 +154,16 @@ Result<PolynomialOptions> polynomial_request(const MethodId& id) {
   options.lane_by_lane = !std::get<bool>(settings->at("lanes"));
   options.threads = whole("threads");
   return options;
+}
+
+std::optional<double> claimed_order(const MethodInfo& scheme) {
+  const std::string name = scheme.id.substr(scheme.id.find('/') + 1);
+  if (name == "rkmk4" || name == "lie4") return std::nullopt;  // their steps are rotations of bodies
+  const bool kicks = is_kick_drift(name);
+  const auto found = scheme.claimed_order.find(kicks ? "point-mass" : "mechanism");
+  if (found == scheme.claimed_order.end()) return std::nullopt;
+  if (!kicks && !scheme.claimed_order.contains("velocity-dependent")) return std::nullopt;  // mechanisms alone
+  return found->second;
 }
 
 const std::vector<MethodInfo>& responses() {

@@ -65,11 +65,11 @@ json list_json(const Place& place, const Options& options, const std::string& wh
 }
 
 // Claimed orders: points under forces of position, points under forces that depend on velocity, rotating bodies,
-// mechanisms.
+// mechanisms, fluids.
 std::string orders_text(const MethodInfo& info) {
   if (info.claimed_order.empty()) return "-";
   std::string text;
-  for (const char* motion : {"point-mass", "velocity-dependent", "rotation", "mechanism"}) {
+  for (const char* motion : {"point-mass", "velocity-dependent", "rotation", "mechanism", "fluid"}) {
     const auto found = info.claimed_order.find(motion);
     text += (text.empty() ? "" : " ") + (found == info.claimed_order.end() ? "-" : fmt::format("{:g}", found->second));
   }
@@ -88,7 +88,7 @@ void print_methods_table(const Place& place, const Options& options) {
   for (const Worker& worker : workers)
     for (const MethodInfo& info : worker.engine.methods) column = std::max(column, info.id.size());
   column = std::min<std::size_t>(column, 34);
-  constexpr std::size_t orders_width = 11, columns_width = 1 + orders_width + 1 + 4;
+  constexpr std::size_t orders_width = 14, columns_width = 1 + orders_width + 1 + 4;
   const auto line = [&](const std::string& id, const std::string& orders, bool adaptive, const std::string& doc) {
     const bool apart = id.size() > column && id.size() + columns_width + 8 > width;  // a long id has a line of its own
     const std::size_t taken = (apart ? column : std::max(column, id.size())) + columns_width;
@@ -113,7 +113,8 @@ void print_methods_table(const Place& place, const Options& options) {
       "\n{}",
       wrapped(
           "orders: claimed for points under forces of position, for points under forces that depend on velocity, "
-          "for rotating bodies and for mechanisms of joints; -: no claim. tol: takes a tolerance, as in atwood/dopri5:1e-8. `--long` "
+          "for rotating bodies, for mechanisms of joints and for fluids (with +sph and +polynomial at most the ceiling of the "
+          "kernel: cubic 3, wendland-c2 4, quintic 5, wendland-c4 6, wendland-c6 8); -: no claim. tol: takes a tolerance, as in atwood/dopri5:1e-8. `--long` "
           "prints documentation, sources and settings, `atwood describe METHOD` those of one method.",
           0, width));
 }

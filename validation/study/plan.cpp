@@ -89,10 +89,31 @@ std::vector<Offer> expand(const std::string& pattern, const std::vector<Worker>&
   return offers;
 }
 
-double claimed_order(const StudyCells& cells, const Offer& offer) {
+const MethodInfo* find_response(const MethodId& id, const Offer& offer, const std::vector<Worker>& workers) {
+  if (id.response.empty() || offer.worker < 0) return nullptr;
+  for (const MethodInfo& info : workers[static_cast<std::size_t>(offer.worker)].engine.responses)
+    if (info.id == "+" + id.response) return &info;
+  return nullptr;
+}
+
+// The order that a method claims, at most what its response permits: a response's claim "fluid{kernel=cubic}": 3 bounds
+// the order in the class of motion "fluid" where that setting has that value.
+double claimed_order(const StudyCells& cells, const Offer& offer, const std::string& method,
+                     const std::vector<Worker>& workers) {
   if (cells.claim.empty() || offer.info == nullptr) return 0;
   const auto found = offer.info->claimed_order.find(cells.claim);
-  return found == offer.info->claimed_order.end() ? 0 : found->second;
+  if (found == offer.info->claimed_order.end()) return 0;
+  double order = found->second;
+  const MethodId id = parse_method_id(method);
+  const MethodInfo* response = find_response(id, offer, workers);
+  if (response == nullptr) return order;
+  Settings settings = response->settings;
+  for (const auto& [key, value] : id.overrides) settings[key] = value;
+  for (const auto& [key, value] : settings) {
+    const auto bound = response->claimed_order.find(cells.claim + "{" + key + "=" + value_words(value) + "}");
+    if (bound != response->claimed_order.end()) order = std::min(order, bound->second);
+  }
+  return order;
 }
 
 bool excepted(const StudyCells& cells, const Offer& offer) {
@@ -101,9 +122,9 @@ bool excepted(const StudyCells& cells, const Offer& offer) {
                      [&](const std::string& pattern) { return glob_match(pattern, offer.info->id); });
 }
 
-bool claims(const StudyCells& cells, const Offer& offer) {
+bool claims(const StudyCells& cells, const Offer& offer, const std::vector<Worker>& workers) {
   if (cells.claim.empty()) return true;
-  const double order = claimed_order(cells, offer);
+  const double order = claimed_order(cells, offer, offer.text, workers);
   return order > 0 && order >= cells.least_order && order <= cells.most_order;
 }
 
@@ -387,7 +408,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
     std::vector<Offer> offers;
     for (const std::string& pattern : cells.methods) {
       for (Offer& offer : is_sweep(cells.probe) ? contact_test(pattern, workers) : expand(pattern, workers)) {
-        if (!claims(cells, offer) || excepted(cells, offer)) continue;
+        if (!claims(cells, offer, workers) || excepted(cells, offer)) continue;
         offers.push_back(std::move(offer));
         offers.back().pattern = pattern;
       }
@@ -426,7 +447,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
               if (!fresh && planned[place].repeats >= cells.repeats) {
                 if (!cells.claim.empty()) {
                   planned[place].claim = cells.claim;
-                  planned[place].claimed_order = claimed_order(cells, offer);
+                  planned[place].claimed_order = claimed_order(cells, offer, method, workers);
                 }
                 if (adaptive) break;
                 continue;
@@ -437,7 +458,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
                         offer.worker,
                         cells.repeats,
                         cells.claim,
-                        claimed_order(cells, offer),
+                        claimed_order(cells, offer, method, workers),
                         {},
                         {},
                         {},

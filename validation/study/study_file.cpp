@@ -140,12 +140,13 @@ struct StudyFile {
 
   // claim = "rotation", orders = [4, 6]: the methods that claim an order from 4 to 6 in this class of motion.
   void read_claim(const toml::node& claim, const toml::node* orders, StudyCells& cells) const {
-    static const std::array known{"point-mass", "velocity-dependent", "rotation", "mechanism", "loop", "contact"};
+    static const std::array known{"point-mass", "velocity-dependent", "rotation", "mechanism", "loop", "contact",
+                                  "fluid"};
     const auto name = claim.value_exact<std::string>();
     if (!name || std::find(known.begin(), known.end(), *name) == known.end())
       refuse(claim.source(), "`claim` is " + found_text(claim) +
                                  "; expected a class of motion: point-mass, velocity-dependent, rotation, "
-                                 "mechanism, loop or contact");
+                                 "mechanism, loop, contact or fluid");
     cells.claim = *name;
     if (!orders) return;
     const toml::array* pair = orders->as_array();

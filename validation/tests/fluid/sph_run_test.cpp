@@ -2,7 +2,9 @@
 #include <catch2/catch.hpp>
 
 #include "fluid/law.hpp"
+#include "fluid/options.hpp"
 #include "fluid/run.hpp"
+#include "integrators/catalogue.hpp"
 #include "scenes.hpp"
 
 using namespace atwood;
@@ -146,6 +148,42 @@ TEST_CASE("orders in time") {
   ideal.fluids[0].viscosity_m2_per_s = 0;
   CHECK(order_of("leapfrog+sph{density=summation}", ideal, 0.1, 64) == Approx(2).margin(0.05));
   CHECK(order_of("yoshida4+sph{density=summation}", ideal, 0.1, 64) == Approx(4).margin(0.2));
+}
+
+// Order of the geometric mean over 16 seeds of the largest error, between steps n and 2 n, against 16 n steps.
+double mean_order(const std::string& id, const std::string& finest, BlockOptions block, double t_end_s,
+                  std::int64_t steps) {
+  double sum = 0;
+  for (block.seed = 1; block.seed <= 16; ++block.seed) {
+    const Scene scene = block_scene(block);
+    const Sample exact = run(finest, scene, t_end_s, 16 * steps).back();
+    const double coarse = largest_difference(run(id, scene, t_end_s, steps).back(), exact);
+    const double fine = largest_difference(run(id, scene, t_end_s, 2 * steps).back(), exact);
+    sum += std::log2(coarse / fine);
+  }
+  return sum / 16;
+}
+
+TEST_CASE("the kernel's smoothness bounds the order in time: a method of order 8, the mean of 16 seeds") {
+  const auto order = [](const std::string& kernel) {
+    const std::string id = "dop853+sph{kernel=" + kernel + "}";
+    return mean_order(id, id, {.across = 6, .spacing_m = 1.0 / 6}, 0.05, 24);
+  };
+  const double cubic = order("cubic");
+  CHECK(cubic < 3.3);
+  CHECK(cubic > 2.7);
+  CHECK(order("wendland-c2") == Approx(4).margin(0.3));
+}
+
+TEST_CASE("a scheme claims an order for fluids exactly if it steps one") {
+  Scene scene = block_scene({.across = 6, .spacing_m = 1.0 / 6});
+  scene.fluids[0].viscosity_m2_per_s = 0;
+  for (const MethodInfo& info : integrator_catalogue()) {
+    INFO(info.id);
+    const std::string scheme = info.id.substr(info.id.find('/') + 1);
+    const Run made = try_run(scheme + "+sph{density=summation,viscosity=none}", scene, 0.001, 4);
+    CHECK((made.outcome.status != Status::unsupported) == claimed_order(info).has_value());
+  }
 }
 
 TEST_CASE("a tolerance, and what steps by multistep, extrapolation and implicit methods, end in the same state") {

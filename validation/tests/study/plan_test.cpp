@@ -153,6 +153,28 @@ TEST_CASE("a cell named twice is planned once") {
   CHECK(cells[0].repeats == 5);
 }
 
+TEST_CASE("a response's claim for the value of a setting bounds the order that a method claims") {
+  std::vector<Worker> workers = table();
+  workers[0].engine.methods[0].claimed_order = {{"fluid", 4}};
+  workers[0].engine.methods[1].claimed_order = {{"point-mass", 8}};
+  MethodInfo pairs{"+sph", "", "", {{"fluid{kernel=cubic}", 3}, {"fluid{kernel=smooth}", 6}}, false, {}};
+  pairs.settings["kernel"] = std::string("smooth");
+  workers[0].engine.responses = {pairs};
+  StudyCells cells{{"one"}, {"demo/a+sph", "demo/a+sph{kernel=cubic}", "demo/a", "demo/b+sph"}, {8}, 0};
+  cells.claim = "fluid";
+  const std::vector<Cell> planned = plan(cells, workers);
+  REQUIRE(planned.size() == 3);
+  CHECK(planned[0].claimed_order == 4);
+  CHECK(planned[1].claimed_order == 3);
+  CHECK(planned[2].claimed_order == 4);
+  cells.sweep["kernel"] = {std::string("cubic"), std::string("smooth")};
+  cells.methods = {"demo/a+sph"};
+  const std::vector<Cell> swept = plan(cells, workers);
+  REQUIRE(swept.size() == 2);
+  CHECK(swept[0].claimed_order == 3);
+  CHECK(swept[1].claimed_order == 4);
+}
+
 TEST_CASE("cells of a claim: only methods that claim an order in that class of motion, within the orders asked for") {
   std::vector<Worker> workers = table();
   workers[0].engine.methods[0].claimed_order = {{"point-mass", 4}, {"rotation", 2}};
