@@ -182,7 +182,7 @@ struct Tolerances {
 };
 Tolerances tolerances_for(const std::string& response) {
   if (word(parse_response(response), "kernel", "") == "wendland-c6") return {1e-17, 1e-15, true};
-  return {1e-16, 1e-14, false};
+  return {1e-18, 1e-16, false};
 }
 
 // Work of quad: evaluations of the rate (some 100 in the time in which sound crosses a spacing, at the tolerances
@@ -220,9 +220,9 @@ void solve(const Request& request, Truth& truth) {
                  0x1p-53, truth);
     truth.source = "semi-discrete: CVODE Adams at 1e-12 and 1e-10, BDF at 1e-10 and 1e-9";
   } else if (tolerances_for(request.response).quad && quad_is_affordable(request, data)) {
-    fill<Wide>(request, {by_extrapolation<Wide>(request, 1e-20), by_extrapolation<Wide>(request, 1e-17)}, 0x1p-113,
+    fill<Wide>(request, {by_extrapolation<Wide>(request, 1e-23), by_extrapolation<Wide>(request, 1e-21)}, 0x1p-113,
                truth);
-    truth.source = "semi-discrete: extrapolation in quad at 1e-20 and 1e-17";
+    truth.source = "semi-discrete: extrapolation in quad at 1e-23 and 1e-21";
   } else {
     const auto [fine, coarse, quad] = tolerances_for(request.response);
     fill<Narrow>(request, {by_extrapolation<Narrow>(request, fine), by_extrapolation<Narrow>(request, coarse)}, 0x1p-64,
