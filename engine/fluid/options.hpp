@@ -14,9 +14,9 @@ namespace atwood::fluid {
 const std::vector<MethodInfo>& responses();                // ids "+sph", "+polynomial"
 const MethodInfo* find_response(const std::string& name);  // "sph"; null: there is none
 
-// The order that a scheme of the catalogue claims for the motion of a fluid, before the ceiling of the kernel, which is a
-// claim of the response ("fluid{kernel=cubic}": 3). A fluid is a system of first order, stepped by what steps mechanisms in
-// their coordinates, or, without friction, by kicks and drifts. None: the scheme steps no fluid.
+// The order that a scheme of the catalogue claims for the motion of a fluid, before the ceiling of the kernel, which is
+// a claim of the response ("fluid{kernel=cubic}": 3). A fluid is a system of first order, stepped by what steps
+// mechanisms in their coordinates, or, without friction, by kicks and drifts. None: the scheme steps no fluid.
 std::optional<double> claimed_order(const MethodInfo& scheme);
 
 // What an id asks of its response. The input is to blame for a value outside its range.

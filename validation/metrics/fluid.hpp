@@ -83,10 +83,10 @@ std::vector<Row> neighbour_rows(const Scene& scene, const Recording& run, double
 //                                  within three spacings of it, weights as above; where particles are not shifted
 //   force-on-body                  NaN: it takes two samples
 double probe_value(const Scene& scene, const FluidProbe& probe, const Sample& sample);
-// The same of each sample, and of force-on-body the norm of the fluid's force on the body, as its mean over the time since
-// the sample before (the first: NaN), from changes of momentum alone. On a body that moves freely: of its own momentum,
-// beside gravity and point forces that are always on. On a fixed body that is the only fixed boundary: of the fluid's
-// momentum, beside gravity and the forces on the other bodies. NaN where other forces, joints or ropes act.
+// The same of each sample, and of force-on-body the norm of the fluid's force on the body, as its mean over the time
+// since the sample before (the first: NaN), from changes of momentum alone. On a body that moves freely: of its own
+// momentum, beside gravity and point forces that are always on. On a fixed body that is the only fixed boundary: of the
+// fluid's momentum, beside gravity and the forces on the other bodies. NaN where other forces, joints or ropes act.
 std::vector<double> probe_values(const Scene& scene, const FluidProbe& probe, const std::vector<Sample>& samples);
 const char* probe_unit(const FluidProbe& probe);
 const char* probe_kind(const FluidProbe& probe);

@@ -132,8 +132,8 @@ double probe_value(const Scene& scene, const FluidProbe& probe, const Sample& sa
 
 namespace {
 
-// Mean over the time between two samples of the fluid's force on everything that moves freely but the fluid, by body: what
-// changes its momentum beside gravity and point forces that are always on. None: other forces, joints or fixed.
+// Mean over the time between two samples of the fluid's force on everything that moves freely but the fluid, by body:
+// what changes its momentum beside gravity and point forces that are always on. None: other forces, joints or fixed.
 std::optional<Vec> mean_force(const Scene& scene, int index, const Sample& before, const Sample& now) {
   const auto b = static_cast<std::size_t>(index);
   const Body& body = scene.bodies[b];

@@ -49,8 +49,8 @@ std::optional<KeySums> sums_of_index(StoreDatabase& database, const StoreTable& 
   return sums;
 }
 
-// Calls `each` with every entry. Nothing: a checksum is wrong, or an entry is not found by its key. Of a table with rows
-// numbered by SQLite, the keys lie in an index, which must name the row of each.
+// Calls `each` with every entry. Nothing: a checksum is wrong, or an entry is not found by its key. Of a table with
+// rows numbered by SQLite, the keys lie in an index, which must name the row of each.
 template <class Each>
 std::optional<KeySums> all_right(StoreDatabase& database, const StoreTable& table, bool numbered, Each each) {
   if (numbered && !well_ordered(database, table)) return std::nullopt;

@@ -1,4 +1,5 @@
-// What a run decides by one pass over the store must be what it would find cell by cell, also where the file is damaged.
+// What a run decides by one pass over the store must be what it would find cell by cell, also where the file is
+// damaged.
 #include <catch2/catch.hpp>
 
 #include <SQLiteCpp/SQLiteCpp.h>
@@ -89,7 +90,8 @@ std::size_t number_at(const std::string& bytes, std::size_t at) {  // two bytes,
          static_cast<unsigned char>(bytes[at + 1]);
 }
 
-// Where the numbers of rows lie that part a table into its pages: the last byte of each (sqlite.org/fileformat.html, 1.6).
+// Where the numbers of rows lie that part a table into its pages: the last byte of each (sqlite.org/fileformat.html,
+// 1.6).
 std::vector<std::size_t> partings(const std::string& bytes) {
   std::vector<std::size_t> places;
   for (std::size_t page = kPage; page + kPage <= bytes.size(); page += kPage) {
