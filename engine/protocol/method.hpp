@@ -29,7 +29,7 @@ struct MethodInfo {
   std::string id;           // base id, without tolerance or suffixes: "atwood/rk4", "bullet64/default"
   std::string doc, source;  // one paragraph; the paper or manual it follows
   std::map<std::string, double> claimed_order;  // class of motion -> order: "point-mass", "velocity-dependent",
-                                                // "rotation", "mechanism", "loop", "contact"; absent: no claim
+                                                // "rotation", "mechanism", "loop", "contact", "fluid"; absent: none
   bool adaptive = false;                        // takes a tolerance
   Settings settings;                            // every setting of the engine behind the method, at its default
   SettingRules rules = {};  // what the settings mean and take; an engine may leave some out, then it judges them itself
