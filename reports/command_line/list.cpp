@@ -209,7 +209,8 @@ int command_list(const Place& place, const Options& options) {
     for (const auto& m : all_metrics()) fmt::print("{} [{}]\n{}", m.name, m.unit, wrapped(m.definition, 4, width));
     fmt::print("\nsolvers that the solver-* metrics name in `body`: what they solve, and the scale of the residual\n");
     for (const SolverInfo& solver : solver_infos())
-      fmt::print("{}\n{}", solver.name, wrapped(solver.solves + ". Residual: " + solver.residual + ".", 4, width));
+      fmt::print("{}\n{}", solver.name,
+                 wrapped(fmt::format("{}. Residual: {}.", solver.solves, solver.residual), 4, width));
   }
   if (what.empty()) fmt::print("\n");
   if (what.empty() || what == "gates") {
