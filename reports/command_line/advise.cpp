@@ -391,6 +391,7 @@ int command_advise(const Place& place, const Options& options) {
   Options with_twins = options;
   with_twins.with_same_rate = options.same_rate;
   const std::vector<Worker> workers = require_workers(place, with_twins), named = without_same_rate(workers);
+  require_answers(workers);
   Candidates candidates = options.methods.empty()
                               ? choose_candidates(advice.scenario.scene, named, options.engines.size())
                               : named_candidates(options.methods, named);

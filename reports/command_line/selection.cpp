@@ -263,14 +263,15 @@ void refuse_unknown_method(const std::string& option, const std::string& method,
                            const std::vector<std::string>& others) {
   const std::string base = base_of(method), engine = engine_of(method);
   if (const Worker* worker = unanswered(workers, engine)) {
-    const std::string words = fmt::format("{}{}: the engine {} did not start: {}: {}", option, method, engine,
+    const std::string words = fmt::format("{}{}: the engine {} is not available: {}: {}", option, method, engine,
                                           to_string(worker->status), worker->reason);
     if (worker->status == Status::not_built) throw InputError(words);
     throw WorkerFailure(words);
   }
   std::vector<std::string> known = others;
   for (const Worker& worker : workers)
-    for (const MethodInfo& info : worker.engine.methods) known.push_back(info.id);
+    for (const MethodInfo& info : worker.engine.methods)
+      if (worker.status == Status::ok) known.push_back(info.id);
   throw InputError(fmt::format("{}{}: no available engine provides this method{}; `atwood list methods` shows all",
                                option, method, nearest_hint(base, known, 3)));
 }

@@ -172,7 +172,7 @@ void check_settings(const std::string& who, const std::vector<Cell>& cells, cons
   std::map<std::string, std::string> first_fault;  // by glob: the fault of the first id that the glob gave
   std::set<std::string> taken;
   try {
-    const std::string* last = nullptr;  // without a fault: a method has many cells in turn
+    const std::string* last = nullptr;  // the last method found without fault: cells of one method follow each other
     for (const Cell& cell : cells) {
       if (cell.worker < 0) continue;
       const bool glob = cell.pattern.find_first_of("*?") != std::string::npos;

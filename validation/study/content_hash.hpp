@@ -14,7 +14,7 @@ std::string content_hash(std::string_view bytes);
 std::string content_hash(std::initializer_list<std::string_view> parts);
 // The hash of a regular file's bytes; empty where it cannot be read or is not a regular file.
 std::string file_hash(const std::string& path);
-// A hash as above, or its first digits, where there are many: without memory of its own.
+// A content hash, or its first digits, held in the object itself: for what is kept a million times.
 template <std::size_t Digits> class HashDigits {
  public:
   HashDigits() = default;  // none: empty
@@ -29,9 +29,9 @@ template <std::size_t Digits> class HashDigits {
 };
 using ContentHash = HashDigits<32>;
 
-// A 64-bit hash of the same family: the checksum of an entry of the store.
+// A 64-bit hash of the same family: the checksum of an entry of the store. Different seeds give independent hashes; seed
+// 0 gives that without a seed.
 std::uint64_t checksum(std::string_view bytes);
-std::uint64_t checksum(std::string_view bytes,
-                       std::uint64_t seed);  // with another seed an independent one; 0: as above
+std::uint64_t checksum(std::string_view bytes, std::uint64_t seed);
 
 }  // namespace atwood

@@ -1,5 +1,6 @@
 // A table by the keys of the store, of which there may be millions: open addressing with linear probing (Knuth, The Art
-// of Computer Programming 3, 6.4, algorithms L and R), one block of memory. A key is known by 128 bits of its text.
+// of Computer Programming 3, 6.4, algorithms L and R), one block of memory. A key is represented by
+// 127 bits of hash of its text.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +30,7 @@ template <class Value = NoValue> class KeyTable {
     const Slot& slot = slots_[place_of(key)];
     return slot.key == KeySum{} ? nullptr : &slot.value;
   }
-  // The value of this key, and whether it is new. It is valid until the next insertion.
+  // The value of this key, and whether it is new. It is valid until the next insertion or erasure.
   std::pair<Value*, bool> insert(const KeySum& key, const Value& value = {}) {
     if (4 * (size_ + 1) > 3 * slots_.size()) grow();
     Slot& slot = slots_[place_of(key)];

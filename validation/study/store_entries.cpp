@@ -124,7 +124,8 @@ void StoreDatabase::write_totals() {
 }
 
 void StoreDatabase::undo_changes() {
-  for (const Change& change : changes) set_key(*change.table, change.key, !change.added);
+  for (auto change = changes.rbegin(); change != changes.rend(); ++change)
+    set_key(*change->table, change->key, !change->added);
   changes.clear();
 }
 

@@ -18,13 +18,13 @@ bool StoreOverview::measured_from(const std::string& key, const std::string& bas
 
 namespace {
 
-// Whether the pages of a table lie in its trees as SQLite searches them.
+// Whether the pages of a table's tree are in the order by which SQLite searches them.
 bool well_ordered(StoreDatabase& database, const StoreTable& table) {
   SQLite::Statement check(*database.sql, std::string("PRAGMA quick_check('") + table.name + "')");
   return check.executeStep() && check.getColumn(0).getString() == "ok";
 }
 
-// The keys of a table: those of two tables that are the same have these sums.
+// Sums over the keys of a table; those of a table and of its index are equal.
 struct KeySums {
   std::size_t count = 0;
   std::uint64_t keys = 0, places = 0;  // places: of the keys with the numbers of their rows
@@ -39,6 +39,7 @@ std::optional<KeySums> sums_of_index(StoreDatabase& database, const StoreTable& 
   KeySums sums;
   std::string before;
   while (entries.executeStep()) {
+    if (!entries.getColumn(0).isText()) return std::nullopt;  // the same bytes as a blob are not found as text
     std::string now = entries.getColumn(0).getString();
     if (sums.count > 0 && !(before < now)) return std::nullopt;
     ++sums.count;
