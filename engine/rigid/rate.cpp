@@ -42,14 +42,15 @@ template <class S> void RigidModel<S>::accelerations(S t_s, const S* y, S* dydt)
   }
 }
 
-// add_loads is inlined into both; the class itself is instantiated in model.cpp.
-template void RigidModel<float>::rate_of(void*, float, const float*, float*);
-template void RigidModel<double>::rate_of(void*, double, const double*, double*);
-template void RigidModel<long double>::rate_of(void*, long double, const long double*, long double*);
-template void RigidModel<Quad>::rate_of(void*, Quad, const Quad*, Quad*);
-template void RigidModel<float>::accelerations(float, const float*, float*);
-template void RigidModel<double>::accelerations(double, const double*, double*);
-template void RigidModel<long double>::accelerations(long double, const long double*, long double*);
-template void RigidModel<Quad>::accelerations(Quad, const Quad*, Quad*);
+// The class itself is instantiated in model.cpp.
+#define ATWOOD_RATE(S)                                          \
+  template void RigidModel<S>::add_loads(S, const S*);          \
+  template void RigidModel<S>::rate_of(void*, S, const S*, S*); \
+  template void RigidModel<S>::accelerations(S, const S*, S*);
+ATWOOD_RATE(float)
+ATWOOD_RATE(double)
+ATWOOD_RATE(long double)
+ATWOOD_RATE(Quad)
+#undef ATWOOD_RATE
 
 }  // namespace atwood
