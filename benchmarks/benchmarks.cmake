@@ -62,7 +62,7 @@ add_custom_target(benches DEPENDS atwood-broad-phases atwood-bench-engine atwood
 find_package(Python3 COMPONENTS Interpreter REQUIRED)
 function(atwood_smoke name)
   add_test(NAME smoke_${name} COMMAND ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/benchmarks/smoke_test.py $<TARGET_FILE:atwood-${name}> ${ARGN})
-  set_tests_properties(smoke_${name} PROPERTIES TIMEOUT 120)
+  set_tests_properties(smoke_${name} PROPERTIES TIMEOUT 1000)
 endfunction()
 foreach(engine engine cvode bullet64 bullet32 ode)
   atwood_smoke(bench-${engine} "--benchmark_filter=/ballistic/|kepler_e06|free-flight/1/")

@@ -7,7 +7,7 @@ import sys
 program, arguments = sys.argv[1], sys.argv[2:]
 if any(word.startswith("--benchmark_filter") for word in arguments):
     arguments += ["--benchmark_min_time=1e-9", "--benchmark_format=json"]
-ended = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=110)
+ended = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=900)
 if ended.returncode != 0:
     sys.exit(f"{program} ended with {ended.returncode}: {ended.stderr.strip()[-2000:]}")
 if "{" not in ended.stdout:
