@@ -23,8 +23,7 @@ Scene in_maximal_coordinates(const Scene& scene, std::string& fault) {
   return free;
 }
 
-// ---- constraints
-// ------------------------------------------------------------------------------------------------------
+// ---- constraints -------------------------------------------------------------------------------------------------
 namespace {
 
 // R^T v
@@ -122,8 +121,7 @@ template <class S> S MaximalConstraints<S>::values_at(const S* y, std::vector<S>
   return worst;
 }
 
-// ---- RATTLE
-// -----------------------------------------------------------------------------------------------------------
+// ---- RATTLE ------------------------------------------------------------------------------------------------------
 template <class S>
 Rattle<S>::Rattle(RigidModel<S>& model, std::vector<S> fractions)
     : Stepper<S>(model.system()), model_(model), fractions_(std::move(fractions)), acceleration_(model.state_size()),
@@ -207,8 +205,7 @@ template <class S> bool Rattle<S>::step(S t_s, S h_s, const S* y, S* y_new) {
   return true;
 }
 
-// ---- Baumgarte
-// --------------------------------------------------------------------------------------------------------
+// ---- Baumgarte ---------------------------------------------------------------------------------------------------
 template <class S>
 BaumgarteEuler<S>::BaumgarteEuler(RigidModel<S>& model, S erp)
     : Stepper<S>(model.system()), model_(model), erp_(erp), acceleration_(model.state_size()), constraints_(model) {}

@@ -317,9 +317,8 @@ void Constraints<S>::strike(const S* y, const std::vector<int>& joints, const st
   }
 }
 
-// ---- reactions
-// -------------------------------------------------------------------------------------------------------- What a
-// dependence of the rows on each other (multipliers that move nothing) does to the reaction of each joint.
+// ---- reactions ---------------------------------------------------------------------------------------------------
+// What a dependence of the rows on each other (multipliers that move nothing) does to the reaction of each joint.
 template <class S> void Constraints<S>::find_open_components() {
   std::fill(open_components_.begin(), open_components_.end(), 0u);
   const int links = static_cast<int>(tree_.links().size());

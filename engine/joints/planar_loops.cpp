@@ -119,8 +119,7 @@ template <class S> bool PlanarLoops<S>::take_rows() {
   return chosen_ > 0;
 }
 
-// ---- rates
-// ------------------------------------------------------------------------------------------------------------
+// ---- rates -------------------------------------------------------------------------------------------------------
 template <class S> void PlanarLoops<S>::move(const OneState<S>& y) { planar_.move(y, one_.links.data()); }
 
 template <class S> void PlanarLoops<S>::move(VectorWidth width, const StateLanes<S>& y) {
@@ -185,9 +184,8 @@ LaneBlock<S> PlanarLoops<S>::accelerate(VectorWidth width, const StateLanes<S>& 
   return least;
 }
 
-// ---- projection, as in constraints.cpp
-// ---------------------------------------------------------------------------------- What the equations ask of
-// positions and rates at y, in the plane; tolerances as in Constraints::evaluate().
+// ---- projection, as in constraints.cpp ---------------------------------------------------------------------------
+// What the equations ask of positions and rates at y, in the plane; tolerances as in Constraints::evaluate().
 template <class S> void PlanarLoops<S>::set_values(const S* y) {
   const OneState<S> state{S(0), y, unused_.data()};
   planar_.move(state, one_.links.data(), DrivenJoints::from_state);

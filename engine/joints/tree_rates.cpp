@@ -5,8 +5,7 @@
 namespace atwood {
 namespace {
 
-// ---- vectors, matrices and quaternions whose components are scalars or packs
-// -----------------------------------------
+// ---- vectors, matrices and quaternions whose components are scalars or packs -------------------------------------
 #define ATWOOD_MIXED template <class A, class B> ATWOOD_INLINE auto
 ATWOOD_MIXED product(const Mat3<A>& a, const Vec3<B>& v) {
   return Vec3<decltype(a.x.x * v.x)>{dot(a.x, v), dot(a.y, v), dot(a.z, v)};

@@ -19,9 +19,8 @@ JointRates<S>::JointRates(RigidModel<S>& model)
   tree_.emplace(tree);
 }
 
-// ---- which rates
-// ---------------------------------------------------------------------------------------------------------- Whether
-// bodies feel nothing but uniform gravity and their joints now.
+// ---- which rates -------------------------------------------------------------------------------------------------
+// Whether bodies feel nothing but uniform gravity and their joints now.
 template <class S> bool JointRates<S>::by_joints_alone() const {
   return tree_ && model_.active_.empty() && !model_.holds_;
 }
@@ -94,9 +93,8 @@ template <class S> void JointRates<S>::rates_in_lanes(const StateLanes<S>& y) {
   else tree_->rates(model_.width_, y, model_.gravity_, applied_lanes_.data());
 }
 
-// ---- loops in planes
-// ---------------------------------------------------------------------------------------------------- False: too near
-// to where their constraints lose rank.
+// ---- loops in planes ---------------------------------------------------------------------------------------------
+// False: too near to where their constraints lose rank.
 template <class S> bool JointRates<S>::rate_of_loops(const OneState<S>& y) {
   PlanarLoops<S>& loops = *model_.constraints_->planar();
   loops.move(y);

@@ -20,8 +20,7 @@ Place place_of(const Value& table, const char* key) {
   return found ? found->place : table.place;
 }
 
-// ---- parameters of fields
-// ---------------------------------------------------------------------------------------------
+// ---- parameters of fields ----------------------------------------------------------------------------------------
 void check_field(Reading& r, const Value& table, const char* key, const Fluid& fluid, InitialField& field) {
   if (field.name.empty()) return;
   const FieldInfo& info = *find_field(field.name);
@@ -55,8 +54,7 @@ void check_field(Reading& r, const Value& table, const char* key, const Fluid& f
   }
 }
 
-// ---- regions
-// ----------------------------------------------------------------------------------------------------------
+// ---- regions -----------------------------------------------------------------------------------------------------
 void check_region(Reading& r, const Value& table, const Fluid& fluid) {
   const Place place = place_of(table, "region");
   const auto d = static_cast<std::size_t>(r.scene->domain.dimensions);
@@ -121,9 +119,8 @@ std::vector<Real3> read_points(const std::string& path, int dimensions) {
   return points;
 }
 
-// ---- the ladders
-// ------------------------------------------------------------------------------------------------------ The spacing
-// and the sound speed of a fluid stand in it, or as ladders of all fluids in [run].
+// ---- the ladders -------------------------------------------------------------------------------------------------
+// The spacing and the sound speed of a fluid stand in it, or as ladders of all fluids in [run].
 void take_ladder(Reading& r, const Value& table, const char* key, const std::vector<double>& ladder,
                  const char* ladder_key, double Fluid::*member, Fluid& fluid) {
   const Value* given = table.find(key);
@@ -164,9 +161,8 @@ void check_ladders(Reading& r, const Value& run, const Scenario& scenario) {
   }
 }
 
-// ---- walls
-// ------------------------------------------------------------------------------------------------------------ A
-// boundary is filled with what stands for the wall, to the depth that a kernel reaches: a plane is infinitely deep, a
+// ---- walls -------------------------------------------------------------------------------------------------------
+// A boundary is filled with what stands for the wall, to the depth that a kernel reaches: a plane is infinitely deep, a
 // solid as deep as it is thick. A solid thinner than two spacings, and a rectangle, let particles act through.
 void check_walls(Reading& r, const Value* boundaries, const Scenario& scenario) {
   const Scene& scene = scenario.scene;

@@ -49,8 +49,7 @@ void refuse_count(const Fluid& fluid, double count) {
                      in_words(fluid.spacing_m) + " m; expected at most " + std::to_string(kMostParticles));
 }
 
-// ---- lattices and rings
-// -----------------------------------------------------------------------------------------------
+// ---- lattices and rings ------------------------------------------------------------------------------------------
 struct Axis {
   double first_m = 0, pitch_m = 0;
   std::int64_t count = 1;
@@ -138,9 +137,8 @@ std::vector<Real3> positions_of(const Fluid& fluid, int dimensions) {
   return points;
 }
 
-// ---- boundaries
-// ------------------------------------------------------------------------------------------------------- Removes the
-// points that lie in a body, which displaces the fluid. A point behind a plane is an error of the scene.
+// ---- boundaries --------------------------------------------------------------------------------------------------
+// Removes the points that lie in a body, which displaces the fluid. A point behind a plane is an error of the scene.
 void displace(const Scene& scene, const Fluid& fluid, std::vector<Real3>& points) {
   for (const FluidBoundary& boundary : scene.fluid_boundaries) {
     const Body& body = scene.bodies[static_cast<std::size_t>(boundary.body)];

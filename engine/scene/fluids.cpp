@@ -39,8 +39,7 @@ Range between_zero_and_one() {
   return r;
 }
 
-// ---- regions
-// ----------------------------------------------------------------------------------------------------------
+// ---- regions -----------------------------------------------------------------------------------------------------
 template <class R> const Keys<R>& region_keys();
 template <> const Keys<BoxRegion>& region_keys<BoxRegion>() {
   static const Keys<BoxRegion> keys = {
@@ -137,8 +136,7 @@ Key<Fluid> region_key() {
   return k;
 }
 
-// ---- fields
-// -----------------------------------------------------------------------------------------------------------
+// ---- fields ------------------------------------------------------------------------------------------------------
 std::vector<std::string> field_names(bool sources) {
   std::vector<std::string> names;
   for (const FieldInfo& field : fluid_fields())
@@ -232,10 +230,10 @@ Key<Fluid> gradient_key() {
   return k;
 }
 
-// ---- particles, of the resolved form
-// ---------------------------------------------------------------------------------- { position_m = [[x, y], ...],
-// velocity_m_per_s = [[u, v], ...], mass_kg, density_kg_per_m3, temperature_K }: vectors of the domain's dimensions; a
-// number in place of a list of numbers says that all are equal, of vectors that all are 0.
+// ---- particles, of the resolved form -----------------------------------------------------------------------------
+// { position_m = [[x, y], ...], velocity_m_per_s = [[u, v], ...], mass_kg, density_kg_per_m3, temperature_K }: vectors
+// of the domain's dimensions; a number in place of a list of numbers says that all are equal, of vectors that all are
+// 0.
 Value vectors(const std::vector<Real3>& from, std::size_t d) {
   if (std::all_of(from.begin(), from.end(), [](const Real3& x) { return x == Real3{}; })) return Value(0.0);
   Value::List all;

@@ -148,8 +148,7 @@ void read_resolved_start(Reading& r, const Value& table, JointDraft& joint) {
     fail(r, place_of(table, "coordinates"), "`coordinates` in " + r.where + " is no unit quaternion; expected one");
 }
 
-// ---- limits, driven joints
-// --------------------------------------------------------------------------------------------
+// ---- limits, driven joints ---------------------------------------------------------------------------------------
 void read_limits(Reading& r, const Value& table, JointDraft& joint) {
   const std::optional<Real2>& limits = joint.kind == JointKind::hinge ? joint.limits_rad : joint.limits_m;
   const char* key = joint.kind == JointKind::hinge ? "limits_rad" : "limits_m";
@@ -207,8 +206,7 @@ void finish_joint(Reading& r, const Value& table, JointDraft& joint) {
   read_driven(r, table, joint);
 }
 
-// ---- ropes
-// ------------------------------------------------------------------------------------------------------------
+// ---- ropes -------------------------------------------------------------------------------------------------------
 namespace {
 
 // The side on which the rope bends around a pulley: the axis of the turn from the way to the axle to the way on from

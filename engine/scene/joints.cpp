@@ -207,9 +207,8 @@ void check_holds(Reading& r, const Mechanisms& mechanisms, const std::vector<int
   }
 }
 
-// ---- the start
-// -------------------------------------------------------------------------------------------------------- Poses and
-// velocities of bodies that joints place or that the projection moved, in doubles; others keep their bits.
+// ---- the start ---------------------------------------------------------------------------------------------------
+// Poses and velocities of bodies that joints place or that the projection moved, in doubles; others keep their bits.
 void write_bodies(Scene& scene, const MechanismStart& start) {
   const std::vector<int> placing = placing_joints(scene);
   const std::vector<BodyMotion> given = given_motions(scene);

@@ -51,8 +51,7 @@ template <class S> struct PolynomialWalls {
 // Nothing where the scene has no boundary. Throws Refused for what docs/fluids.md refuses.
 template <class S> PolynomialWalls<S> polynomial_walls(const Scene& scene, double spacing, S R);
 
-// ---- in line: called with closures
-// ------------------------------------------------------------------------------------
+// ---- in line: called with closures -------------------------------------------------------------------------------
 template <class S>
 template <class Value>
 std::optional<S> NodeFit<S>::at_node(const std::vector<Neighbour<S>>& near, int axis, const Value& value) const {

@@ -87,7 +87,7 @@ void print_methods_table(const Place& place, const Options& options) {
   std::size_t column = 20;
   for (const Worker& worker : workers)
     for (const MethodInfo& info : worker.engine.methods) column = std::max(column, info.id.size());
-  column = std::min<std::size_t>(column, 34);
+  column = std::min<std::size_t>(column, width < 66 ? 30 : 34);
   constexpr std::size_t orders_width = 14, columns_width = 1 + orders_width + 1 + 4;
   const auto line = [&](const std::string& id, const std::string& orders, bool adaptive, const std::string& doc) {
     const bool apart = id.size() > column && id.size() + columns_width + 8 > width;  // a long id has a line of its own

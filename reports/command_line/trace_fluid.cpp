@@ -33,8 +33,7 @@ std::vector<std::size_t> first_particles(const Scene& scene) {
   return first;
 }
 
-// ---- VTK
-// --------------------------------------------------------------------------------------------------------------
+// ---- VTK ---------------------------------------------------------------------------------------------------------
 std::string base64(const std::string& bytes) {
   static const char* const digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;

@@ -59,9 +59,8 @@ void append_gaps(const Scenario& scenario, const Recording& run, std::vector<Row
   if (tilts) rows.push_back(metrics::row("joint-tilt", most));
 }
 
-// ---- against the truth
-// ----------------------------------------------------------------------------------------------- The joints of every
-// sample of a motion, read from the poses where they are not reported, and their bars.
+// ---- against the truth -------------------------------------------------------------------------------------------
+// The joints of every sample of a motion, read from the poses where they are not reported, and their bars.
 struct Motion {
   std::vector<std::vector<JointSample>> joints;
   bool reported = true;

@@ -66,9 +66,12 @@ void project_positions(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveS
     update_active_kinematics(bodies, proximity, active, y, states.y.version);
     worst = largest_drift(active);
   } while (++iteration < max_iterations && !(worst <= tolerance));
-  bodies.model.system().solvers.add(IterativeSolver::contact_projection,
-                                    {iteration, static_cast<double>(worst / bodies.length_scale),
-                                     worst <= bodies.gap_round_off() ? SolveEnd::converged : SolveEnd::capped});
+  S size = bodies.length_scale;  // bodies may have slid far from where the scale was taken
+  for (const int body : active.bodies) size = real::max(size, norm(bodies.poses[body].p));
+  bodies.model.system().solvers.add(
+      IterativeSolver::contact_projection,
+      {iteration, static_cast<double>(worst / size),
+       worst <= S(64) * real::epsilon<S>() * size ? SolveEnd::converged : SolveEnd::capped});
 }
 
 // Do the velocities obey the constraints up to round-off? Angular velocities count as those of points at the bodies'

@@ -270,7 +270,7 @@ class Describing(Case):
                 self.assertLessEqual(len(line), 100, line)
         lines = self.ask("list", "methods").stdout.splitlines()
         self.assertEqual(sum(line.startswith("atwood/rk4 ") for line in lines), 1)
-        self.assertRegex(next(line for line in lines if line.startswith("atwood/dopri5 ")), r"atwood/dopri5 +5 5 5 5 +tol \S")
+        self.assertRegex(next(line for line in lines if line.startswith("atwood/dopri5 ")), r"atwood/dopri5 +5 5 5 5 5 +tol \S")
         long = self.ask("list", "methods", "--long").stdout
         self.assertIn("Source: ", long)
         self.assertGreater(len(long.splitlines()), 3 * len(lines))

@@ -247,7 +247,7 @@ TEST_CASE("a contact that slides into the singular configuration ends the run th
     INFO(method << " " << it.outcome.reason);
     CHECK(it.outcome.status == Status::unsupported);
     CHECK(it.outcome.reason.find("t = 0.015343") != std::string::npos);
-    CHECK(it.outcome.reason.find("grows without bound") != std::string::npos);
+    CHECK(it.outcome.reason.find("singular configuration (Painleve)") != std::string::npos);
     double before = energy(it.samples[0], coin, g);
     for (const Sample& sample : it.samples) {
       CHECK(energy(sample, coin, g) <= before * (1 + 1e-9));

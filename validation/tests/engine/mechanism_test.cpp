@@ -182,9 +182,8 @@ TEST_CASE("accelerations of bodies are the rates of their velocities") {
   }
 }
 
-// ---- reactions
-// -------------------------------------------------------------------------------------------------------- Newton and
-// Euler for each body by itself: gravity, the reactions of all its joints, and what acts along them.
+// ---- reactions ---------------------------------------------------------------------------------------------------
+// Newton and Euler for each body by itself: gravity, the reactions of all its joints, and what acts along them.
 TEST_CASE("reactions and applied forces move each body by itself") {
   for (unsigned seed = 60; seed < 66; ++seed) {
     Scene scene = random_tree(seed, 10);
@@ -244,9 +243,8 @@ TEST_CASE("reactions and applied forces move each body by itself") {
   }
 }
 
-// ---- in planes
-// -------------------------------------------------------------------------------------------------------- A tree on
-// the world and on a tilted body: hinges along one normal or against it, sliders across it, welds.
+// ---- in planes ---------------------------------------------------------------------------------------------------
+// A tree on the world and on a tilted body: hinges along one normal or against it, sliders across it, welds.
 Scene planar_tree(unsigned seed, int links) {
   std::mt19937 random(seed);
   const auto real = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
