@@ -29,8 +29,8 @@ template <std::size_t Digits> class HashDigits {
 };
 using ContentHash = HashDigits<32>;
 
-// A 64-bit hash of the same family: the checksum of an entry of the store. Different seeds give independent hashes; seed
-// 0 gives that without a seed.
+// A 64-bit hash of the same family: the checksum of an entry of the store. Different seeds give independent hashes;
+// seed 0 gives that without a seed.
 std::uint64_t checksum(std::string_view bytes);
 std::uint64_t checksum(std::string_view bytes, std::uint64_t seed);
 
