@@ -1,3 +1,4 @@
+// Jacobians of forward dynamics by forward-mode differentiation: the tree's algorithm on dual numbers, a column at a time.
 #include "math/dual.hpp"
 
 #include "joints/derivatives.hpp"

@@ -2,6 +2,7 @@
 #include "joints/planar_loops.hpp"
 
 namespace atwood {
+
 // One step of Newton's method at the factors of y, which is within its tolerance: what is left is the rounding of y.
 template <class S> void PlanarLoops<S>::sharpen_positions(S* y) {
   if constexpr (!std::is_same_v<S, Quad>) {

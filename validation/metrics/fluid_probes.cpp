@@ -132,8 +132,8 @@ double probe_value(const Scene& scene, const FluidProbe& probe, const Sample& sa
 
 namespace {
 
-// Mean over the time between two samples of the fluid's force on everything that moves freely but the fluid, by body:
-// what changes its momentum beside gravity and point forces that are always on. None: other forces, joints or fixed.
+// The mean force [N] of the fluid on a free body between two samples: the change of its momentum, less gravity and
+// point forces that are always on. None: the body is fixed, or the scene has joints, ropes or other forces.
 std::optional<Vec> mean_force(const Scene& scene, int index, const Sample& before, const Sample& now) {
   const auto b = static_cast<std::size_t>(index);
   const Body& body = scene.bodies[b];
@@ -155,7 +155,7 @@ std::optional<Vec> mean_force(const Scene& scene, int index, const Sample& befor
   return force;
 }
 
-// The same on the only fixed boundary: what the fluid loses of its momentum to nothing else.
+// The same on a body that is the only fixed boundary: the momentum that the fluid loses and no free body gains.
 std::optional<Vec> mean_force_on_fixed(const Scene& scene, int index, const Sample& before, const Sample& now) {
   Vec force{};
   for (const FluidBoundary& boundary : scene.fluid_boundaries) {

@@ -115,8 +115,8 @@ template <class S> S residual(const Bodies<S>& bodies, const ActiveSet<S>& activ
   return size_square > S(0) ? left_square / size_square : std::numeric_limits<S>::infinity();
 }
 
-// Is what is left of each row no more than the round-off of its right side?
-template <class S> bool rest_is_round_off(const ConstraintSystem<S>& constraints) {
+// True if the residual of each row is within the round-off of its right side.
+template <class S> bool residual_is_round_off(const ConstraintSystem<S>& constraints) {
   for (int i = 0; i < constraints.row_count; ++i)
     if (!(real::abs(constraints.residual[i]) <= constraints.right_round_off[i])) return false;
   return true;
@@ -140,7 +140,7 @@ Convergence solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, Cons
                           error_square <= tolerance * tolerance};
     SolveEnd end = SolveEnd::capped;
     if (how.converged) end = SolveEnd::converged;
-    else if (rest_is_round_off(constraints)) end = SolveEnd::stagnated;
+    else if (residual_is_round_off(constraints)) end = SolveEnd::stagnated;
     bodies.model.system().solvers.add(IterativeSolver::redundant_contacts, {iterations, how.residual, end});
     return how;
   };
