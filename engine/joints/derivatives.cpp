@@ -1,4 +1,4 @@
-// Jacobians of forward dynamics by forward-mode differentiation: the tree's algorithm on dual numbers, a column at a time.
+// Jacobians of forward dynamics by forward-mode differentiation: the tree's algorithm runs on dual numbers.
 #include "math/dual.hpp"
 
 #include "joints/derivatives.hpp"
