@@ -87,6 +87,17 @@ struct ClaimedOrder {
 // "claims 2, observed 0.98 +/- 0.02: below its claim", or above it; empty where the two agree or nothing is observed.
 std::string claim_words(const ClaimedOrder& order);
 
+// Counts of the cells and gates of a scene, or of all scenes.
+struct SceneCounts {
+  std::size_t ladders = 0, shown = 0, cells = 0, not_ok = 0, missing = 0;
+  std::size_t pass = 0, fail = 0, unverifiable = 0, not_run = 0;
+};
+struct CountedScene {
+  std::string scenario;
+  SceneCounts counts;
+  std::string command;  // a line for a shell: the report of this scene alone
+};
+
 struct ReportData {
   std::string title;
   std::string command;             // how this report was made
@@ -113,6 +124,10 @@ struct ReportData {
   std::vector<AuditFinding> audit;  // of the study `audit`
   bool compared = false;            // methods side by side: nothing is judged
   std::vector<std::string> notes;   // how this report's cells came about, in sentences
+  // Of studies of so many cells that the rows and verdicts above are those of some ladders: all that was counted. Empty:
+  // they are those of all.
+  std::vector<CountedScene> counted;
+  SceneCounts counted_in_all;
   std::vector<CellEnding> cells;
   std::vector<RefusedTruth> refused_truths;
   std::vector<ClaimedOrder> claimed_orders;

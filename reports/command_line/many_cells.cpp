@@ -110,6 +110,18 @@ std::string command_for_one(const Options& options) {
   return same_call(options, "report") + " --method METHOD -o csv:rows.csv";
 }
 
+void add_counts(const Place& place, const Options& options, const Selection& selection, const Condensed& condensed,
+                ReportData& data) {
+  data.counted_in_all = condensed.all;
+  for (const auto& [scene, counts] : condensed.scenes) {
+    Options alone = options;
+    alone.scenarios = {scene};
+    for (const Scenario& scenario : selection.scenarios)
+      if (scenario.id == scene && !own_file(place, scenario).empty()) alone.scenarios = {scenario.path};
+    data.counted.push_back({scene, counts, same_call(alone, "report")});
+  }
+}
+
 std::string plural(std::size_t count, const char* word) {
   return fmt::format("{} {}{}", count, word, count == 1 ? "" : "s");
 }
@@ -256,7 +268,7 @@ Condensed condense(const Place& place, const Options& options, const Selection& 
   for (auto& [scene, ladders] : shown) {
     SceneCounts& counts = condensed.scenes[scene];
     const auto add = [&](Shown::Ladder& ladder) {
-      ++counts.kept;
+      ++counts.shown;
       std::move(ladder.rows.begin(), ladder.rows.end(), std::back_inserter(result.rows));
       for (Verdict& verdict : ladder.verdicts)
         if (passed(verdict) && !dropped(verdict)) judged.verdicts.push_back(std::move(verdict));
@@ -280,12 +292,12 @@ Condensed condense(const Place& place, const Options& options, const Selection& 
         fmt::format("Times of these cells are of {} hosts: compare only those of one host.", result.hosts.size()));
   judged.refused = refused_truths(place, selection.scenarios, result.rows, false);
   for (const auto& [scene, counts] : condensed.scenes)
-    if (counts.kept < counts.ladders)
+    if (counts.shown < counts.ladders)
       judged.notes.push_back(fmt::format(
           "{}: {} ladders ({} cells: {} gates pass, {} do not); documents show {} of them, the most and the least "
           "accurate at the finest rung and those where something did not pass. `{}` writes every row of a method.",
           scene, counts.ladders, counts.cells, counts.pass, counts.fail + counts.unverifiable + counts.not_run,
-          counts.kept, command_for_one(options)));
+          counts.shown, command_for_one(options)));
   if (const std::string missing = missing_words(selection, result); !missing.empty())
     judged.notes.push_back(fmt::format("{}: `{}` makes them.", missing, same_call(options, "run")));
   return condensed;
@@ -323,6 +335,7 @@ int gate_many(const Place& place, const Options& options, const Selection& selec
   if (options.github) {
     ReportData data;
     data.verdicts = condensed.judged.verdicts;
+    add_counts(place, options, selection, condensed, data);
     tell_github(options, data);
   }
   return exit_of(condensed);
@@ -343,6 +356,7 @@ int report_many(const Place& place, const Options& options, const Selection& sel
     if (kept.contains({cell.scenario->id, cell.method})) part.cells.push_back(cell);
   ReportData data = assemble_report(place, options, part, result, {});
   add_judged(data, part, condensed.judged);
+  add_counts(place, options, selection, condensed, data);
   const int code = ran != nullptr && ran->failed_cells > 0 ? static_cast<int>(exit_cell) : exit_of(condensed);
   const std::string verdict = code != exit_pass ? "fail" : condensed.all.pass == 0 ? "no gates" : "pass";
   std::optional<HistoryRun> entry = kept_run != nullptr ? *kept_run : merged_entry(options, selection);

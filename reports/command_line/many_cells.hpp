@@ -16,10 +16,6 @@ namespace atwood {
 // rows at once (documents of -o, --json, --junit, a baseline) is made from all of them, whatever their number.
 bool has_many_cells(const Options& options, const Selection& selection, const Standards& standards);
 
-struct SceneCounts {
-  std::size_t ladders = 0, kept = 0, cells = 0, not_ok = 0, missing = 0;
-  std::size_t pass = 0, fail = 0, unverifiable = 0, not_run = 0;
-};
 // Counts of everything; rows and verdicts of the ladders that documents show: of each scene the most and least accurate
 // ones, and those where something did not pass.
 struct Condensed {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "baseline_table.hpp"
+#include "counts_table.hpp"
 #include "figures_table.hpp"
 #include "text.hpp"
 
@@ -77,7 +78,7 @@ std::string render_github_annotations(const ReportData& data, const std::string&
   if (lines.size() > kMost) {
     const std::size_t more = lines.size() - (kMost - 1);
     lines.resize(kMost - 1);
-    lines.push_back(command("error", "", "atwood", fmt::format("and {} more: {}", more, words(count(data.verdicts)))));
+    lines.push_back(command("error", "", "atwood", fmt::format("and {} more: {}", more, words(count(data)))));
   }
   std::string out;
   for (const std::string& line : lines) out += line;

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "assets.hpp"
+#include "counts_table.hpp"
 #include "embedded_data.hpp"
 #include "fluid_table.hpp"
 #include "reports/report.hpp"
@@ -40,16 +41,16 @@ std::string broken_cells(const std::vector<Row>& rows) {
 }
 
 std::string header(const ReportData& data) {
-  const JudgementCounts counts = count(data.verdicts);
-  const std::int64_t bad = counts.fail + counts.unverifiable + counts.not_run;
-  const char* state = data.verdicts.empty() ? "empty" : bad == 0 ? "pass" : counts.fail == 0 ? "warn" : "fail";
+  const JudgementCounts counts = count(data);
+  const std::int64_t bad = counts.fail + counts.unverifiable + counts.not_run, all = counts.pass + bad;
+  const char* state = all == 0 ? "empty" : bad == 0 ? "pass" : counts.fail == 0 ? "warn" : "fail";
   const std::string sentence = data.compared
                                    ? fmt::format("{} scenario{}, methods side by side; nothing is judged here.",
                                                  data.scenarios.size(), data.scenarios.size() == 1 ? "" : "s")
-                               : data.verdicts.empty() ? "Nothing was judged: the report holds no gates."
-                               : bad == 0              ? fmt::format("All {} gates pass.", counts.pass)
-                                          : fmt::format("{} of {} gates did not pass.", bad, data.verdicts.size());
-  const char* word = data.compared ? "Compared" : data.verdicts.empty() ? "No gates" : bad == 0 ? "Pass" : "Fail";
+                               : all == 0 ? "Nothing was judged: the report holds no gates."
+                               : bad == 0 ? fmt::format("All {} gates pass.", counts.pass)
+                                          : fmt::format("{} of {} gates did not pass.", bad, all);
+  const char* word = data.compared ? "Compared" : all == 0 ? "No gates" : bad == 0 ? "Pass" : "Fail";
   const std::string tiles = data.compared ? ""
                                           : tile("pass", "pass", counts.pass) + tile("fail", "fail", counts.fail) +
                                                 tile("unverifiable", "unverifiable", counts.unverifiable) +
@@ -72,7 +73,7 @@ std::string render_html(const ReportData& data) {
       "<meta name=\"color-scheme\" content=\"light dark\">\n<title>{}</title>\n<style>",
       kPolicy, escape_html(one_line(data.title)));
   page += report_style;
-  page += "</style></head>\n<body>\n" + header(data) + "\n" + fluid_html(data.rows) +
+  page += "</style></head>\n<body>\n" + header(data) + "\n" + counts_html(data) + fluid_html(data.rows) +
           "<main id=\"app\"><noscript><p>Tables and plots need JavaScript; the verdict above does not.</p></noscript>"
           "</main>\n<script type=\"text/plain\" id=\"data\">";
   const std::string end = "</script>\n<script>" + std::string(report_script) + "</script>\n</body></html>\n";

@@ -9,6 +9,7 @@
 #include "audit_table.hpp"
 #include "baseline_table.hpp"
 #include "bench_table.hpp"
+#include "counts_table.hpp"
 #include "figures_table.hpp"
 #include "fluid_table.hpp"
 #include "markdown_contests.hpp"
@@ -115,9 +116,9 @@ std::string notes_section(const std::vector<std::string>& notes) {
 }
 
 std::string heading(const ReportData& data) {
-  const JudgementCounts counts = count(data.verdicts);
+  const JudgementCounts counts = count(data);
   const bool all_pass = counts.fail + counts.unverifiable + counts.not_run == 0;
-  const char* verdict = data.verdicts.empty() ? "No gates" : all_pass ? "Pass" : "Fail";
+  const char* verdict = all_pass && counts.pass == 0 ? "No gates" : all_pass ? "Pass" : "Fail";
   std::set<std::string> scenarios;  // `gate` reads cells alone
   for (const CellEnding& ending : data.cells) scenarios.insert(ending.scenario);
   return fmt::format("# {}\n\n**{}.** {}; scenarios: {}, rows: {}.\n\n", cell(data.title), verdict, words(counts),
@@ -221,9 +222,9 @@ std::string render_markdown(const ReportData& data) {
 }
 
 std::string render_step_summary(const ReportData& data) {
-  return heading(data) + failing_section(data.verdicts, 50) + truths_section(data.refused_truths) +
-         baseline_section(data) + claims_section(data.claimed_orders) + fluid_markdown(data.rows) +
-         solvers_section(data.rows, 10) + notes_section(data.notes);
+  return heading(data) + counts_markdown(data) + failing_section(data.verdicts, 50) +
+         truths_section(data.refused_truths) + baseline_section(data) + claims_section(data.claimed_orders) +
+         fluid_markdown(data.rows) + solvers_section(data.rows, 10) + notes_section(data.notes);
 }
 
 }  // namespace atwood

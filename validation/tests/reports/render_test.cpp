@@ -349,6 +349,24 @@ TEST_CASE("HTML is one small file in which hostile text stays text") {
   CHECK(title.find("No gates") != std::string::npos);
 }
 
+TEST_CASE("a report of some ladders of many cells tells the counts of all, scene by scene") {
+  ReportData data = small_report();
+  data.counted_in_all.pass = 99'856;
+  SceneCounts counts;
+  counts.ladders = 12'500, counts.shown = 12, counts.cells = 62'500, counts.pass = 6'241;
+  data.counted.push_back({"<orbit>", counts, "atwood report study.toml --scenario orbit"});
+  const std::string page = render_html(data);
+  CHECK(page.find("All 99856 gates pass.") != std::string::npos);
+  CHECK(page.find("<td>&lt;orbit&gt;</td><td class=\"number\">12500</td><td class=\"number\">12</td>"
+                  "<td class=\"number\">62500</td>") != std::string::npos);
+  CHECK(page.find("<code>atwood report study.toml --scenario orbit</code>") != std::string::npos);
+  const std::string summary = render_step_summary(data);
+  CHECK(summary.find("99856 gates: 99856 pass, 0 fail") != std::string::npos);
+  CHECK(summary.find("| 12500 | 12 | 62500 | 0 | 0 | 6241 | 0 | 0 | 0 |") != std::string::npos);
+  data.counted_in_all.fail = 3;
+  CHECK(render_html(data).find("3 of 99859 gates did not pass.") != std::string::npos);
+}
+
 TEST_CASE("times under WebAssembly are a table of their own: the most steps, the call told apart") {
   std::vector<Row> rows;
   const auto add = [&](const char* method, std::int64_t steps, const char* metric, double value) {
