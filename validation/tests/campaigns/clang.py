@@ -1,4 +1,4 @@
-"""Clang compiles the product as well as GCC does: clang_test.py BUILD_FOLDER ROOT [FOLDER...]. Checks the syntax and types of
+"""Clang compiles the product as well as GCC does: clang.py BUILD_FOLDER ROOT [FOLDER...]. Checks the syntax and types of
 every source of these folders (engine/, reference/, validation/ and reports/ unless given), tests and what the build wrote
 left out, with the build's own flags; generates no code. Answers 77 (skipped)
 with a word where clang++ is missing."""
