@@ -68,7 +68,7 @@ foreach(engine engine cvode bullet64 bullet32 ode)
   atwood_smoke(bench-${engine} "--benchmark_filter=/ballistic/|kepler_e06|free-flight/1/")
 endforeach()
 atwood_smoke(bench-scaling --benchmark_filter=/1024/)
-atwood_smoke(bench-fluids --benchmark_filter=-2d/10000/)
+atwood_smoke(bench-fluids --benchmark_filter=2d/10000/)
 atwood_smoke(broad-phases 400)
 
 # Our general methods on the reference's rate, beside odeint, ARKODE and CVODE: the one program that links both.

@@ -11,14 +11,38 @@
 namespace atwood {
 namespace {
 
-void identify(Worker& worker, pid_t process, FileHashes& hashes, Outcome& outcome) {
+constexpr int kMaxStarts = 3;  // of a worker that ends after `hello`, before that is taken for its habit
+
+// False: the worker's process ended before its libraries were read.
+bool identify(Worker& worker, pid_t process, FileHashes& hashes, Outcome& outcome) {
   const WorkerIdentity identity = identify_worker(worker.command, worker.engine, process, hashes);
   worker.build_id = identity.hash;
   worker.unknown_code = printable(identity.unknown_code);
   worker.code = mapped_code(process);
-  if (identity.error.empty()) return;
-  outcome.status = Status::crashed;
-  outcome.reason = printable(identity.error);
+  if (!identity.error.empty()) {
+    outcome.status = Status::crashed;
+    outcome.reason = printable(identity.error);
+  }
+  return !identity.process_ended;
+}
+
+// Asks `hello`. A worker that is killed right after its answer is started again: without its libraries its identity would
+// be another one, and all its cells would be run again.
+Outcome ask_hello(Worker& worker, FileHashes& hashes) {
+  Outcome outcome;
+  for (int start = 0; start < kMaxStarts; ++start) {
+    outcome = {};
+    WorkerClient client(worker);
+    try {
+      worker.engine = client.hello(outcome);
+      if (outcome.status != Status::ok || identify(worker, client.process_id(), hashes, outcome)) break;
+    } catch (const Interrupted&) {
+      outcome.status = Status::crashed;
+      outcome.reason = "interrupted";
+      break;
+    }
+  }
+  return outcome;
 }
 
 }  // namespace
@@ -87,15 +111,7 @@ std::vector<Worker> find_workers_by_argv(const std::vector<std::vector<std::stri
     worker.command = command;
     if (!confinements.empty()) worker.confinement = confinements.at(workers.size() - 1);
     worker.build_id = hashes.of(worker.path);  // a script is an executable too
-    Outcome outcome;
-    WorkerClient client(worker);
-    try {
-      worker.engine = client.hello(outcome);
-      if (outcome.status == Status::ok) identify(worker, client.process_id(), hashes, outcome);
-    } catch (const Interrupted&) {
-      outcome.status = Status::crashed;
-      outcome.reason = "interrupted";
-    }
+    const Outcome outcome = ask_hello(worker, hashes);
     worker.status = outcome.status;
     worker.reason = outcome.reason;
   }

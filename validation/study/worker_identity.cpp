@@ -40,7 +40,6 @@ Mapped mapped_files(pid_t process) {
   std::error_code error;
   mapped.program = fs::read_symlink(folder + "/exe", error).string();
   std::ifstream maps(folder + "/maps");
-  mapped.known = !error;
   for (std::string line; std::getline(maps, line);) {  // begin-end rwxp offset device inode path
     const std::size_t space = line.find(' '), slash = line.find('/');
     if (space == std::string::npos || slash == std::string::npos || line.size() < space + 5) continue;
@@ -49,7 +48,8 @@ Mapped mapped_files(pid_t process) {
     if (path.rfind("/memfd:", 0) == 0 || path.rfind("/SYSV", 0) == 0) continue;  // made by the program itself
     mapped.files.insert(path);
   }
-  mapped.known = mapped.known && !mapped.files.empty();
+  // A process that ends meanwhile leaves a part of its list, or none.
+  mapped.known = !fs::read_symlink(folder + "/exe", error).empty() && !mapped.files.empty();
   return mapped;
 }
 
@@ -166,6 +166,7 @@ WorkerIdentity identify_worker(const std::vector<std::string>& command, const En
   const Mapped mapped = mapped_files(process);
   std::string all = content_hash({"worker 2", hashes.of(program_of(command)), engine.fingerprint});
   const auto add = [&](const std::string& what, const std::string& hash) { all = content_hash({all, what, hash}); };
+  identity.process_ended = !mapped.known;
   if (engine.fingerprint.empty()) identity.unknown_code = why_unknown(command, mapped, process);
 
   for (std::size_t i = 1; i < command.size(); ++i) {

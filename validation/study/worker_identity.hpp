@@ -37,6 +37,7 @@ struct WorkerIdentity {
   // fingerprint covers all code of a worker.
   std::string unknown_code;
   std::string error;  // not empty: hello lists a file that does not exist or is no regular file, or one is too large
+  bool process_ended = false;  // before its libraries were read: the hash is without them
 };
 
 // `process`: the running worker, which has answered hello with `engine`. Files that hello lists by relative paths

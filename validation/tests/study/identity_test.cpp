@@ -22,7 +22,7 @@ struct Linked {
     setenv("LD_LIBRARY_PATH", folder.path.c_str(), 1);
   }
   ~Linked() {
-    for (const char* name : {"LD_LIBRARY_PATH", "LINKED_HELLO", "LINKED_CHILD"}) unsetenv(name);
+    for (const char* name : {"LD_LIBRARY_PATH", "LINKED_HELLO", "LINKED_CHILD", "LINKED_ENDS"}) unsetenv(name);
   }
   Worker worker(const std::vector<std::string>& words = {}) const {
     std::vector<std::string> command{engine};
@@ -103,6 +103,21 @@ TEST_CASE("a worker's own fingerprint and files count; a file that is not there 
   CHECK_THAT(linked.worker().reason, Catch::Contains("`.`, which is no regular file"));
   Linked::hello(R"("files":[7])");
   CHECK(linked.worker().status == Status::crashed);
+}
+
+TEST_CASE("a worker that is killed right after hello is started again and known by its libraries") {
+  const Linked linked;
+  Linked::hello(R"("fingerprint":"7")");
+  Confinement writes;  // removes the file
+  writes.writable = {linked.folder.path};
+  const auto build_id = [&] { return find_workers_by_argv({{linked.engine}}, {writes}).front().build_id; };
+  const std::string calm = build_id();
+  setenv("LINKED_ENDS", linked.file("ends", "").c_str(), 1);
+  for (int killed = 0; killed < 20; ++killed) {
+    linked.file("ends", "");
+    CHECK(build_id() == calm);
+    REQUIRE_FALSE(fs::exists(linked.folder / "ends"));
+  }
 }
 
 TEST_CASE("code that cannot be seen from outside is said to be unknown, unless a fingerprint answers for it") {

@@ -1,5 +1,6 @@
 // A worker that gets its numbers from a shared library: hello alone. LINKED_HELLO takes hello's place; with
-// LINKED_CHILD it starts another process first.
+// LINKED_CHILD it starts another process first; it kills itself after hello if it can remove the file LINKED_ENDS.
+#include <signal.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -19,5 +20,6 @@ int main() {
                             ? R"({"engine":"linked","version":"1","methods":[{"id":"linked/a","doc":""}]})"
                             : "");
     std::fflush(stdout);
+    if (const char* ends = getenv("LINKED_ENDS"); ends != nullptr && unlink(ends) == 0) kill(getpid(), SIGKILL);
   }
 }
