@@ -130,6 +130,7 @@ Ended run_chunks(const Selection& selection, const Ladders& ladders, const Optio
   while (const auto chunk = lease.take()) {
     const std::vector<Cell> cells = cells_at(selection.cells, all[*chunk]);
     const StudyResult result = run_study(cells, selection.workers, how);
+    how.shard->plan = result.plan;
     add(ended, result, part, cells);
     if (ended.signal != 0) return ended;
     lease.done();

@@ -186,9 +186,12 @@ void StudyRun::order_by_cost() {
 void StudyRun::plan_work() {
   truth_build_ = find_workers({options_.truth_worker}).front().build_id;
   {
-    const StoreOverview overview = store_.overview();
-    if (!overview.whole) forget_damaged();
-    for (const Cell& cell : cells_) plan_cell(cell, overview.whole ? &overview : nullptr);
+    // A later chunk of a lease is small beside the store: its cells are looked up one by one.
+    const bool later_chunk = options_.shard && !options_.shard->plan.empty();
+    const StoreOverview overview = later_chunk ? StoreOverview() : store_.overview();
+    const bool one_by_one = later_chunk || !overview.whole;
+    if (one_by_one) forget_damaged();
+    for (const Cell& cell : cells_) plan_cell(cell, one_by_one ? nullptr : &overview);
   }
   ladder_index_.clear();
   std::set<std::size_t> needed;
@@ -514,6 +517,7 @@ StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>&
   }
   StudyResult result =
       options.shard || !options.rows ? collect_endings(store, cells, campaigns) : collect_rows(store, cells, campaigns);
+  result.plan = shard.plan;
   result.skipped = result.cells - run.touched();
   result.ran = run.ran();
   result.timed = run.timed();

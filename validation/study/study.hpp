@@ -136,6 +136,9 @@ struct ShardOfPlan {
   int number = 1, count = 1;
   std::string costs, source;  // hash of the file of costs, or ""; who gave this share
   bool last = true;           // no more cells of the share follow
+  // The plan's hash, where an earlier call put the plan into this store and found the store whole (StudyResult::plan):
+  // neither is done again. Empty: the first call of a share.
+  std::string plan = {};
 };
 
 struct Costs;  // shares.hpp
@@ -184,6 +187,7 @@ struct StudyResult {
   // Of run_study with Keep::none: metrics of new rows that were measured from a recording. Where they are to be
   // measured again (other truth, other definition), their cells run again.
   std::set<std::string> without_recording = {};
+  std::string plan = {};  // of run_study of a share: the hash of the whole study's plan
 };
 StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>& workers, const StudyOptions& options);
 

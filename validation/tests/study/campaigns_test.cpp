@@ -89,8 +89,12 @@ TEST_CASE("chunks of one run share a campaign, also when it starts anew") {
   for (const char* run_id : {"first", "second"}) {
     lab.options.provenance.run_id = run_id;
     lab.options.shard = ShardOfPlan{"test", &cells, 1, 1, "", "--lease", false};
-    lab.run({cells.begin(), cells.begin() + 4});
-    lab.run({cells.begin() + 4, cells.end()});
+    lab.options.fresh = true;
+    lab.options.shard->plan = lab.run({cells.begin(), cells.begin() + 4}).plan;
+    CHECK_FALSE(lab.options.shard->plan.empty());
+    CHECK(lab.run({cells.begin() + 4, cells.end()}).ran == 4);
+    lab.options.fresh = false;  // the process takes a chunk again: its cells are looked up in the store
+    CHECK(lab.run({cells.begin() + 2, cells.end()}).ran == 0);
     lab.options.shard->last = true;
     lab.run({});
     const StudyResult loaded = load_rows(lab.options.store_path, cells);
