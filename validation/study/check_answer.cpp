@@ -153,12 +153,13 @@ void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int6
     throw wire::Garbage("sample " + std::to_string(k) + " has " + std::to_string(sample.particles.size()) +
                         " particles; the scene has " + std::to_string(bodies.particles));
   const double due = t_end_s * static_cast<double>(k) / static_cast<double>(samples);
+  const double near = std::min(1e-6, 0.25 / static_cast<double>(samples)) * t_end_s;
   const double t = static_cast<double>(sample.t_s);
   const double last = k > 0 ? t_end_s * static_cast<double>(k - 1) / static_cast<double>(samples) : -1;
-  if (k > 0 && std::fabs(t - last) <= 1e-6 * t_end_s)
+  if (k > 0 && std::fabs(t - last) <= near)
     throw wire::Garbage("sample " + std::to_string(k - 1) + ", at t_s = " + format_double(t) +
                         ", came twice; the next one is due at " + format_double(due));
-  if (!(std::fabs(t - due) <= 1e-6 * t_end_s)) {
+  if (!(std::fabs(t - due) <= near)) {
     throw wire::Garbage("sample " + std::to_string(k) + " is at t_s = " + format_double(t) + "; asked for " +
                         format_double(due) + slip_of_time(t, due, k, samples));
   }

@@ -173,6 +173,16 @@ TEST_CASE("a sample given twice is told as that") {
                     "sample 3, at t_s = 0.75, came twice; the next one is due at 1");
 }
 
+TEST_CASE("times of a million samples are told apart") {
+  Sample sample;
+  sample.bodies.resize(1);
+  sample.t_s = 3e-5;
+  CHECK_NOTHROW(check_layout(sample, 3, 10, 1'000'000, SampledBodies(1)));
+  CHECK_THROWS_WITH(check_layout(sample, 4, 10, 1'000'000, SampledBodies(1)), Catch::Contains("came twice"));
+  sample.t_s = 3.4e-5;
+  CHECK_THROWS_WITH(check_layout(sample, 3, 10, 1'000'000, SampledBodies(1)), Catch::Contains("asked for 3e-05"));
+}
+
 TEST_CASE("an answer before its question is refused by name") {
   const Folder folder;
   setenv("EARLY_LOG", (folder / "early").c_str(), 1);
