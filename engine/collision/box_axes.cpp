@@ -51,18 +51,18 @@ bool faces(const BoxPair<S>& pair, const std::array<std::array<S, 3>, 3>& Q, S l
 }  // namespace
 
 template <class S>
-BoxPair<S> box_pair(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
-                    const Placement<S>& place_b) {
+BoxPair<S> box_pair(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b,
+                    const Transform<S>& pose_b) {
   BoxPair<S> pair;
-  pair.place_a = &place_a, pair.place_b = &place_b;
+  pair.pose_a = &pose_a, pair.pose_b = &pose_b;
   pair.h_a = core_extents(a), pair.h_b = core_extents(b);
   pair.radius_a = a.kind == ShapeKind::capsule ? a.radius : S(0);
   pair.radius_b = b.kind == ShapeKind::capsule ? b.radius : S(0);
-  const Vec3<S> t = place_b.p_W - place_a.p_W;
+  const Vec3<S> t = pose_b.p_W - pose_a.p_W;
   for (int i = 0; i < 3; ++i) {
-    pair.t_a[i] = dot(t, place_a.axis_W[i]);
-    pair.t_b[i] = dot(t, place_b.axis_W[i]);
-    for (int j = 0; j < 3; ++j) pair.R[i][j] = dot(place_a.axis_W[i], place_b.axis_W[j]);
+    pair.t_a[i] = dot(t, pose_a.axis_W[i]);
+    pair.t_b[i] = dot(t, pose_b.axis_W[i]);
+    for (int j = 0; j < 3; ++j) pair.R[i][j] = dot(pose_a.axis_W[i], pose_b.axis_W[j]);
   }
   pair.size = pair.h_a[0] + pair.h_a[1] + pair.h_a[2] + pair.h_b[0] + pair.h_b[1] + pair.h_b[2];
   return pair;
@@ -101,7 +101,7 @@ template <class S> bool greatest_gap(const BoxPair<S>& pair, S limit, BoxAxis<S>
     }
   }
 
-  const Vec3<S>*A = pair.place_a->axis_W, *B = pair.place_b->axis_W;
+  const Vec3<S>*A = pair.pose_a->axis_W, *B = pair.pose_b->axis_W;
   if (edge_wins) {
     best.kind = BoxAxisKind::edges;
     best.gap = edge_gap;
@@ -116,7 +116,7 @@ template <class S> bool greatest_gap(const BoxPair<S>& pair, S limit, BoxAxis<S>
 }
 
 #define ATWOOD_BOX_AXES(S)                                                                                           \
-  template BoxPair<S> box_pair<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&); \
+  template BoxPair<S> box_pair<S>(const Geometry<S>&, const Transform<S>&, const Geometry<S>&, const Transform<S>&); \
   template bool greatest_gap<S>(const BoxPair<S>&, S, BoxAxis<S>&);
 ATWOOD_BOX_AXES(float)
 ATWOOD_BOX_AXES(double)

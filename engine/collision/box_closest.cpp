@@ -107,13 +107,13 @@ template <class S> BoxClosest<S> closest_of_boxes(const BoxPair<S>& pair) {
   Vec3<S> way{S(0), S(0), S(1)};
   if (nearer(of_a, of_b)) {
     out.distance = length_and_direction(Vec3<S>{of_a.way[0], of_a.way[1], of_a.way[2]}, way);
-    out.normal_W = -turned(*pair.place_b, way);
+    out.normal_W = -to_world(*pair.pose_b, way);
     for (int i = 0; i < 3; ++i)
       out.on_a[i] = (of_a.corner_feature / kFeatureWeight[i]) % 3 == 2 ? pair.h_a[i] : -pair.h_a[i];
     out.feature_a = of_a.corner_feature, out.feature_b = of_a.box_feature;
   } else {
     out.distance = length_and_direction(Vec3<S>{of_b.way[0], of_b.way[1], of_b.way[2]}, way);
-    out.normal_W = turned(*pair.place_a, way);
+    out.normal_W = to_world(*pair.pose_a, way);
     out.on_a = of_b.on_box;
     out.feature_a = of_b.box_feature, out.feature_b = of_b.corner_feature;
   }
@@ -123,7 +123,7 @@ template <class S> BoxClosest<S> closest_of_boxes(const BoxPair<S>& pair) {
     for (int j = 0; j < 3; ++j) nearest_edges(pair, i, j, edges);
   if (edges.i >= 0) {
     out.distance = edges.distance;
-    out.normal_W = turned(*pair.place_a, Vec3<S>{edges.normal[0], edges.normal[1], edges.normal[2]});
+    out.normal_W = to_world(*pair.pose_a, Vec3<S>{edges.normal[0], edges.normal[1], edges.normal[2]});
     out.on_a = edges.on_a;
     out.feature_a = edges.feature_a, out.feature_b = edges.feature_b;
   }

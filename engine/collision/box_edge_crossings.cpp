@@ -16,18 +16,18 @@ using Vec = Vec3<double>;
 
 struct PosedBox {
   std::array<double, 3> h;
-  Placement<double> place;
+  Transform<double> pose;
 };
 
 PosedBox posed_box(const Body& body) {
   const Real4& q = body.orientation_wxyz;
   const Real3& h = std::get<Box>(body.shape).half_extents_m;
-  return {h, placement(narrow3<double>(body.position_m), Quat<double>{q[0], q[1], q[2], q[3]})};
+  return {h, transform(narrow3<double>(body.position_m), Quat<double>{q[0], q[1], q[2], q[3]})};
 }
 
 Vec corner(const PosedBox& box, int bits) {
-  Vec x = box.place.p_W;
-  for (std::size_t k = 0; k < 3; ++k) x += ((bits >> k) & 1 ? box.h[k] : -box.h[k]) * box.place.axis_W[k];
+  Vec x = box.pose.p_W;
+  for (std::size_t k = 0; k < 3; ++k) x += ((bits >> k) & 1 ? box.h[k] : -box.h[k]) * box.pose.axis_W[k];
   return x;
 }
 
@@ -38,7 +38,7 @@ struct Crossing {
 
 // Where the segment from `from` to `to` passes through faces of the box.
 void cross_faces(const Vec& from_W, const Vec& to_W, const PosedBox& box, std::vector<Crossing>& out) {
-  const Vec from = turned_back(box.place, from_W - box.place.p_W), to = turned_back(box.place, to_W - box.place.p_W);
+  const Vec from = to_body(box.pose, from_W - box.pose.p_W), to = to_body(box.pose, to_W - box.pose.p_W);
   const std::array<double, 3> p{from.x, from.y, from.z}, q{to.x, to.y, to.z};
   for (std::size_t k = 0; k < 3; ++k) {
     for (const double sign : {-1.0, 1.0}) {
@@ -48,7 +48,7 @@ void cross_faces(const Vec& from_W, const Vec& to_W, const PosedBox& box, std::v
       const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
       if (std::abs(p[i] + part * (q[i] - p[i])) > box.h[i] || std::abs(p[j] + part * (q[j] - p[j])) > box.h[j])
         continue;
-      out.push_back({from_W + part * (to_W - from_W), sign * box.place.axis_W[k], -std::min(above, below)});
+      out.push_back({from_W + part * (to_W - from_W), sign * box.pose.axis_W[k], -std::min(above, below)});
     }
   }
 }

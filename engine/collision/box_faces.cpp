@@ -21,8 +21,8 @@ template <class S> struct FacePair {
 template <class S> FacePair<S> face_pair(const BoxPair<S>& pair, bool reference_is_a, int k, const Vec3<S>& normal_W) {
   FacePair<S> f;
   f.k = k;
-  const Vec3<S>* axis = reference_is_a ? pair.place_a->axis_W : pair.place_b->axis_W;
-  const Vec3<S>* other = reference_is_a ? pair.place_b->axis_W : pair.place_a->axis_W;
+  const Vec3<S>* axis = reference_is_a ? pair.pose_a->axis_W : pair.pose_b->axis_W;
+  const Vec3<S>* other = reference_is_a ? pair.pose_b->axis_W : pair.pose_a->axis_W;
   const S away = reference_is_a ? S(1) : S(-1);
   S most = S(-1);
   for (int i = 0; i < 3; ++i) {
@@ -224,13 +224,13 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
   m.normal_W = normal_W;
   m.type = near.count > 2 ? ManifoldType::face : near.count == 2 ? ManifoldType::edge : ManifoldType::point;
   m.count = near.count;
-  const Placement<S>& place = reference_is_a ? *pair.place_a : *pair.place_b;
+  const Transform<S>& pose = reference_is_a ? *pair.pose_a : *pair.pose_b;
   const Vec3<S> outward = reference_is_a ? normal_W : -normal_W;  // from the reference to the other
   for (int i = 0; i < near.count; ++i) {
     const Corner<S>& c = near[i];
-    const Vec3<S> on_reference = c.u * place.axis_W[next_axis(k)] + c.v * place.axis_W[next_axis(next_axis(k))] +
-                                 (f.sign * f.h[k]) * place.axis_W[k];
-    m.points[static_cast<std::size_t>(i)] = {place.p_W + (on_reference + (c.thickness + c.gap / S(2)) * outward), c.gap,
+    const Vec3<S> on_reference = c.u * pose.axis_W[next_axis(k)] + c.v * pose.axis_W[next_axis(next_axis(k))] +
+                                 (f.sign * f.h[k]) * pose.axis_W[k];
+    m.points[static_cast<std::size_t>(i)] = {pose.p_W + (on_reference + (c.thickness + c.gap / S(2)) * outward), c.gap,
                                              feature_id(normal_W, reference_is_a ? c.feature : c.other_feature,
                                                         reference_is_a ? c.other_feature : c.feature)};
   }

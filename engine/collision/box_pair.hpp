@@ -14,8 +14,8 @@ namespace atwood {
 constexpr int next_axis(int i) { return i == 2 ? 0 : i + 1; }
 
 template <class S> struct BoxPair {
-  const Placement<S>* place_a = nullptr;
-  const Placement<S>* place_b = nullptr;
+  const Transform<S>* pose_a = nullptr;
+  const Transform<S>* pose_b = nullptr;
   std::array<S, 3> h_a{}, h_b{};  // half extents of the cores
   S radius_a{}, radius_b{};
   std::array<S, 3> t_a{}, t_b{};        // from a's centre to b's, in the axes of a and of b
@@ -23,8 +23,7 @@ template <class S> struct BoxPair {
   S size{};                             // sum of the half extents: round-off is a few eps of it
 };
 template <class S>
-BoxPair<S> box_pair(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
-                    const Placement<S>& place_b);
+BoxPair<S> box_pair(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b, const Transform<S>& pose_b);
 
 // ---- the fifteen axes (box_axes.cpp) ------------------------------------------------------------------------------
 enum class BoxAxisKind : unsigned char { face_a, face_b, edges };

@@ -15,11 +15,11 @@ namespace {
 template <class S> constexpr S kFlatSine = S(0.02);
 template <class S> constexpr S kFlatCosine = S(0.9998);
 
-template <class S> int most_along(const Placement<S>& place, const Vec3<S>& n_W, S& cosine) {
+template <class S> int most_along(const Transform<S>& pose, const Vec3<S>& n_W, S& cosine) {
   int best = 0;
   cosine = S(-1);
   for (int i = 0; i < 3; ++i) {
-    const S along = real::abs(dot(n_W, place.axis_W[i]));
+    const S along = real::abs(dot(n_W, pose.axis_W[i]));
     if (along > cosine) cosine = along, best = i;
   }
   return best;
@@ -38,7 +38,7 @@ template <class S> struct EdgeContact {
 template <class S>
 bool flat_faces(const BoxPair<S>& pair, const Vec3<S>& normal_W, S margin, Manifold<S>& out, S& deepest) {
   S along_a, along_b;
-  const int k_a = most_along(*pair.place_a, normal_W, along_a), k_b = most_along(*pair.place_b, normal_W, along_b);
+  const int k_a = most_along(*pair.pose_a, normal_W, along_a), k_b = most_along(*pair.pose_b, normal_W, along_b);
   if (!(along_a > kFlatCosine<S> && along_b > kFlatCosine<S>)) return false;
   const bool by_a = a_lies_first(normal_W);
   out = face_manifold(pair, by_a, by_a ? k_a : k_b, normal_W, margin, deepest);
@@ -76,14 +76,14 @@ template <class S> bool parallel_edges(const BoxPair<S>& pair, const EdgeContact
     for (int q = 0; q < 3; ++q)
       if (real::abs(pair.R[p][q]) > kFlatCosine<S> && pair.h_a[p] > S(0) && pair.h_b[q] > S(0)) i = p, j = q;
   if (i < 0) return false;
-  const Vec3<S>&A = pair.place_a->axis_W[i], &B = pair.place_b->axis_W[j];
+  const Vec3<S>&A = pair.pose_a->axis_W[i], &B = pair.pose_b->axis_W[j];
   const bool sharp = !(pair.radius_a > S(0)) && !(pair.radius_b > S(0));
   const S askew = sharp ? S(16) * real::epsilon<S>() : kFlatSine<S>;
   if (!(real::abs(dot(at.normal_W, A)) < askew && real::abs(dot(at.normal_W, B)) < askew)) return false;
   if (sharp && !(norm(cross(A, B)) < askew)) return false;
 
-  const Vec3<S> t_W = pair.place_b->p_W - pair.place_a->p_W;
-  const Vec3<S> on_a_W = turned(*pair.place_a, Vec3<S>{at.on_a[0], at.on_a[1], at.on_a[2]});
+  const Vec3<S> t_W = pair.pose_b->p_W - pair.pose_a->p_W;
+  const Vec3<S> on_a_W = to_world(*pair.pose_a, Vec3<S>{at.on_a[0], at.on_a[1], at.on_a[2]});
   const Vec3<S> on_b_W = on_a_W + at.gap * at.normal_W;
   const ParallelEdge<S> a{{}, on_a_W, A, at.on_a[i], pair.h_a[i], pair.radius_a};
   const ParallelEdge<S> b{t_W, on_b_W, B, dot(on_b_W - t_W, B), pair.h_b[j], pair.radius_b};
@@ -104,7 +104,7 @@ template <class S> bool parallel_edges(const BoxPair<S>& pair, const EdgeContact
   };
   const auto add = [&](S way, S gap, S thickness, std::uint32_t id) {
     out.points[static_cast<std::size_t>(out.count++)] = {
-        pair.place_a->p_W + (base.at_W + way * base.along_W + (thickness + gap / S(2)) * n_W), gap, id};
+        pair.pose_a->p_W + (base.at_W + way * base.along_W + (thickness + gap / S(2)) * n_W), gap, id};
   };
   add(S(0), at.gap - pair.radius_a - pair.radius_b, base.radius, point_id(base.coordinate));
   for (const S end : {from, to}) {
@@ -127,8 +127,8 @@ void edge_manifold(const BoxPair<S>& pair, const EdgeContact<S>& at, ManifoldTyp
   out.normal_W = at.normal_W;
   out.type = type;
   out.count = 1;
-  const Vec3<S> on_a_W = turned(*pair.place_a, Vec3<S>{at.on_a[0], at.on_a[1], at.on_a[2]});
-  out.points[0] = {pair.place_a->p_W + (on_a_W + (pair.radius_a + gap / S(2)) * at.normal_W), gap,
+  const Vec3<S> on_a_W = to_world(*pair.pose_a, Vec3<S>{at.on_a[0], at.on_a[1], at.on_a[2]});
+  out.points[0] = {pair.pose_a->p_W + (on_a_W + (pair.radius_a + gap / S(2)) * at.normal_W), gap,
                    feature_id(at.normal_W, at.feature_a, at.feature_b)};
 }
 
@@ -144,13 +144,13 @@ template <class S> EdgeContact<S> edge_contact(const BoxPair<S>& pair, const Box
   EdgeContact<S> at{axis.normal_W, axis.gap, {}, kFeatureNone, kFeatureNone};
   std::array<S, 3> w = pair.t_a;  // from a's edge's middle to b's, in a's axes
   for (int k = next_axis(i); k != i; k = next_axis(k)) {
-    const int sign = dot(axis.normal_W, pair.place_a->axis_W[k]) < S(0) ? -1 : 1;
+    const int sign = dot(axis.normal_W, pair.pose_a->axis_W[k]) < S(0) ? -1 : 1;
     at.on_a[k] = S(sign) * pair.h_a[k];
     at.feature_a += sign * kFeatureWeight[k];
     w[k] -= at.on_a[k];
   }
   for (int k = next_axis(j); k != j; k = next_axis(k)) {
-    const int sign = dot(axis.normal_W, pair.place_b->axis_W[k]) < S(0) ? 1 : -1;
+    const int sign = dot(axis.normal_W, pair.pose_b->axis_W[k]) < S(0) ? 1 : -1;
     at.feature_b += sign * kFeatureWeight[k];
     for (int row = 0; row < 3; ++row) w[row] += S(sign) * pair.h_b[k] * pair.R[row][k];
   }
@@ -192,12 +192,12 @@ template <class S> bool box_manifold(const BoxPair<S>& pair, S margin, Manifold<
 template <class S>
 void box_box_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   Manifold<S> manifold;
-  if (box_manifold(box_pair(a.shape, a.place, b.shape, b.place), margin, manifold)) out.push_back(manifold);
+  if (box_manifold(box_pair(a.shape, a.pose, b.shape, b.pose), margin, manifold)) out.push_back(manifold);
 }
 
 template <class S> Separation<S> box_box_separation(const Posed<S>& a, const Posed<S>& b) {
   Manifold<S> m;
-  box_manifold(box_pair(a.shape, a.place, b.shape, b.place), std::numeric_limits<S>::infinity(), m);
+  box_manifold(box_pair(a.shape, a.pose, b.shape, b.pose), std::numeric_limits<S>::infinity(), m);
   const ContactPoint<S>* deepest = &m.points[0];
   for (int i = 1; i < m.count; ++i)
     if (m.points[static_cast<std::size_t>(i)].gap < deepest->gap) deepest = &m.points[static_cast<std::size_t>(i)];

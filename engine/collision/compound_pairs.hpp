@@ -1,5 +1,5 @@
 // Compounds of oriented boxes (b) against any shape (a), compounds included: bounding spheres first, then box by box.
-// Every pair of pieces has its own manifold; the gap is the least of the pieces' gaps.
+// Every pair of parts has its own manifold; the gap is the least of the parts' gaps.
 #pragma once
 
 #include "collision/pair_tests.hpp"

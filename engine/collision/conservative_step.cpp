@@ -6,7 +6,7 @@
 
 #include <limits>
 
-#include "collision/convex_piece.hpp"
+#include "collision/convex_part.hpp"
 #include "collision/mesh_queries.hpp"
 #include "collision/nearest_features.hpp"
 
@@ -31,8 +31,8 @@ template <class S> S core_support(const Geometry<S>& g, const Vec3<S>& d) {
       if (g.mesh)
         for (const Vec3<S>& p : g.mesh->points) most = real::max(most, dot(d, p));
       for (const auto& part : g.parts) {
-        const Placement<S> place = placement(part.p_B, part.q_BP);
-        most = real::max(most, dot(d, place.p_W) + box_support(part.half_extents, turned_back(place, d)));
+        const Transform<S> pose = transform(part.p_B, part.q_BP);
+        most = real::max(most, dot(d, pose.p_W) + box_support(part.half_extents, to_body(pose, d)));
       }
       return most;
     }
@@ -40,11 +40,11 @@ template <class S> S core_support(const Geometry<S>& g, const Vec3<S>& d) {
   }
 }
 
-template <class S> S box_axis_distance(const Vec3<S>& h, const Placement<S>& place, const Vec3<S>& u) {
+template <class S> S box_axis_distance(const Vec3<S>& h, const Transform<S>& pose, const Vec3<S>& u) {
   S most = S(0);
   for (int i = 0; i < 8; ++i) {
     const Vec3<S> corner{i & 1 ? h.x : -h.x, i & 2 ? h.y : -h.y, i & 4 ? h.z : -h.z};
-    most = real::max(most, norm(cross(u, placed(place, corner))));
+    most = real::max(most, norm(cross(u, point_to_world(pose, corner))));
   }
   return most;
 }
@@ -54,7 +54,7 @@ template <class S> S core_axis_distance(const Geometry<S>& g, const Vec3<S>& u) 
   S most = S(0);
   switch (g.kind) {
     case ShapeKind::rectangle:
-    case ShapeKind::box: return box_axis_distance(g.half_extents, Placement<S>{}, u);
+    case ShapeKind::box: return box_axis_distance(g.half_extents, Transform<S>{}, u);
     case ShapeKind::capsule: return g.half_length * norm(Vec3<S>{u.x, u.y, S(0)});
     case ShapeKind::cylinder: {
       // A point r of the rim has the squared distance |r|^2 - (u . r)^2 from the line, and u . r lies within
@@ -70,7 +70,7 @@ template <class S> S core_axis_distance(const Geometry<S>& g, const Vec3<S>& u) 
       if (g.mesh)
         for (const Vec3<S>& p : g.mesh->points) most = real::max(most, norm(cross(u, p)));
       for (const auto& part : g.parts)
-        most = real::max(most, box_axis_distance(part.half_extents, placement(part.p_B, part.q_BP), u));
+        most = real::max(most, box_axis_distance(part.half_extents, transform(part.p_B, part.q_BP), u));
       break;
     default: break;
   }
@@ -88,7 +88,7 @@ template <class S> Vec3<S> effective_spin(const RotatingBody<S>& body) {
   const ShapeKind kind = body.shape.kind;
   if (kind == ShapeKind::sphere || kind == ShapeKind::plane) return {};
   const bool round = kind == ShapeKind::capsule || kind == ShapeKind::cylinder;
-  const Vec3<S>&axis = body.place.axis_W[2], &w = body.w_W;
+  const Vec3<S>&axis = body.pose.axis_W[2], &w = body.w_W;
   return round && norm(cross(w, axis)) <= S(4) * real::epsilon<S>() * norm(w) ? Vec3<S>{} : w;
 }
 
@@ -198,8 +198,8 @@ template <class S> struct StepSearch {
     S until = contact_free_time(gap, n, v_W, part_a, part_b, max_s, round_off);
     if (until < result.step_s && until < max_s && dot(face, face) > S(0)) {
       if (dot(face, n) < S(0)) face = -face;
-      const S left = dot(face, b.place.p_W - a.place.p_W) - part_a.full_turn_support(face) -
-                     part_b.full_turn_support(-face) - skins;
+      const S left =
+          dot(face, b.pose.p_W - a.pose.p_W) - part_a.full_turn_support(face) - part_b.full_turn_support(-face) - skins;
       until = real::max(until, time_to_close(left, dot(v_W, face), max_s, round_off));
     }
     if (until < result.step_s) result.step_s = until, result.normal_W = n;
@@ -209,16 +209,16 @@ template <class S> struct StepSearch {
 // ---- supports of parts about their bodies' origins ----------------------------------------------------------------
 template <class S> struct BodySupport {
   const RotatingBody<S>& body;
-  S operator()(const Vec3<S>& d_W) const { return core_support(body.shape, turned_back(body.place, d_W)); }
-  S axis_distance(const Vec3<S>& u_W) const { return core_axis_distance(body.shape, turned_back(body.place, u_W)); }
+  S operator()(const Vec3<S>& d_W) const { return core_support(body.shape, to_body(body.pose, d_W)); }
+  S axis_distance(const Vec3<S>& u_W) const { return core_axis_distance(body.shape, to_body(body.pose, u_W)); }
 };
 template <class S> BodySupport<S> support_of(const RotatingBody<S>& body) { return {body}; }
 
 template <class S> struct BoxSupport {
   Vec3<S> half_extents;
-  Placement<S> from_origin_W;  // its axes, and its centre from the body's origin
+  Transform<S> from_origin_W;  // its axes, and its centre from the body's origin
   S operator()(const Vec3<S>& d_W) const {
-    return dot(d_W, from_origin_W.p_W) + box_support(half_extents, turned_back(from_origin_W, d_W));
+    return dot(d_W, from_origin_W.p_W) + box_support(half_extents, to_body(from_origin_W, d_W));
   }
   S axis_distance(const Vec3<S>& u_W) const { return box_axis_distance(half_extents, from_origin_W, u_W); }
 };
@@ -226,43 +226,43 @@ template <class S> struct BoxSupport {
 template <class S> struct TriangleSupport {
   const TriangleMesh<S>& mesh;
   int t;
-  const Placement<S>& place;
+  const Transform<S>& pose;
   const Vec3<S>& corner(int k) const { return mesh.points[mesh.triangles[t].corner[k]]; }
   S operator()(const Vec3<S>& d_W) const {
-    const Vec3<S> d = turned_back(place, d_W);
+    const Vec3<S> d = to_body(pose, d_W);
     return real::max(dot(d, corner(0)), real::max(dot(d, corner(1)), dot(d, corner(2))));
   }
   S axis_distance(const Vec3<S>& u_W) const {
-    const Vec3<S> u = turned_back(place, u_W);
+    const Vec3<S> u = to_body(pose, u_W);
     return real::max(norm(cross(u, corner(0))), real::max(norm(cross(u, corner(1))), norm(cross(u, corner(2)))));
   }
 };
-template <class S> TriangleSupport<S> triangle_support(const TriangleMesh<S>& mesh, int t, const Placement<S>& place) {
-  return {mesh, t, place};
+template <class S> TriangleSupport<S> triangle_support(const TriangleMesh<S>& mesh, int t, const Transform<S>& pose) {
+  return {mesh, t, pose};
 }
 
-// A body's convex parts but those of meshes: itself, or a compound's boxes. visit(shape, placement, support, reach).
+// A body's convex parts but those of meshes: itself, or a compound's boxes. visit(shape, transform, support, reach).
 template <class S, class Visit> void each_part(const RotatingBody<S>& body, const Visit& visit) {
   if (body.shape.kind != ShapeKind::compound)
-    return visit(body.shape, body.place, support_of(body), core_radius(body.shape));
+    return visit(body.shape, body.pose, support_of(body), core_radius(body.shape));
   for (const auto& part : body.shape.parts) {
     Geometry<S> box;
     box.kind = ShapeKind::box;
     box.half_extents = part.half_extents;
     box.bounding_radius = (S(1) + S(4) * real::epsilon<S>()) * norm(part.half_extents);
-    const Placement<S> place = part_placement(body.place, part);
-    BoxSupport<S> support{part.half_extents, place};
-    support.from_origin_W.p_W = turned(body.place, part.p_B);
-    visit(box, place, support, norm(part.p_B) + box.bounding_radius);
+    const Transform<S> pose = part_transform(body.pose, part);
+    BoxSupport<S> support{part.half_extents, pose};
+    support.from_origin_W.p_W = to_world(body.pose, part.p_B);
+    visit(box, pose, support, norm(part.p_B) + box.bounding_radius);
   }
 }
 
 template <class S> void bound_by_convex_parts(StepSearch<S>& search) {
-  each_part(search.a, [&](const Geometry<S>& of_a, const Placement<S>& place_a, const auto& support_a, S radius_a) {
-    each_part(search.b, [&](const Geometry<S>& of_b, const Placement<S>& place_b, const auto& support_b, S radius_b) {
-      if (norm(place_b.p_W - place_a.p_W) - of_a.bounding_radius - of_b.bounding_radius > search.relevant_distance())
+  each_part(search.a, [&](const Geometry<S>& of_a, const Transform<S>& pose_a, const auto& support_a, S radius_a) {
+    each_part(search.b, [&](const Geometry<S>& of_b, const Transform<S>& pose_b, const auto& support_b, S radius_b) {
+      if (norm(pose_b.p_W - pose_a.p_W) - of_a.bounding_radius - of_b.bounding_radius > search.relevant_distance())
         return;
-      const Separation<S> s = separation(of_a, place_a, of_b, place_b);
+      const Separation<S> s = separation(of_a, pose_a, of_b, pose_b);
       search.add_pair(s.gap, s.normal_W, support_a, radius_a, support_b, radius_b);
     });
   });
@@ -272,21 +272,21 @@ template <class S> void bound_by_convex_parts(StepSearch<S>& search) {
 template <class S> void bound_by_triangles(StepSearch<S>& search, bool mesh_is_a) {
   const RotatingBody<S>&solid = mesh_is_a ? search.a : search.b, &other = mesh_is_a ? search.b : search.a;
   const TriangleMesh<S>& mesh = *solid.shape.mesh;
-  each_part(other, [&](const Geometry<S>& shape, const Placement<S>& place, const auto& support, S radius) {
-    ConvexPiece<S> piece;
-    if (!convex_piece(shape, piece)) return;
-    const Placement<S> in_mesh = relative_placement(solid.place, place);
-    nearest_triangles(mesh, bounds_of(piece, in_mesh), search.relevant_distance(), [&](int t) {
+  each_part(other, [&](const Geometry<S>& shape, const Transform<S>& pose, const auto& support, S radius) {
+    ConvexPart<S> part;
+    if (!convex_part(shape, part)) return;
+    const Transform<S> in_mesh = relative_transform(solid.pose, pose);
+    nearest_triangles(mesh, bounds_of(part, in_mesh), search.relevant_distance(), [&](int t) {
       const NearestFeatures<S> features =
-          nearest_features(piece_of(mesh, t), piece, in_mesh, search.relevant_distance() + piece.radius);
+          nearest_features(part_of(mesh, t), part, in_mesh, search.relevant_distance() + part.radius);
       if (features.out_of_range) return search.relevant_distance();
-      const Vec3<S> n = turned(solid.place, features.normal);
-      const auto of_triangle = triangle_support(mesh, t, solid.place);
-      const S gap = features.gap - piece.radius;
-      const Vec3<S> face = turned(solid.place, mesh.triangles[t].normal);
+      const Vec3<S> n = to_world(solid.pose, features.normal);
+      const auto of_triangle = triangle_support(mesh, t, solid.pose);
+      const S gap = features.gap - part.radius;
+      const Vec3<S> face = to_world(solid.pose, mesh.triangles[t].normal);
       if (mesh_is_a)
-        search.add_pair(gap, n, of_triangle, solid.shape.bounding_radius, support, radius, face, piece.radius);
-      else search.add_pair(gap, -n, support, radius, of_triangle, solid.shape.bounding_radius, face, piece.radius);
+        search.add_pair(gap, n, of_triangle, solid.shape.bounding_radius, support, radius, face, part.radius);
+      else search.add_pair(gap, -n, support, radius, of_triangle, solid.shape.bounding_radius, face, part.radius);
       return search.relevant_distance();
     });
   });
@@ -294,19 +294,19 @@ template <class S> void bound_by_triangles(StepSearch<S>& search, bool mesh_is_a
 
 template <class S> void bound_by_triangle_pairs(StepSearch<S>& search) {
   const TriangleMesh<S>&a = *search.a.shape.mesh, &b = *search.b.shape.mesh;
-  const Placement<S> b_in_a = relative_placement(search.a.place, search.b.place);
+  const Transform<S> b_in_a = relative_transform(search.a.pose, search.b.pose);
   const auto should_descend = [&](const Aabb<S>& of_a, const Aabb<S>& of_b) {
     return distance_between(of_a, of_b) <= search.relevant_distance();
   };
   each_pair_of_triangles(a, b, b_in_a, should_descend, [&](int t, int u) {
     const NearestFeatures<S> features =
-        nearest_features(piece_of(a, t), placed_piece(b, u, b_in_a), Placement<S>{}, search.relevant_distance());
+        nearest_features(part_of(a, t), placed_part(b, u, b_in_a), Transform<S>{}, search.relevant_distance());
     if (features.out_of_range) return;
-    const auto of_a = triangle_support(a, t, search.a.place), of_b = triangle_support(b, u, search.b.place);
+    const auto of_a = triangle_support(a, t, search.a.pose), of_b = triangle_support(b, u, search.b.pose);
     const bool still_a = !(dot(search.w_a, search.w_a) > S(0));  // a body at rest gives the more useful direction
     const Vec3<S> face =
-        still_a ? turned(search.a.place, a.triangles[t].normal) : turned(search.b.place, b.triangles[u].normal);
-    search.add_pair(features.gap, turned(search.a.place, features.normal), of_a, search.a.shape.bounding_radius, of_b,
+        still_a ? to_world(search.a.pose, a.triangles[t].normal) : to_world(search.b.pose, b.triangles[u].normal);
+    search.add_pair(features.gap, to_world(search.a.pose, features.normal), of_a, search.a.shape.bounding_radius, of_b,
                     search.b.shape.bounding_radius, face);
   });
 }
@@ -324,7 +324,7 @@ ConservativeStep<S> conservative_step(const RotatingBody<S>& a, const RotatingBo
   };
   if (is_empty(a) || is_empty(b)) return search.result;
   if (is(a, ShapeKind::plane) || is(b, ShapeKind::plane)) {  // a plane has one normal for all parts
-    const Separation<S> s = separation(a.shape, a.place, b.shape, b.place);
+    const Separation<S> s = separation(a.shape, a.pose, b.shape, b.pose);
     search.add_pair(s.gap, s.normal_W, support_of(a), core_radius(a.shape), support_of(b), core_radius(b.shape));
   } else if (is(a, ShapeKind::mesh) && is(b, ShapeKind::mesh)) {
     bound_by_triangle_pairs(search);

@@ -15,7 +15,7 @@ namespace atwood {
 // A body at one instant: its shape, its pose and its angular velocity [rad/s].
 template <class S> struct RotatingBody {
   const Geometry<S>& shape;
-  Placement<S> place;
+  Transform<S> pose;
   Vec3<S> w_W;  // constant, world axes
 };
 

@@ -26,30 +26,30 @@ template <class S> struct PairTest {
 template <class S> using PairTable = std::array<std::array<PairTest<S>, kKinds>, kKinds>;  // [a][b] with a <= b
 
 template <class S> void by_support(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
-  convex_contacts(a.shape, a.place, b.shape, b.place, margin, out);
+  convex_contacts(a.shape, a.pose, b.shape, b.pose, margin, out);
 }
 template <class S> Separation<S> by_support_separation(const Posed<S>& a, const Posed<S>& b) {
-  return convex_separation(a.shape, a.place, b.shape, b.place);
+  return convex_separation(a.shape, a.pose, b.shape, b.pose);
 }
 template <class S>
 void plane_hull_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
-  hull_plane_contacts(a.shape, b.shape, b.place, margin, out);
+  hull_plane_contacts(a.shape, b.shape, b.pose, margin, out);
 }
 template <class S> Separation<S> plane_hull_separation(const Posed<S>& a, const Posed<S>& b) {
-  return hull_plane_separation(a.shape, b.shape, b.place);
+  return hull_plane_separation(a.shape, b.shape, b.pose);
 }
 
 // The mesh is the second.
 template <class S> void mesh_second(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   const std::size_t from = out.size();
-  mesh_contacts(b.shape, b.place, a.shape, a.place, margin, out);
+  mesh_contacts(b.shape, b.pose, a.shape, a.pose, margin, out);
   for (std::size_t i = from; i < out.size(); ++i) {
     out[i].normal_W = -out[i].normal_W;
-    std::swap(out[i].piece_a, out[i].piece_b);
+    std::swap(out[i].part_a, out[i].part_b);
   }
 }
 template <class S> Separation<S> mesh_second_separation(const Posed<S>& a, const Posed<S>& b) {
-  const Separation<S> s = mesh_separation(b.shape, b.place, a.shape, a.place);
+  const Separation<S> s = mesh_separation(b.shape, b.pose, a.shape, a.pose);
   return {s.gap, -s.normal_W, s.on_b_W, s.on_a_W};
 }
 
@@ -100,10 +100,10 @@ template <class S> bool comes_first(const Posed<S>& a, const Posed<S>& b) {
   if (decided) return by_size;
   if (a.shape.radius != b.shape.radius) return a.shape.radius < b.shape.radius;
   if (a.shape.half_length != b.shape.half_length) return a.shape.half_length < b.shape.half_length;
-  const bool by_place = less(a.place.p_W, b.place.p_W, decided);
+  const bool by_place = less(a.pose.p_W, b.pose.p_W, decided);
   if (decided) return by_place;
   for (int k = 0; k < 3; ++k) {
-    const bool by_axis = less(a.place.axis_W[k], b.place.axis_W[k], decided);
+    const bool by_axis = less(a.pose.axis_W[k], b.pose.axis_W[k], decided);
     if (decided) return by_axis;
   }
   return true;
@@ -122,9 +122,9 @@ template <class S> Ordered<S> in_order(const Posed<S>& a, const Posed<S>& b) {
 }  // namespace
 
 template <class S>
-void find_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b,
+void find_contacts(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b, const Transform<S>& pose_b,
                    S margin, std::vector<Manifold<S>>& out) {
-  const Posed<S> first{a, place_a}, second{b, place_b};
+  const Posed<S> first{a, pose_a}, second{b, pose_b};
   const Ordered<S> order = in_order(first, second);
   if (!order.test->contacts) return;
   if (!order.swapped) return order.test->contacts(first, second, margin, out);
@@ -132,17 +132,16 @@ void find_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geom
   order.test->contacts(second, first, margin, out);
   for (std::size_t i = from; i < out.size(); ++i) {
     out[i].normal_W = -out[i].normal_W;
-    std::swap(out[i].piece_a, out[i].piece_b);
+    std::swap(out[i].part_a, out[i].part_b);
   }
 }
 
 template <class S>
-Separation<S> separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
-                         const Placement<S>& place_b) {
-  const Posed<S> first{a, place_a}, second{b, place_b};
+Separation<S> separation(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b,
+                         const Transform<S>& pose_b) {
+  const Posed<S> first{a, pose_a}, second{b, pose_b};
   const Ordered<S> order = in_order(first, second);
-  if (!order.test->separation)
-    return {std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
+  if (!order.test->separation) return {std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, pose_a.p_W, pose_b.p_W};
   if (!order.swapped) return order.test->separation(first, second);
   const Separation<S> other = order.test->separation(second, first);
   return {other.gap, -other.normal_W, other.on_b_W, other.on_a_W};
@@ -162,7 +161,7 @@ S touch_round_off(const Geometry<S>& a, const Vec3<S>& p_a, const Geometry<S>& b
   return real::epsilon<S>() * (sizes + norm(p_a) + norm(p_b));
 }
 
-const char* no_contact_test(ShapeKind a, ShapeKind b) {
+const char* missing_contact_test(ShapeKind a, ShapeKind b) {
   static const auto reasons = [] {
     constexpr const char* names[] = {"point",   "sphere",   "plane",  "rectangle", "box",
                                      "capsule", "cylinder", "convex", "mesh",      "compound"};
@@ -172,8 +171,8 @@ const char* no_contact_test(ShapeKind a, ShapeKind b) {
         const auto missing = [](std::size_t x, std::size_t y) {
           return !kPairs<double>[std::min(x, y)][std::max(x, y)].contacts;
         };
-        const auto piece = [](std::size_t kind) { return kind == at(ShapeKind::compound) ? at(ShapeKind::box) : kind; };
-        if (missing(i, j) || missing(piece(i), piece(j))) table[i][j] = std::string(names[i]) + " against " + names[j];
+        const auto part = [](std::size_t kind) { return kind == at(ShapeKind::compound) ? at(ShapeKind::box) : kind; };
+        if (missing(i, j) || missing(part(i), part(j))) table[i][j] = std::string(names[i]) + " against " + names[j];
       }
     }
     return table;
@@ -183,11 +182,11 @@ const char* no_contact_test(ShapeKind a, ShapeKind b) {
 }
 
 #define ATWOOD_CONTACTS(S)                                                                                            \
-  template void find_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S, \
+  template void find_contacts<S>(const Geometry<S>&, const Transform<S>&, const Geometry<S>&, const Transform<S>&, S, \
                                  std::vector<Manifold<S>>&);                                                          \
   template S touch_round_off<S>(const Geometry<S>&, const Vec3<S>&, const Geometry<S>&, const Vec3<S>&);              \
-  template Separation<S> separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&,                   \
-                                       const Placement<S>&);
+  template Separation<S> separation<S>(const Geometry<S>&, const Transform<S>&, const Geometry<S>&,                   \
+                                       const Transform<S>&);
 ATWOOD_CONTACTS(float)
 ATWOOD_CONTACTS(double)
 ATWOOD_CONTACTS(long double)

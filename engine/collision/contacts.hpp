@@ -19,28 +19,28 @@ template <class S> struct ContactPoint {
 // The shape of the contact region: one point, a segment, the crossing of two edges, a polygon.
 enum class ManifoldType : unsigned char { point, edge, edge_edge, face };
 
-// The contact manifold of two convex pieces: one normal and at most four points of the clipped polygon, reduced to the
+// The contact manifold of two convex parts: one normal and at most four points of the clipped polygon, reduced to the
 // deepest one and those that span the largest area.
 template <class S> struct Manifold {
   Vec3<S> normal_W;  // unit, from a to b
   ManifoldType type = ManifoldType::point;
   int count = 0;
   std::array<ContactPoint<S>, 4> points;
-  int piece_a = 0, piece_b = 0;  // which box of a compound, which triangle of a mesh
-  SolveReport solve = {};        // of the direction of least overlap; iterations 0: none was searched for
+  int part_a = 0, part_b = 0;  // which box of a compound, which triangle of a mesh
+  SolveReport solve = {};      // of the direction of least overlap; iterations 0: none was searched for
 };
 
 // Appends the manifolds of a and b whose surfaces come within `margin` of each other (0: touching or overlapping), in
 // an order that depends on the shapes alone. Convex pairs: at most one; compounds and meshes: one for each pair of
-// pieces. Swapping a and b flips the normals and nothing else. Overlap is measured along the direction of least
+// parts. Swapping a and b flips the normals and nothing else. Overlap is measured along the direction of least
 // penetration. Sources: Ericson, Real-Time Collision Detection (2005), ch. 5; Gottschalk, Lin, Manocha (1996) for the
 // 15 axes.
 template <class S>
-void find_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b,
+void find_contacts(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b, const Transform<S>& pose_b,
                    S margin, std::vector<Manifold<S>>& out);
 
 // Null when this pair of kinds has a test; else what is missing ("plane against plane", "mesh against ...").
-const char* no_contact_test(ShapeKind a, ShapeKind b);
+const char* missing_contact_test(ShapeKind a, ShapeKind b);
 
 // The gap [m] that rounding alone may leave between surfaces that touch: rounding of the given positions and of the
 // computation. Spheres of radius 0.1 and 0.7 whose centres are 0.8 apart touch, although these doubles leave 8e-17
@@ -55,7 +55,7 @@ template <class S> struct Separation {
   Vec3<S> on_a_W, on_b_W;  // the closest points, or the deepest points in overlap
 };
 template <class S>
-Separation<S> separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
-                         const Placement<S>& place_b);
+Separation<S> separation(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b,
+                         const Transform<S>& pose_b);
 
 }  // namespace atwood

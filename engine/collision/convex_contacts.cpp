@@ -7,18 +7,18 @@
 namespace atwood {
 namespace {
 
-template <class S> void place_in_world(const Placement<S>& place_a, Manifold<S>& manifold) {
-  manifold.normal_W = turned(place_a, manifold.normal_W);
-  for (int i = 0; i < manifold.count; ++i) manifold.points[i].x_W = placed(place_a, manifold.points[i].x_W);
+template <class S> void express_in_world(const Transform<S>& pose_a, Manifold<S>& manifold) {
+  manifold.normal_W = to_world(pose_a, manifold.normal_W);
+  for (int i = 0; i < manifold.count; ++i) manifold.points[i].x_W = point_to_world(pose_a, manifold.points[i].x_W);
 }
 
-template <class S> S size_of(const ConvexPiece<S>& piece) {
-  return piece.radius + (piece.core == Core::hull ? piece.form->bounding_radius : norm(piece.half));
+template <class S> S size_of(const ConvexPart<S>& part) {
+  return part.radius + (part.core == Core::hull ? part.form->bounding_radius : norm(part.half));
 }
 
 // Of the points in which faces meet, the middle of those that are deepest but for round-off.
 template <class S>
-Vec3<S> middle_of_deepest(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
+Vec3<S> middle_of_deepest(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a,
                           const NearestFeatures<S>& features, const Vec3<S>& otherwise) {
   Manifold<S> manifold;
   contact_points(a, b, b_in_a, features, std::numeric_limits<S>::infinity(), manifold);
@@ -34,53 +34,54 @@ Vec3<S> middle_of_deepest(const ConvexPiece<S>& a, const ConvexPiece<S>& b, cons
 }  // namespace
 
 template <class S>
-void convex_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
-                     const Placement<S>& place_b, S margin, std::vector<Manifold<S>>& out) {
-  ConvexPiece<S> piece_a, piece_b;
-  if (!convex_piece(a, piece_a) || !convex_piece(b, piece_b)) return;
-  const Placement<S> b_in_a = relative_placement(place_a, place_b);
-  const S reach = margin + piece_a.radius + piece_b.radius;
-  if (norm(b_in_a.p_W) > (size_of(piece_a) + size_of(piece_b) + margin) * (S(1) + S(8) * real::epsilon<S>())) return;
-  const NearestFeatures<S> features = nearest_features(piece_a, piece_b, b_in_a, reach);
+void convex_contacts(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b, const Transform<S>& pose_b,
+                     S margin, std::vector<Manifold<S>>& out) {
+  ConvexPart<S> part_a, part_b;
+  if (!convex_part(a, part_a) || !convex_part(b, part_b)) return;
+  const Transform<S> b_in_a = relative_transform(pose_a, pose_b);
+  const S reach = margin + part_a.radius + part_b.radius;
+  if (norm(b_in_a.p_W) > (size_of(part_a) + size_of(part_b) + margin) * (S(1) + S(8) * real::epsilon<S>())) return;
+  const NearestFeatures<S> features = nearest_features(part_a, part_b, b_in_a, reach);
   if (features.out_of_range || features.gap > reach) return;
   Manifold<S> manifold;
-  contact_points(piece_a, piece_b, b_in_a, features, margin, manifold);
+  contact_points(part_a, part_b, b_in_a, features, margin, manifold);
   if (manifold.count == 0) return;
-  place_in_world(place_a, manifold);
+  express_in_world(pose_a, manifold);
   out.push_back(manifold);
 }
 
 template <class S>
-Separation<S> convex_separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
-                                const Placement<S>& place_b) {
+Separation<S> convex_separation(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b,
+                                const Transform<S>& pose_b) {
   constexpr S kFar = std::numeric_limits<S>::infinity();
-  ConvexPiece<S> piece_a, piece_b;
-  if (!convex_piece(a, piece_a) || !convex_piece(b, piece_b))
-    return {kFar, {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
-  const Placement<S> b_in_a = relative_placement(place_a, place_b);
-  const NearestFeatures<S> features = nearest_features(piece_a, piece_b, b_in_a, kFar);
-  const S gap = features.gap - piece_a.radius - piece_b.radius;
-  Vec3<S> middle = S(0.5) * ((features.on_a + piece_a.radius * features.normal) +
-                             (features.on_b - piece_b.radius * features.normal));
-  if (features.faces) middle = middle_of_deepest(piece_a, piece_b, b_in_a, features, middle);
+  ConvexPart<S> part_a, part_b;
+  if (!convex_part(a, part_a) || !convex_part(b, part_b)) return {kFar, {S(0), S(0), S(1)}, pose_a.p_W, pose_b.p_W};
+  const Transform<S> b_in_a = relative_transform(pose_a, pose_b);
+  const NearestFeatures<S> features = nearest_features(part_a, part_b, b_in_a, kFar);
+  const S gap = features.gap - part_a.radius - part_b.radius;
+  Vec3<S> middle =
+      S(0.5) * ((features.on_a + part_a.radius * features.normal) + (features.on_b - part_b.radius * features.normal));
+  if (features.faces) middle = middle_of_deepest(part_a, part_b, b_in_a, features, middle);
   const Vec3<S> half = (gap / S(2)) * features.normal;
-  return {gap, turned(place_a, features.normal), placed(place_a, middle - half), placed(place_a, middle + half)};
+  return {gap, to_world(pose_a, features.normal), point_to_world(pose_a, middle - half),
+          point_to_world(pose_a, middle + half)};
 }
 
 template <class S>
-void hull_plane_contacts(const Geometry<S>& plane, const Geometry<S>& hull, const Placement<S>& place_hull, S margin,
+void hull_plane_contacts(const Geometry<S>& plane, const Geometry<S>& hull, const Transform<S>& pose_hull, S margin,
                          std::vector<Manifold<S>>& out) {
   static thread_local std::vector<ContactPoint<S>> found;
   found.clear();
   if (!hull.hull) return;
   // Heights in the hull's axes: the plane's offset less the centre's, which is all that may be large.
-  const Vec3<S> n = turned_back(place_hull, plane.normal_W);
-  const S at = plane.offset - dot(plane.normal_W, place_hull.p_W);
+  const Vec3<S> n = to_body(pose_hull, plane.normal_W);
+  const S at = plane.offset - dot(plane.normal_W, pose_hull.p_W);
   for (std::size_t i = 0; i < hull.hull->vertices.size(); ++i) {
     const Vec3<S>& v = hull.hull->vertices[i];
     const S gap = dot(n, v) - at;
     if (gap <= margin)
-      found.push_back({placed(place_hull, v) - (gap / S(2)) * plane.normal_W, gap, static_cast<std::uint32_t>(i + 1)});
+      found.push_back(
+          {point_to_world(pose_hull, v) - (gap / S(2)) * plane.normal_W, gap, static_cast<std::uint32_t>(i + 1)});
   }
   if (found.empty()) return;
   Manifold<S> manifold;
@@ -93,24 +94,24 @@ void hull_plane_contacts(const Geometry<S>& plane, const Geometry<S>& hull, cons
 }
 
 template <class S>
-Separation<S> hull_plane_separation(const Geometry<S>& plane, const Geometry<S>& hull, const Placement<S>& place_hull) {
+Separation<S> hull_plane_separation(const Geometry<S>& plane, const Geometry<S>& hull, const Transform<S>& pose_hull) {
   if (!hull.hull || hull.hull->vertices.empty())
-    return {std::numeric_limits<S>::infinity(), plane.normal_W, plane.offset * plane.normal_W, place_hull.p_W};
-  const Vec3<S> n = turned_back(place_hull, plane.normal_W);
+    return {std::numeric_limits<S>::infinity(), plane.normal_W, plane.offset * plane.normal_W, pose_hull.p_W};
+  const Vec3<S> n = to_body(pose_hull, plane.normal_W);
   const Vec3<S>& v = hull.hull->vertices[farthest_vertex(*hull.hull, -n)];
-  const S gap = dot(n, v) - (plane.offset - dot(plane.normal_W, place_hull.p_W));
-  const Vec3<S> x_W = placed(place_hull, v);
+  const S gap = dot(n, v) - (plane.offset - dot(plane.normal_W, pose_hull.p_W));
+  const Vec3<S> x_W = point_to_world(pose_hull, v);
   return {gap, plane.normal_W, x_W - gap * plane.normal_W, x_W};
 }
 
 #define ATWOOD_CONVEX_CONTACTS(S)                                                                                    \
-  template void convex_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, \
+  template void convex_contacts<S>(const Geometry<S>&, const Transform<S>&, const Geometry<S>&, const Transform<S>&, \
                                    S, std::vector<Manifold<S>>&);                                                    \
-  template Separation<S> convex_separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&,           \
-                                              const Placement<S>&);                                                  \
-  template void hull_plane_contacts<S>(const Geometry<S>&, const Geometry<S>&, const Placement<S>&, S,               \
+  template Separation<S> convex_separation<S>(const Geometry<S>&, const Transform<S>&, const Geometry<S>&,           \
+                                              const Transform<S>&);                                                  \
+  template void hull_plane_contacts<S>(const Geometry<S>&, const Geometry<S>&, const Transform<S>&, S,               \
                                        std::vector<Manifold<S>>&);                                                   \
-  template Separation<S> hull_plane_separation<S>(const Geometry<S>&, const Geometry<S>&, const Placement<S>&);
+  template Separation<S> hull_plane_separation<S>(const Geometry<S>&, const Geometry<S>&, const Transform<S>&);
 ATWOOD_CONVEX_CONTACTS(float)
 ATWOOD_CONVEX_CONTACTS(double)
 ATWOOD_CONVEX_CONTACTS(long double)

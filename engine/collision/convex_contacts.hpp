@@ -16,18 +16,18 @@ namespace atwood {
 // As find_contacts and separation; neither kind is plane or compound, and of meshes they take those that bound a convex
 // solid.
 template <class S>
-void convex_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
-                     const Placement<S>& place_b, S margin, std::vector<Manifold<S>>& out);
+void convex_contacts(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b, const Transform<S>& pose_b,
+                     S margin, std::vector<Manifold<S>>& out);
 template <class S>
-Separation<S> convex_separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
-                                const Placement<S>& place_b);
+Separation<S> convex_separation(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b,
+                                const Transform<S>& pose_b);
 
 // A plane (first) and a convex polyhedron (kind `convex`): the normal is the plane's, from it into the hull when that
 // lies above.
 template <class S>
-void hull_plane_contacts(const Geometry<S>& plane, const Geometry<S>& hull, const Placement<S>& place_hull, S margin,
+void hull_plane_contacts(const Geometry<S>& plane, const Geometry<S>& hull, const Transform<S>& pose_hull, S margin,
                          std::vector<Manifold<S>>& out);
 template <class S>
-Separation<S> hull_plane_separation(const Geometry<S>& plane, const Geometry<S>& hull, const Placement<S>& place_hull);
+Separation<S> hull_plane_separation(const Geometry<S>& plane, const Geometry<S>& hull, const Transform<S>& pose_hull);
 
 }  // namespace atwood

@@ -20,7 +20,7 @@ std::uint32_t hash_ids(std::uint32_t a, std::uint32_t b) {
 
 constexpr int kRimPoints = 16;
 
-// The feature of a piece that faces the other piece: a polygon, a disc (a cylinder's cap), an edge (of a polyhedron, or
+// The feature of a part that faces the other part: a polygon, a disc (a cylinder's cap), an edge (of a polyhedron, or
 // the line of a cylinder's side), or none of these.
 template <class S> struct Feature {
   enum Kind { none, edge, polygon, disc } kind = none;
@@ -30,9 +30,9 @@ template <class S> struct Feature {
   S misfit{};             // |normal - direction|, or |along . direction|
 };
 
-template <class S> struct PlacedPiece {
-  const ConvexPiece<S>& piece;
-  const Placement<S>& place;  // in A's axes
+template <class S> struct PlacedPart {
+  const ConvexPart<S>& part;
+  const Transform<S>& pose;  // in A's axes
 };
 
 // The largest sine of the angle between directions that count as parallel.
@@ -40,26 +40,26 @@ template <class S> constexpr S parallel_tolerance() { return sizeof(S) == 4 ? S(
 
 // The face whose normal is nearest to `outwards`; with at_vertex >= 0 only faces that have this vertex. Of a cylinder:
 // the cap on that side.
-template <class S> Feature<S> nearest_face(const PlacedPiece<S>& body, const Vec3<S>& outwards, int at_vertex = -1) {
+template <class S> Feature<S> nearest_face(const PlacedPart<S>& body, const Vec3<S>& outwards, int at_vertex = -1) {
   Feature<S> face;
-  const Vec3<S> d = turned_back(body.place, outwards);
-  if (body.piece.polyhedral()) {
-    const auto faces = body.piece.faces();
+  const Vec3<S> d = to_body(body.pose, outwards);
+  if (body.part.polyhedral()) {
+    const auto faces = body.part.faces();
     S most{-2};
     for (int f = 0; f < static_cast<int>(faces.size()); ++f) {
       const S here = dot(faces[f].normal, d);
       if (!(here > most)) continue;
       bool touches = at_vertex < 0;
-      for (const int corner : body.piece.loop(faces[f])) touches = touches || corner == at_vertex;
+      for (const int corner : body.part.loop(faces[f])) touches = touches || corner == at_vertex;
       if (touches) most = here, face.index = f, face.kind = Feature<S>::polygon;
     }
-    if (face.kind == Feature<S>::polygon) face.normal = turned(body.place, faces[face.index].normal);
+    if (face.kind == Feature<S>::polygon) face.normal = to_world(body.pose, faces[face.index].normal);
   } else {
     const S sign = d.z < S(0) ? S(-1) : S(1);
     face.kind = Feature<S>::disc;
     face.index = d.z < S(0) ? 1 : 0;
-    face.normal = sign * body.place.axis_W[2];
-    face.center = body.place.p_W + (sign * body.piece.half.z) * body.place.axis_W[2];
+    face.normal = sign * body.pose.axis_W[2];
+    face.center = body.pose.p_W + (sign * body.part.half.z) * body.pose.axis_W[2];
   }
   face.misfit = norm(face.normal - outwards);
   return face;
@@ -67,63 +67,63 @@ template <class S> Feature<S> nearest_face(const PlacedPiece<S>& body, const Vec
 
 // The edge with the vertex at_vertex that is most nearly perpendicular to `outwards`; of a cylinder: the line of its
 // side. Kind `none` if none is perpendicular within parallel_tolerance.
-template <class S> Feature<S> nearest_edge(const PlacedPiece<S>& body, const Vec3<S>& outwards, int at_vertex) {
+template <class S> Feature<S> nearest_edge(const PlacedPart<S>& body, const Vec3<S>& outwards, int at_vertex) {
   Feature<S> found;
   found.misfit = parallel_tolerance<S>();
-  if (!body.piece.polyhedral()) {
-    const S tilt = real::abs(dot(body.place.axis_W[2], outwards));
-    if (tilt <= found.misfit) found.kind = Feature<S>::edge, found.along = body.place.axis_W[2], found.misfit = tilt;
+  if (!body.part.polyhedral()) {
+    const S tilt = real::abs(dot(body.pose.axis_W[2], outwards));
+    if (tilt <= found.misfit) found.kind = Feature<S>::edge, found.along = body.pose.axis_W[2], found.misfit = tilt;
     return found;
   }
-  const auto edges = body.piece.edges();
-  const Vec3<S> d = turned_back(body.place, outwards);
+  const auto edges = body.part.edges();
+  const Vec3<S> d = to_body(body.pose, outwards);
   for (int e = 0; e < static_cast<int>(edges.size()); ++e) {
     if (edges[e].from != at_vertex && edges[e].to != at_vertex) continue;
     const S tilt = real::abs(dot(edges[e].along, d));
     if (tilt <= found.misfit) found.kind = Feature<S>::edge, found.index = e, found.misfit = tilt;
   }
-  if (found.kind == Feature<S>::edge) found.along = turned(body.place, edges[found.index].along);
+  if (found.kind == Feature<S>::edge) found.along = to_world(body.pose, edges[found.index].along);
   return found;
 }
 
 // Appends the ends of the cylinder's side line that lies farthest along `outwards`; their ids are 101 and 102.
-template <class S> void add_side(const PlacedPiece<S>& body, const Vec3<S>& outwards, Polygon<S>& out) {
-  const Vec3<S> d = turned_back(body.place, outwards), radial = unit_vector(Vec3<S>{d.x, d.y, S(0)});
-  const Vec3<S>& h = body.piece.half;
+template <class S> void add_side(const PlacedPart<S>& body, const Vec3<S>& outwards, Polygon<S>& out) {
+  const Vec3<S> d = to_body(body.pose, outwards), radial = unit_vector(Vec3<S>{d.x, d.y, S(0)});
+  const Vec3<S>& h = body.part.half;
   for (const S z : {-h.z, h.z})
-    out.push_back({placed(body.place, {h.x * radial.x, h.x * radial.y, z}), z < S(0) ? 101u : 102u});
+    out.push_back({point_to_world(body.pose, {h.x * radial.x, h.x * radial.y, z}), z < S(0) ? 101u : 102u});
 }
 
 // The vertices of a feature. Of a disc: kRimPoints points of its rim, of which the first lies farthest along
-// `outwards`. Of a piece without a feature: all of its vertices.
+// `outwards`. Of a part without a feature: all of its vertices.
 template <class S>
-void outline(const PlacedPiece<S>& body, const Feature<S>& feature, const Vec3<S>& outwards, Polygon<S>& out) {
+void outline(const PlacedPart<S>& body, const Feature<S>& feature, const Vec3<S>& outwards, Polygon<S>& out) {
   out.clear();
-  const auto vertices = body.piece.vertices();
+  const auto vertices = body.part.vertices();
   if (feature.kind == Feature<S>::polygon) {
-    for (const int corner : body.piece.loop(body.piece.faces()[feature.index]))
-      out.push_back({placed(body.place, vertices[corner]), static_cast<std::uint32_t>(corner + 1)});
-  } else if (feature.kind == Feature<S>::edge && body.piece.polyhedral()) {
-    const auto& edge = body.piece.edges()[feature.index];
+    for (const int corner : body.part.loop(body.part.faces()[feature.index]))
+      out.push_back({point_to_world(body.pose, vertices[corner]), static_cast<std::uint32_t>(corner + 1)});
+  } else if (feature.kind == Feature<S>::edge && body.part.polyhedral()) {
+    const auto& edge = body.part.edges()[feature.index];
     for (const int corner : {edge.from, edge.to})
-      out.push_back({placed(body.place, vertices[corner]), static_cast<std::uint32_t>(corner + 1)});
+      out.push_back({point_to_world(body.pose, vertices[corner]), static_cast<std::uint32_t>(corner + 1)});
   } else if (feature.kind == Feature<S>::edge) {
     add_side(body, outwards, out);
   } else if (feature.kind == Feature<S>::disc) {
     // Rim points start along the projected normal; along the body's x axis where the tilt is round-off.
-    const Vec3<S> d = turned_back(body.place, outwards), tilt{d.x, d.y, S(0)};
+    const Vec3<S> d = to_body(body.pose, outwards), tilt{d.x, d.y, S(0)};
     const bool level = norm(tilt) <= S(64) * real::epsilon<S>();
-    const Vec3<S> u = level ? body.place.axis_W[0] : turned(body.place, unit_vector(tilt)),
+    const Vec3<S> u = level ? body.pose.axis_W[0] : to_world(body.pose, unit_vector(tilt)),
                   v = cross(feature.normal, u);
     for (int k = 0; k < kRimPoints; ++k) {
       S sine, cosine;
       real::sin_cos(S(k) * (S(6.283185307179586476925286766559L) / S(kRimPoints)), sine, cosine);
       out.push_back(
-          {feature.center + body.piece.half.x * (cosine * u + sine * v), 200u + static_cast<std::uint32_t>(k)});
+          {feature.center + body.part.half.x * (cosine * u + sine * v), 200u + static_cast<std::uint32_t>(k)});
     }
   } else {
     for (std::size_t i = 0; i < vertices.size(); ++i)
-      out.push_back({placed(body.place, vertices[i]), static_cast<std::uint32_t>(i + 1)});
+      out.push_back({point_to_world(body.pose, vertices[i]), static_cast<std::uint32_t>(i + 1)});
   }
 }
 
@@ -158,10 +158,10 @@ void clip_to_polygon(Polygon<S>& polygon, const Polygon<S>& face, const Vec3<S>&
 // result has the vertices inside the rim, the intersections of edges with the rim, and the rim's points inside the
 // polygon.
 template <class S>
-void clip_to_disc(Polygon<S>& polygon, const PlacedPiece<S>& body, const Feature<S>& disc, const Vec3<S>& axis,
+void clip_to_disc(Polygon<S>& polygon, const PlacedPart<S>& body, const Feature<S>& disc, const Vec3<S>& axis,
                   Polygon<S>& scratch) {
   scratch.clear();
-  const S r = body.piece.half.x;
+  const S r = body.part.half.x;
   const std::size_t n = polygon.size();
   const S upright = S(1) / dot(axis, disc.normal);
   const auto onto_cap = [&](const Vec3<S>& x) { return x - (dot(x, disc.normal) * upright) * axis; };
@@ -254,11 +254,11 @@ void keep_four(const std::vector<ContactPoint<S>>& candidates, const Vec3<S>& no
 }
 
 template <class S>
-void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
+void contact_points(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a,
                     const NearestFeatures<S>& features, S margin, Manifold<S>& manifold) {
   static thread_local Scratch<S> scratch;
-  const Placement<S> own;
-  const PlacedPiece<S> body_a{a, own}, body_b{b, b_in_a};
+  const Transform<S> own;
+  const PlacedPart<S> body_a{a, own}, body_b{b, b_in_a};
   const Vec3<S>& n = features.normal;
   manifold.normal_W = n;
   manifold.count = 0;
@@ -276,7 +276,7 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
   };
   int vertex_a = 0, vertex_b = 0;
   support(a, n, vertex_a);
-  support(b, turned_back(b_in_a, -n), vertex_b);
+  support(b, to_body(b_in_a, -n), vertex_b);
   const Feature<S> face_a = nearest_face(body_a, n), face_b = nearest_face(body_b, -n);
   const bool flat_a = face_a.kind != Feature<S>::none && face_a.misfit <= parallel_tolerance<S>();
   const bool flat_b = face_b.kind != Feature<S>::none && face_b.misfit <= parallel_tolerance<S>();
@@ -288,10 +288,10 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
         (!flat_b || (face_a.kind == Feature<S>::disc) < (face_b.kind == Feature<S>::disc) ||
          ((face_a.kind == Feature<S>::disc) == (face_b.kind == Feature<S>::disc) && face_a.misfit <= face_b.misfit));
     const Feature<S>& face = to_a ? face_a : face_b;
-    const PlacedPiece<S>&reference = to_a ? body_a : body_b, &other = to_a ? body_b : body_a;
+    const PlacedPart<S>&reference = to_a ? body_a : body_b, &other = to_a ? body_b : body_a;
     const Vec3<S> towards = to_a ? -n : n;  // from the other to the reference
     Feature<S> incident = nearest_face(other, towards, to_a ? vertex_b : vertex_a);
-    if (!other.piece.polyhedral() && dot(incident.normal, towards) < S(0.7))
+    if (!other.part.polyhedral() && dot(incident.normal, towards) < S(0.7))
       incident.kind = Feature<S>::edge;  // its side
     outline(other, incident, towards, scratch.incident);
     if (face.kind == Feature<S>::disc) {
@@ -342,9 +342,9 @@ void contact_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Plac
                                         : ManifoldType::point;
 }
 
-#define ATWOOD_CONVEX_MANIFOLD(S)                                                                    \
-  template void contact_points<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, \
-                                  const NearestFeatures<S>&, S, Manifold<S>&);                       \
+#define ATWOOD_CONVEX_MANIFOLD(S)                                                                  \
+  template void contact_points<S>(const ConvexPart<S>&, const ConvexPart<S>&, const Transform<S>&, \
+                                  const NearestFeatures<S>&, S, Manifold<S>&);                     \
   template void keep_four<S>(const std::vector<ContactPoint<S>>&, const Vec3<S>&, Manifold<S>&);
 ATWOOD_CONVEX_MANIFOLD(float)
 ATWOOD_CONVEX_MANIFOLD(double)

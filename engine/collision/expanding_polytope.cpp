@@ -148,7 +148,7 @@ template <class S> void set_face(LeastOverlap<S>& result, const Polytope<S>& pol
 }  // namespace
 
 template <class S>
-LeastOverlap<S> expanding_polytope(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a) {
+LeastOverlap<S> expanding_polytope(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a) {
   Polytope<S> polytope;
   LeastOverlap<S> result;
   const auto farthest = [&](const Vec3<S>& d) { return difference_support(a, b, b_in_a, d); };
@@ -197,7 +197,7 @@ LeastOverlap<S> expanding_polytope(const ConvexPiece<S>& a, const ConvexPiece<S>
 }
 
 #define ATWOOD_EXPANDING_POLYTOPE(S) \
-  template LeastOverlap<S> expanding_polytope<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&);
+  template LeastOverlap<S> expanding_polytope<S>(const ConvexPart<S>&, const ConvexPart<S>&, const Transform<S>&);
 ATWOOD_EXPANDING_POLYTOPE(float)
 ATWOOD_EXPANDING_POLYTOPE(double)
 ATWOOD_EXPANDING_POLYTOPE(long double)

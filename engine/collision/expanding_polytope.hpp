@@ -19,6 +19,6 @@ template <class S> struct LeastOverlap {
 // The expanding polytope (van den Bergen 2001), from any tetrahedron in A - B: while the origin is outside, its
 // distances to faces that see it are negative and such faces grow first. No allocation.
 template <class S>
-LeastOverlap<S> expanding_polytope(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a);
+LeastOverlap<S> expanding_polytope(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a);
 
 }  // namespace atwood

@@ -42,11 +42,11 @@ template <class S> void join(Aabb<S>& box, const Aabb<S>& other) {
               real::max(box.high.z, other.high.z)};
 }
 
-template <class S> Aabb<S> around_points(const std::vector<Vec3<S>>& points, const Placement<S>& place) {
+template <class S> Aabb<S> around_points(const std::vector<Vec3<S>>& points, const Transform<S>& pose) {
   Aabb<S> all;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vec3<S> out = turned(place, points[i]);
-    const Vec3<S> point = place.p_W + out;
+    const Vec3<S> out = to_world(pose, points[i]);
+    const Vec3<S> point = pose.p_W + out;
     const Aabb<S> one = around(point, real::epsilon<S>() * magnitude(out));
     if (i == 0) all = one;
     else join(all, one);
@@ -57,7 +57,7 @@ template <class S> Aabb<S> around_points(const std::vector<Vec3<S>>& points, con
 }  // namespace
 
 // R = 1 + 2 / |q|^2 (w [u] + [u]^2): the division makes a quaternion that is a few ulp off the unit sphere harmless.
-template <class S> Placement<S> placement(const Vec3<S>& p_WB, const Quat<S>& q) {
+template <class S> Transform<S> transform(const Vec3<S>& p_WB, const Quat<S>& q) {
   const S two = S(2) / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
   const S x = two * q.x, y = two * q.y, z = two * q.z;
   const S xx = x * q.x, yy = y * q.y, zz = z * q.z, xy = x * q.y, xz = x * q.z, yz = y * q.z;
@@ -68,10 +68,10 @@ template <class S> Placement<S> placement(const Vec3<S>& p_WB, const Quat<S>& q)
            {xz + wy, yz - wx, S(1) - (xx + yy)}}};
 }
 
-template <class S> Placement<S> part_placement(const Placement<S>& body, const typename Geometry<S>::Part& part) {
-  Placement<S> in_body = placement(part.p_B, part.q_BP), out;
-  out.p_W = body.p_W + turned(body, in_body.p_W);
-  for (int k = 0; k < 3; ++k) out.axis_W[k] = turned(body, in_body.axis_W[k]);
+template <class S> Transform<S> part_transform(const Transform<S>& body, const typename Geometry<S>::Part& part) {
+  Transform<S> in_body = transform(part.p_B, part.q_BP), out;
+  out.p_W = body.p_W + to_world(body, in_body.p_W);
+  for (int k = 0; k < 3; ++k) out.axis_W[k] = to_world(body, in_body.axis_W[k]);
   return out;
 }
 
@@ -110,11 +110,11 @@ template <class S> Geometry<S> make_geometry(const Shape& shape) {
             const Real4& q = box.orientation_wxyz;
             const typename Geometry<S>::Part part{
                 narrow3<S>(box.half_extents_m), narrow3<S>(box.position_body_m), {S(q[0]), S(q[1]), S(q[2]), S(q[3])}};
-            const Placement<S> place = placement(part.p_B, part.q_BP);
+            const Transform<S> pose = transform(part.p_B, part.q_BP);
             for (int corner = 0; corner < 8; ++corner)
               g.bounding_radius =
                   real::max(g.bounding_radius,
-                            kOutward<S> * norm(place.p_W + turned(place, with_signs(part.half_extents, corner))));
+                            kOutward<S> * norm(pose.p_W + to_world(pose, with_signs(part.half_extents, corner))));
             g.parts.push_back(part);
           }
         }
@@ -123,26 +123,26 @@ template <class S> Geometry<S> make_geometry(const Shape& shape) {
   return g;
 }
 
-template <class S> Aabb<S> bounds(const Geometry<S>& g, const Placement<S>& place) {
-  const Vec3<S>* axis = place.axis_W;
+template <class S> Aabb<S> bounds(const Geometry<S>& g, const Transform<S>& pose) {
+  const Vec3<S>* axis = pose.axis_W;
   switch (g.kind) {
-    case ShapeKind::sphere: return around(place.p_W, {g.radius, g.radius, g.radius});
+    case ShapeKind::sphere: return around(pose.p_W, {g.radius, g.radius, g.radius});
     case ShapeKind::rectangle:
-    case ShapeKind::box: return around(place.p_W, box_reach(axis, g.half_extents));
+    case ShapeKind::box: return around(pose.p_W, box_reach(axis, g.half_extents));
     case ShapeKind::capsule:
-      return around(place.p_W, g.half_length * magnitude(axis[2]) + Vec3<S>{g.radius, g.radius, g.radius});
+      return around(pose.p_W, g.half_length * magnitude(axis[2]) + Vec3<S>{g.radius, g.radius, g.radius});
     case ShapeKind::cylinder: {  // a disc of unit normal z reaches sqrt(1 - z_k^2) = |(x_k, y_k)| along world axis k
       const Vec3<S> disc{real::sqrt(axis[0].x * axis[0].x + axis[1].x * axis[1].x),
                          real::sqrt(axis[0].y * axis[0].y + axis[1].y * axis[1].y),
                          real::sqrt(axis[0].z * axis[0].z + axis[1].z * axis[1].z)};
-      return around(place.p_W, g.half_length * magnitude(axis[2]) + g.radius * disc);
+      return around(pose.p_W, g.half_length * magnitude(axis[2]) + g.radius * disc);
     }
-    case ShapeKind::convex: return around_points(g.hull->vertices, place);
-    case ShapeKind::mesh: return around_points(g.mesh->points, place);
+    case ShapeKind::convex: return around_points(g.hull->vertices, pose);
+    case ShapeKind::mesh: return around_points(g.mesh->points, pose);
     case ShapeKind::compound: {
       Aabb<S> all;
       for (std::size_t i = 0; i < g.parts.size(); ++i) {
-        const Placement<S> part = part_placement(place, g.parts[i]);
+        const Transform<S> part = part_transform(pose, g.parts[i]);
         const Aabb<S> box = around(part.p_W, box_reach(part.axis_W, g.parts[i].half_extents));
         if (i == 0) all = box;
         else join(all, box);
@@ -153,15 +153,15 @@ template <class S> Aabb<S> bounds(const Geometry<S>& g, const Placement<S>& plac
       const S far = std::numeric_limits<S>::infinity();
       return {{-far, -far, -far}, {far, far, far}};
     }
-    default: return around(place.p_W, {g.bounding_radius, g.bounding_radius, g.bounding_radius});
+    default: return around(pose.p_W, {g.bounding_radius, g.bounding_radius, g.bounding_radius});
   }
 }
 
 #define ATWOOD_GEOMETRY(S)                                                                \
-  template Placement<S> placement<S>(const Vec3<S>&, const Quat<S>&);                     \
-  template Placement<S> part_placement<S>(const Placement<S>&, const Geometry<S>::Part&); \
+  template Transform<S> transform<S>(const Vec3<S>&, const Quat<S>&);                     \
+  template Transform<S> part_transform<S>(const Transform<S>&, const Geometry<S>::Part&); \
   template Geometry<S> make_geometry<S>(const Shape&);                                    \
-  template Aabb<S> bounds<S>(const Geometry<S>&, const Placement<S>&);
+  template Aabb<S> bounds<S>(const Geometry<S>&, const Transform<S>&);
 ATWOOD_GEOMETRY(float)
 ATWOOD_GEOMETRY(double)
 ATWOOD_GEOMETRY(long double)

@@ -10,17 +10,18 @@
 
 namespace atwood {
 
-// The pose of a body: its centre [m] and its axes in the world (the columns of R_WB).
-template <class S> struct Placement {
+// The pose of a body B in the frame W, the world or another body: its centre [m] and its axes (the columns of R_WB).
+template <class S> struct Transform {
   Vec3<S> p_W;
   Vec3<S> axis_W[3] = {{S(1), S(0), S(0)}, {S(0), S(1), S(0)}, {S(0), S(0), S(1)}};
 };
-template <class S> Placement<S> placement(const Vec3<S>& p_WB, const Quat<S>& q_WB);
-template <class S> inline Vec3<S> turned(const Placement<S>& place, const Vec3<S>& v_B) {
-  return v_B.x * place.axis_W[0] + v_B.y * place.axis_W[1] + v_B.z * place.axis_W[2];
+template <class S> Transform<S> transform(const Vec3<S>& p_WB, const Quat<S>& q_WB);
+// R_WB v and R_WB^T v, the same direction in the axes of W and of B.
+template <class S> inline Vec3<S> to_world(const Transform<S>& pose, const Vec3<S>& v_B) {
+  return v_B.x * pose.axis_W[0] + v_B.y * pose.axis_W[1] + v_B.z * pose.axis_W[2];
 }
-template <class S> inline Vec3<S> turned_back(const Placement<S>& place, const Vec3<S>& v_W) {
-  return {dot(place.axis_W[0], v_W), dot(place.axis_W[1], v_W), dot(place.axis_W[2], v_W)};
+template <class S> inline Vec3<S> to_body(const Transform<S>& pose, const Vec3<S>& v_W) {
+  return {dot(pose.axis_W[0], v_W), dot(pose.axis_W[1], v_W), dot(pose.axis_W[2], v_W)};
 }
 
 // In the order of the alternatives of Shape (scene/scene.hpp).
@@ -46,10 +47,10 @@ template <class S> struct Geometry {
 };
 template <class S> Geometry<S> make_geometry(const Shape& shape);
 // The pose of a compound's box when its body's pose is `body`.
-template <class S> Placement<S> part_placement(const Placement<S>& body, const typename Geometry<S>::Part& part);
+template <class S> Transform<S> part_transform(const Transform<S>& body, const typename Geometry<S>::Part& part);
 
 template <class S> struct Aabb { Vec3<S> low, high; };
 // The tight box around the shape in world axes (planes: infinite).
-template <class S> Aabb<S> bounds(const Geometry<S>& geometry, const Placement<S>& place);
+template <class S> Aabb<S> bounds(const Geometry<S>& geometry, const Transform<S>& pose);
 
 }  // namespace atwood

@@ -130,19 +130,18 @@ template <class S> Vec3<S> nearest_to_origin(Simplex<S>& simplex) {
 }
 
 template <class S>
-DifferencePoint<S> difference_support(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
+DifferencePoint<S> difference_support(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a,
                                       const Vec3<S>& direction, int start_a, int start_b) {
   DifferencePoint<S> p;
   p.vertex_a = start_a, p.vertex_b = start_b;
   p.a = support(a, direction, p.vertex_a);
-  p.b = placed(b_in_a, support(b, turned_back(b_in_a, -direction), p.vertex_b));
+  p.b = point_to_world(b_in_a, support(b, to_body(b_in_a, -direction), p.vertex_b));
   p.w = p.a - p.b;
   return p;
 }
 
 template <class S>
-Closest<S> closest_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
-                          S max_distance) {
+Closest<S> closest_points(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a, S max_distance) {
   constexpr int kMostRounds = 200;  // curved cores gain about a digit in two rounds
   constexpr int kMostStandstills = 4;
   const S round_off = S(8) * real::epsilon<S>();
@@ -185,11 +184,11 @@ Closest<S> closest_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, cons
   return closest;
 }
 
-#define ATWOOD_GJK(S)                                                                                                  \
-  template Vec3<S> nearest_to_origin<S>(Simplex<S>&);                                                                  \
-  template DifferencePoint<S> difference_support<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, \
-                                                    const Vec3<S>&, int, int);                                         \
-  template Closest<S> closest_points<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, S);
+#define ATWOOD_GJK(S)                                                                                                \
+  template Vec3<S> nearest_to_origin<S>(Simplex<S>&);                                                                \
+  template DifferencePoint<S> difference_support<S>(const ConvexPart<S>&, const ConvexPart<S>&, const Transform<S>&, \
+                                                    const Vec3<S>&, int, int);                                       \
+  template Closest<S> closest_points<S>(const ConvexPart<S>&, const ConvexPart<S>&, const Transform<S>&, S);
 ATWOOD_GJK(float)
 ATWOOD_GJK(double)
 ATWOOD_GJK(long double)

@@ -1,7 +1,7 @@
 // The closest points of two convex cores, by points of their Minkowski difference A - B.
 #pragma once
 
-#include "collision/convex_piece.hpp"
+#include "collision/convex_part.hpp"
 
 namespace atwood {
 
@@ -23,7 +23,7 @@ template <class S> Vec3<S> nearest_to_origin(Simplex<S>& simplex);
 
 // The farthest point of A - B in `direction`.
 template <class S>
-DifferencePoint<S> difference_support(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
+DifferencePoint<S> difference_support(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a,
                                       const Vec3<S>& direction, int start_a = 0, int start_b = 0);
 
 template <class S> struct Closest {
@@ -38,6 +38,6 @@ template <class S> struct Closest {
 // Gilbert, Johnson, Keerthi (1988); sub-algorithm of Montanari, Petrinic, Barbieri, ACM Trans. Graph. 36 (2017) 30.
 // Ends when no support point is nearer by more than round-off of the extents, or after 200 iterations.
 template <class S>
-Closest<S> closest_points(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, S max_distance);
+Closest<S> closest_points(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a, S max_distance);
 
 }  // namespace atwood

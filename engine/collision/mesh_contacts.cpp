@@ -7,26 +7,26 @@
 namespace atwood {
 namespace {
 
-template <class S> void place_in_world(const Placement<S>& place, std::vector<Manifold<S>>& out, std::size_t from) {
+template <class S> void express_in_world(const Transform<S>& pose, std::vector<Manifold<S>>& out, std::size_t from) {
   for (std::size_t i = from; i < out.size(); ++i) {
-    out[i].normal_W = turned(place, out[i].normal_W);
-    for (int k = 0; k < out[i].count; ++k) out[i].points[k].x_W = placed(place, out[i].points[k].x_W);
+    out[i].normal_W = to_world(pose, out[i].normal_W);
+    for (int k = 0; k < out[i].count; ++k) out[i].points[k].x_W = point_to_world(pose, out[i].points[k].x_W);
   }
 }
 
 // Against a plane a mesh has the contacts of its convex hull.
 template <class S>
-void mesh_plane_contacts(const TriangleMesh<S>& mesh, const Placement<S>& place, const Geometry<S>& plane, S margin,
+void mesh_plane_contacts(const TriangleMesh<S>& mesh, const Transform<S>& pose, const Geometry<S>& plane, S margin,
                          std::vector<Manifold<S>>& out) {
   static thread_local std::vector<ContactPoint<S>> found;
   found.clear();
-  const Vec3<S> n = turned_back(place, plane.normal_W);
-  const S at = plane.offset - dot(plane.normal_W, place.p_W);
+  const Vec3<S> n = to_body(pose, plane.normal_W);
+  const S at = plane.offset - dot(plane.normal_W, pose.p_W);
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const S gap = dot(n, mesh.points[i]) - at;
     if (gap <= margin)
-      found.push_back(
-          {placed(place, mesh.points[i]) - (gap / S(2)) * plane.normal_W, gap, static_cast<std::uint32_t>(i + 1)});
+      found.push_back({point_to_world(pose, mesh.points[i]) - (gap / S(2)) * plane.normal_W, gap,
+                       static_cast<std::uint32_t>(i + 1)});
   }
   if (found.empty()) return;
   Manifold<S> manifold;
@@ -39,12 +39,12 @@ void mesh_plane_contacts(const TriangleMesh<S>& mesh, const Placement<S>& place,
 }
 
 template <class S>
-Separation<S> mesh_plane_separation(const TriangleMesh<S>& mesh, const Placement<S>& place, const Geometry<S>& plane) {
-  const Vec3<S> n = turned_back(place, plane.normal_W);
-  const S at = plane.offset - dot(plane.normal_W, place.p_W);
-  Separation<S> least{std::numeric_limits<S>::infinity(), -plane.normal_W, place.p_W, place.p_W};
+Separation<S> mesh_plane_separation(const TriangleMesh<S>& mesh, const Transform<S>& pose, const Geometry<S>& plane) {
+  const Vec3<S> n = to_body(pose, plane.normal_W);
+  const S at = plane.offset - dot(plane.normal_W, pose.p_W);
+  Separation<S> least{std::numeric_limits<S>::infinity(), -plane.normal_W, pose.p_W, pose.p_W};
   for (const Vec3<S>& p : mesh.points)
-    if (const S gap = dot(n, p) - at; gap < least.gap) least.gap = gap, least.on_a_W = placed(place, p);
+    if (const S gap = dot(n, p) - at; gap < least.gap) least.gap = gap, least.on_a_W = point_to_world(pose, p);
   least.on_b_W = least.on_a_W + least.gap * least.normal_W;
   return least;
 }
@@ -63,11 +63,11 @@ template <class S> bool deepest(const std::vector<Manifold<S>>& manifolds, Separ
 }
 
 template <class S>
-Separation<S> nearest_triangle(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, const Placement<S>& b_in_mesh) {
+Separation<S> nearest_triangle(const TriangleMesh<S>& mesh, const ConvexPart<S>& b, const Transform<S>& b_in_mesh) {
   Separation<S> nearest{std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, {}, b_in_mesh.p_W};
   nearest_triangles(mesh, bounds_of(b, b_in_mesh), nearest.gap, [&](int t) {
     const NearestFeatures<S> features =
-        nearest_features(piece_of(mesh, t), b, b_in_mesh, real::max(nearest.gap, S(0)) + b.radius);
+        nearest_features(part_of(mesh, t), b, b_in_mesh, real::max(nearest.gap, S(0)) + b.radius);
     if (!features.out_of_range && features.gap - b.radius < nearest.gap)
       nearest = {features.gap - b.radius, features.normal, features.on_a, features.on_b - b.radius * features.normal};
     return nearest.gap;
@@ -86,63 +86,63 @@ template <class S> Separation<S> nearest_point(const TriangleMesh<S>& mesh, cons
 }  // namespace
 
 template <class S>
-void mesh_contacts(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b, const Placement<S>& place_b,
+void mesh_contacts(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b, const Transform<S>& pose_b,
                    S margin, std::vector<Manifold<S>>& out) {
   if (!a.mesh) return;
-  if (b.kind == ShapeKind::plane) return mesh_plane_contacts(*a.mesh, place_a, b, margin, out);
+  if (b.kind == ShapeKind::plane) return mesh_plane_contacts(*a.mesh, pose_a, b, margin, out);
   const std::size_t from = out.size();
-  ConvexPiece<S> of_a, of_b;
-  const bool solid_a = convex_piece(a, of_a), solid_b = convex_piece(b, of_b);
-  if (solid_a && solid_b) return convex_contacts(a, place_a, b, place_b, margin, out);
+  ConvexPart<S> of_a, of_b;
+  const bool solid_a = convex_part(a, of_a), solid_b = convex_part(b, of_b);
+  if (solid_a && solid_b) return convex_contacts(a, pose_a, b, pose_b, margin, out);
   if (solid_a) {  // by the triangles of the other mesh
-    mesh_contacts(b, place_b, a, place_a, margin, out);
+    mesh_contacts(b, pose_b, a, pose_a, margin, out);
     for (std::size_t i = from; i < out.size(); ++i) {
       out[i].normal_W = -out[i].normal_W;
-      std::swap(out[i].piece_a, out[i].piece_b);
+      std::swap(out[i].part_a, out[i].part_b);
     }
     return;
   }
-  const Placement<S> b_in_a = relative_placement(place_a, place_b);
+  const Transform<S> b_in_a = relative_transform(pose_a, pose_b);
   if (b.kind == ShapeKind::sphere) mesh_sphere_contacts(*a.mesh, b_in_a.p_W, b.radius, margin, out);
   else if (solid_b) mesh_convex_contacts(*a.mesh, of_b, b_in_a, margin, out);
   else if (b.kind == ShapeKind::mesh && b.mesh) mesh_mesh_contacts(*a.mesh, *b.mesh, b_in_a, margin, out);
-  place_in_world(place_a, out, from);
+  express_in_world(pose_a, out, from);
 }
 
 template <class S>
-Separation<S> mesh_separation(const Geometry<S>& a, const Placement<S>& place_a, const Geometry<S>& b,
-                              const Placement<S>& place_b) {
+Separation<S> mesh_separation(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b,
+                              const Transform<S>& pose_b) {
   static thread_local std::vector<Manifold<S>> overlapping;
-  Separation<S> nearest{std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, place_a.p_W, place_b.p_W};
+  Separation<S> nearest{std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, pose_a.p_W, pose_b.p_W};
   if (!a.mesh || a.mesh->nodes.empty()) return nearest;
-  if (b.kind == ShapeKind::plane) return mesh_plane_separation(*a.mesh, place_a, b);
-  ConvexPiece<S> of_a, of_b;
-  const bool solid_a = convex_piece(a, of_a), solid_b = convex_piece(b, of_b);
-  if (solid_a && solid_b) return convex_separation(a, place_a, b, place_b);
+  if (b.kind == ShapeKind::plane) return mesh_plane_separation(*a.mesh, pose_a, b);
+  ConvexPart<S> of_a, of_b;
+  const bool solid_a = convex_part(a, of_a), solid_b = convex_part(b, of_b);
+  if (solid_a && solid_b) return convex_separation(a, pose_a, b, pose_b);
   if (solid_a) {
-    const Separation<S> other = mesh_separation(b, place_b, a, place_a);
+    const Separation<S> other = mesh_separation(b, pose_b, a, pose_a);
     return {other.gap, -other.normal_W, other.on_b_W, other.on_a_W};
   }
-  const Placement<S> b_in_a = relative_placement(place_a, place_b);
+  const Transform<S> b_in_a = relative_transform(pose_a, pose_b);
   if (b.kind == ShapeKind::sphere) nearest = nearest_point(*a.mesh, b_in_a.p_W, b.radius);
   else if (solid_b) nearest = nearest_triangle(*a.mesh, of_b, b_in_a);
   else if (b.kind == ShapeKind::mesh && b.mesh) nearest = mesh_mesh_separation(*a.mesh, *b.mesh, b_in_a);
   else return nearest;
-  nearest.normal_W = turned(place_a, nearest.normal_W);
-  nearest.on_a_W = placed(place_a, nearest.on_a_W), nearest.on_b_W = placed(place_a, nearest.on_b_W);
+  nearest.normal_W = to_world(pose_a, nearest.normal_W);
+  nearest.on_a_W = point_to_world(pose_a, nearest.on_a_W), nearest.on_b_W = point_to_world(pose_a, nearest.on_b_W);
   const bool closed = a.mesh->closed || (b.mesh && b.mesh->closed);
   if (b.kind == ShapeKind::sphere || (nearest.gap > S(0) && !closed)) return nearest;
   overlapping.clear();
-  mesh_contacts(a, place_a, b, place_b, S(0), overlapping);
+  mesh_contacts(a, pose_a, b, pose_b, S(0), overlapping);
   deepest(overlapping, nearest);
   return nearest;
 }
 
 #define ATWOOD_MESH_CONTACTS(S)                                                                                       \
-  template void mesh_contacts<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&, const Placement<S>&, S, \
+  template void mesh_contacts<S>(const Geometry<S>&, const Transform<S>&, const Geometry<S>&, const Transform<S>&, S, \
                                  std::vector<Manifold<S>>&);                                                          \
-  template Separation<S> mesh_separation<S>(const Geometry<S>&, const Placement<S>&, const Geometry<S>&,              \
-                                            const Placement<S>&);
+  template Separation<S> mesh_separation<S>(const Geometry<S>&, const Transform<S>&, const Geometry<S>&,              \
+                                            const Transform<S>&);
 ATWOOD_MESH_CONTACTS(float)
 ATWOOD_MESH_CONTACTS(double)
 ATWOOD_MESH_CONTACTS(long double)

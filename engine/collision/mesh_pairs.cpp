@@ -1,4 +1,4 @@
-// A mesh against spheres and against convex pieces, triangle by triangle.
+// A mesh against spheres and against convex parts, triangle by triangle.
 #include <limits>
 #include <vector>
 
@@ -13,7 +13,7 @@ Manifold<S> point_manifold(const TriangleMesh<S>& mesh, int t, const Vec3<S>& no
   manifold.normal_W = normal;
   manifold.count = 1;
   manifold.points[0] = {on_mesh + (gap / S(2)) * normal, gap, 1};
-  manifold.piece_a = mesh.scene_index[t];
+  manifold.part_a = mesh.scene_index[t];
   return manifold;
 }
 
@@ -26,16 +26,16 @@ bool is_duplicate(const std::vector<Manifold<S>>& out, std::size_t from, const M
   return false;
 }
 
-// The support point of a placed piece along -n; the mean of the vertices that are lowest up to round-off.
-template <class S> Vec3<S> lowest_of(const ConvexPiece<S>& piece, const Placement<S>& place, const Vec3<S>& n) {
-  const Vec3<S> d = turned_back(place, -n);
+// The support point of a placed part along -n; the mean of the vertices that are lowest up to round-off.
+template <class S> Vec3<S> lowest_of(const ConvexPart<S>& part, const Transform<S>& pose, const Vec3<S>& n) {
+  const Vec3<S> d = to_body(pose, -n);
   int vertex = 0, count = 0;
-  Vec3<S> deepest = support(piece, d, vertex), sum;
-  if (!piece.polyhedral() && norm(Vec3<S>{d.x, d.y, S(0)}) <= S(8) * real::epsilon<S>()) deepest.x = deepest.y = S(0);
+  Vec3<S> deepest = support(part, d, vertex), sum;
+  if (!part.polyhedral() && norm(Vec3<S>{d.x, d.y, S(0)}) <= S(8) * real::epsilon<S>()) deepest.x = deepest.y = S(0);
   const S level = dot(d, deepest) - S(32) * real::epsilon<S>() * norm(deepest);
-  for (const Vec3<S>& v : piece.vertices())
+  for (const Vec3<S>& v : part.vertices())
     if (dot(d, v) >= level) sum += v, ++count;
-  return placed(place, count > 0 ? (S(1) / S(count)) * sum : deepest) - piece.radius * n;
+  return point_to_world(pose, count > 0 ? (S(1) / S(count)) * sum : deepest) - part.radius * n;
 }
 
 }  // namespace
@@ -74,7 +74,7 @@ void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S 
 }
 
 template <class S>
-void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, const Placement<S>& b_in_mesh, S margin,
+void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPart<S>& b, const Transform<S>& b_in_mesh, S margin,
                           std::vector<Manifold<S>>& out) {
   const Aabb<S> box = grown(bounds_of(b, b_in_mesh), margin);
   const std::size_t from = out.size();
@@ -92,14 +92,14 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
   face_contacts.clear(), depths.clear();
   const auto add = [&](int t, const NearestFeatures<S>& features) {
     Manifold<S> manifold;
-    contact_points(piece_of(mesh, t), b, b_in_mesh, features, margin, manifold);
+    contact_points(part_of(mesh, t), b, b_in_mesh, features, margin, manifold);
     if (manifold.count == 0) return;
-    manifold.piece_a = mesh.scene_index[t];
+    manifold.part_a = mesh.scene_index[t];
     out.push_back(manifold);
   };
   each_triangle(mesh, box, [&](int t) {
-    const ConvexPiece<S> triangle = piece_of(mesh, t);
-    if (!overlap(box, bounds_of(triangle, Placement<S>{}))) return;
+    const ConvexPart<S> triangle = part_of(mesh, t);
+    if (!overlap(box, bounds_of(triangle, Transform<S>{}))) return;
     NearestFeatures<S> features = nearest_features(triangle, b, b_in_mesh, reach);
     if (features.out_of_range || features.gap > reach) return;
     if (closest_t < 0 || features.gap < closest_features.gap) closest_t = t, closest_features = features;
@@ -116,7 +116,7 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
   });
   for (const auto& [t, side, depth] : face_contacts) {
     const auto depth_along = [&, side = side](int s) {
-      return depths.least(s, overlap_along(piece_of(mesh, s), b, b_in_mesh, side * mesh.triangles[s].normal));
+      return depths.least(s, overlap_along(part_of(mesh, s), b, b_in_mesh, side * mesh.triangles[s].normal));
     };
     if (depth > round_off && neighbour_is_shallower(mesh, t, side, depth - round_off, depth_along)) continue;
     add(t, NearestFeatures<S>{false, std::numeric_limits<S>::infinity(), side * mesh.triangles[t].normal, {}, {}});
@@ -130,20 +130,20 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, 
   if (closest_t < 0) return;
   // Where a surface intersects itself each triangle may leave its normal to a neighbour: then the nearest one is used.
   Manifold<S> manifold;
-  contact_points(piece_of(mesh, closest_t), b, b_in_mesh, closest_features, margin, manifold);
+  contact_points(part_of(mesh, closest_t), b, b_in_mesh, closest_features, margin, manifold);
   if (manifold.count == 0) {  // the nearest point only
     manifold.normal_W = closest_features.normal;
     manifold.count = 1;
     const S gap = closest_features.gap - b.radius;
     manifold.points[0] = {closest_features.on_a + (gap / S(2)) * closest_features.normal, gap, 1};
   }
-  manifold.piece_a = mesh.scene_index[closest_t];
+  manifold.part_a = mesh.scene_index[closest_t];
   out.push_back(manifold);
 }
 
 #define ATWOOD_MESH_PAIRS(S)                                                                                      \
   template void mesh_sphere_contacts<S>(const TriangleMesh<S>&, const Vec3<S>&, S, S, std::vector<Manifold<S>>&); \
-  template void mesh_convex_contacts<S>(const TriangleMesh<S>&, const ConvexPiece<S>&, const Placement<S>&, S,    \
+  template void mesh_convex_contacts<S>(const TriangleMesh<S>&, const ConvexPart<S>&, const Transform<S>&, S,     \
                                         std::vector<Manifold<S>>&);
 ATWOOD_MESH_PAIRS(float)
 ATWOOD_MESH_PAIRS(double)

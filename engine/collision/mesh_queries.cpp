@@ -93,21 +93,21 @@ template <class S> MeshPoint<S> closest_on_mesh(const TriangleMesh<S>& mesh, con
   return nearest;
 }
 
-template <class S> Aabb<S> bounds_of(const ConvexPiece<S>& piece, const Placement<S>& place) {
+template <class S> Aabb<S> bounds_of(const ConvexPart<S>& part, const Transform<S>& pose) {
   S low[3], high[3];
-  const Vec3<S> rows[3] = {{place.axis_W[0].x, place.axis_W[1].x, place.axis_W[2].x},
-                           {place.axis_W[0].y, place.axis_W[1].y, place.axis_W[2].y},
-                           {place.axis_W[0].z, place.axis_W[1].z, place.axis_W[2].z}};
+  const Vec3<S> rows[3] = {{pose.axis_W[0].x, pose.axis_W[1].x, pose.axis_W[2].x},
+                           {pose.axis_W[0].y, pose.axis_W[1].y, pose.axis_W[2].y},
+                           {pose.axis_W[0].z, pose.axis_W[1].z, pose.axis_W[2].z}};
   for (int k = 0; k < 3; ++k) {
     int vertex = 0;
-    high[k] = dot(rows[k], support(piece, rows[k], vertex));
-    low[k] = dot(rows[k], support(piece, -rows[k], vertex));
+    high[k] = dot(rows[k], support(part, rows[k], vertex));
+    low[k] = dot(rows[k], support(part, -rows[k], vertex));
   }
-  const Vec3<S>& p = place.p_W;
+  const Vec3<S>& p = pose.p_W;
   const S slack =
       S(8) * real::epsilon<S>() * (norm(p) + norm(Vec3<S>{high[0] - low[0], high[1] - low[1], high[2] - low[2]}));
   return grown(Aabb<S>{{p.x + low[0], p.y + low[1], p.z + low[2]}, {p.x + high[0], p.y + high[1], p.z + high[2]}},
-               piece.radius + slack);
+               part.radius + slack);
 }
 
 #define ATWOOD_MESH_QUERIES(S)                                                                                 \
@@ -116,7 +116,7 @@ template <class S> Aabb<S> bounds_of(const ConvexPiece<S>& piece, const Placemen
   template Vec3<S> pseudonormal<S>(const TriangleMesh<S>&, int, const TrianglePoint<S>&);                      \
   template bool normal_in_region<S>(const TriangleMesh<S>&, int, Vec3<S>&);                                    \
   template MeshPoint<S> closest_on_mesh<S>(const TriangleMesh<S>&, const Vec3<S>&);                            \
-  template Aabb<S> bounds_of<S>(const ConvexPiece<S>&, const Placement<S>&);
+  template Aabb<S> bounds_of<S>(const ConvexPart<S>&, const Transform<S>&);
 ATWOOD_MESH_QUERIES(float)
 ATWOOD_MESH_QUERIES(double)
 ATWOOD_MESH_QUERIES(long double)

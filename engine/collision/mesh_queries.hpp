@@ -156,21 +156,21 @@ Manifold<S> enclosed_manifold(const TriangleMesh<S>& mesh, const MeshPoint<S>& n
   manifold.normal_W = normal;
   manifold.count = 1;
   manifold.points[0] = {lowest(normal) + (depth / S(2)) * normal, -depth, 1};
-  manifold.piece_a = mesh.scene_index[t];
+  manifold.part_a = mesh.scene_index[t];
   return manifold;
 }
 
-template <class S> ConvexPiece<S> piece_of(const TriangleMesh<S>& mesh, int t) {
+template <class S> ConvexPart<S> part_of(const TriangleMesh<S>& mesh, int t) {
   const auto& triangle = mesh.triangles[t];
-  return triangle_piece(mesh.points[triangle.corner[0]], mesh.points[triangle.corner[1]],
-                        mesh.points[triangle.corner[2]], triangle.normal);
+  return triangle_part(mesh.points[triangle.corner[0]], mesh.points[triangle.corner[1]],
+                       mesh.points[triangle.corner[2]], triangle.normal);
 }
-template <class S> Aabb<S> bounds_of(const ConvexPiece<S>& piece, const Placement<S>& place);
+template <class S> Aabb<S> bounds_of(const ConvexPart<S>& part, const Transform<S>& pose);
 
 // ---- two meshes, b placed in a's axes -----------------------------------------------------------------------------
 // The smallest box in A's axes that contains a box in B's axes, enlarged by round-off.
-template <class S> Aabb<S> rotated_box(const Aabb<S>& box, const Placement<S>& b_in_a) {
-  const Vec3<S> center = placed(b_in_a, S(0.5) * (box.low + box.high)), h = S(0.5) * (box.high - box.low);
+template <class S> Aabb<S> rotated_box(const Aabb<S>& box, const Transform<S>& b_in_a) {
+  const Vec3<S> center = point_to_world(b_in_a, S(0.5) * (box.low + box.high)), h = S(0.5) * (box.high - box.low);
   const Vec3<S>* axis = b_in_a.axis_W;
   const auto extent = [&](S x, S y, S z) { return real::abs(x) * h.x + real::abs(y) * h.y + real::abs(z) * h.z; };
   const Vec3<S> r{extent(axis[0].x, axis[1].x, axis[2].x), extent(axis[0].y, axis[1].y, axis[2].y),
@@ -181,7 +181,7 @@ template <class S> Aabb<S> rotated_box(const Aabb<S>& box, const Placement<S>& b
 // Traverses both trees at once.
 template <class S> struct TreePairTraversal {
   const TriangleMesh<S>&a, &b;
-  const Placement<S>& b_in_a;
+  const Transform<S>& b_in_a;
 
   template <class Wanted, class Visit>
   void descend(int m, int n, const Wanted& should_descend, const Visit& visit) const {
@@ -201,16 +201,17 @@ template <class S> struct TreePairTraversal {
   }
 };
 
-template <class S> ConvexPiece<S> placed_piece(const TriangleMesh<S>& mesh, int t, const Placement<S>& place) {
+template <class S> ConvexPart<S> placed_part(const TriangleMesh<S>& mesh, int t, const Transform<S>& pose) {
   const auto& triangle = mesh.triangles[t];
-  return triangle_piece(placed(place, mesh.points[triangle.corner[0]]), placed(place, mesh.points[triangle.corner[1]]),
-                        placed(place, mesh.points[triangle.corner[2]]), turned(place, triangle.normal));
+  return triangle_part(point_to_world(pose, mesh.points[triangle.corner[0]]),
+                       point_to_world(pose, mesh.points[triangle.corner[1]]),
+                       point_to_world(pose, mesh.points[triangle.corner[2]]), to_world(pose, triangle.normal));
 }
 
 // Calls visit(t, u) for the triangles in leaves that are reached while should_descend(box of a, box of b in A's axes)
 // holds.
 template <class S, class Wanted, class Visit>
-void each_pair_of_triangles(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a,
+void each_pair_of_triangles(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Transform<S>& b_in_a,
                             const Wanted& should_descend, const Visit& visit) {
   if (!a.nodes.empty() && !b.nodes.empty()) TreePairTraversal<S>{a, b, b_in_a}.descend(0, 0, should_descend, visit);
 }
@@ -220,12 +221,12 @@ template <class S>
 void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S radius, S margin,
                           std::vector<Manifold<S>>& out);
 template <class S>
-void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPiece<S>& b, const Placement<S>& b_in_mesh, S margin,
+void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPart<S>& b, const Transform<S>& b_in_mesh, S margin,
                           std::vector<Manifold<S>>& out);
 template <class S>
-void mesh_mesh_contacts(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a, S margin,
+void mesh_mesh_contacts(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Transform<S>& b_in_a, S margin,
                         std::vector<Manifold<S>>& out);
 template <class S>
-Separation<S> mesh_mesh_separation(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Placement<S>& b_in_a);
+Separation<S> mesh_mesh_separation(const TriangleMesh<S>& a, const TriangleMesh<S>& b, const Transform<S>& b_in_a);
 
 }  // namespace atwood

@@ -5,8 +5,8 @@
 namespace atwood {
 namespace {
 
-template <class S> S extent_of(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a) {
-  const auto size = [](const ConvexPiece<S>& p) {
+template <class S> S extent_of(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a) {
+  const auto size = [](const ConvexPart<S>& p) {
     if (p.core == Core::hull) return p.form->bounding_radius;
     if (p.core != Core::triangle) return p.half.x + p.half.y + p.half.z;
     return real::max(norm(p.own[0]), real::max(norm(p.own[1]), norm(p.own[2])));
@@ -16,18 +16,18 @@ template <class S> S extent_of(const ConvexPiece<S>& a, const ConvexPiece<S>& b,
 
 // One of the two cores, and its pose in A's axes.
 template <class S> struct PlacedCore {
-  const ConvexPiece<S>& piece;
-  const Placement<S>& place;
+  const ConvexPart<S>& part;
+  const Transform<S>& pose;
   S sign;        // outwards along sign * n
   Vec3<S> edge;  // the edge in contact, unit; 0: none
 };
 
-template <class S> Vec3<S> axis_of(const PlacedCore<S>& side) { return side.place.axis_W[2]; }
+template <class S> Vec3<S> axis_of(const PlacedCore<S>& side) { return side.pose.axis_W[2]; }
 
 // The edge of a polyhedron that the corners of a simplex lie on; the axis of a cylinder whose side is in contact.
 template <class S> void read_features(PlacedCore<S>& side, const Simplex<S>& simplex, const Vec3<S>& n) {
   side.edge = {};
-  if (!side.piece.polyhedral()) {
+  if (!side.part.polyhedral()) {
     if (real::abs(dot(n, axis_of(side))) < S(0.1)) side.edge = axis_of(side);
     return;
   }
@@ -39,38 +39,38 @@ template <class S> void read_features(PlacedCore<S>& side, const Simplex<S>& sim
     if (!known) named[count++] = vertex;
   }
   if (count == 2)
-    side.edge = turned(side.place, unit_vector(side.piece.vertices()[named[1]] - side.piece.vertices()[named[0]]));
+    side.edge = to_world(side.pose, unit_vector(side.part.vertices()[named[1]] - side.part.vertices()[named[0]]));
 }
 
 // The outward normal of the face nearest to `outwards`; 0 when none is within 26 degrees (cosine 0.9).
 template <class S> Vec3<S> nearest_face_normal(const PlacedCore<S>& side, const Vec3<S>& outwards) {
-  const Vec3<S> d = turned_back(side.place, outwards);
-  if (!side.piece.polyhedral()) return d.z < S(0) ? -axis_of(side) : axis_of(side);
+  const Vec3<S> d = to_body(side.pose, outwards);
+  if (!side.part.polyhedral()) return d.z < S(0) ? -axis_of(side) : axis_of(side);
   const Vec3<S>* best = nullptr;
   S most{};
-  for (const auto& face : side.piece.faces())
+  for (const auto& face : side.part.faces())
     if (const S here = dot(face.normal, d); here > most) most = here, best = &face.normal;
-  return best && most > S(0.9) ? turned(side.place, *best) : Vec3<S>{};
+  return best && most > S(0.9) ? to_world(side.pose, *best) : Vec3<S>{};
 }
 
 // u . H u for the second derivative H of the cylinder's support function at n: the rim's r / |n_across| along its
 // tangent.
 template <class S>
 S support_second_derivative(const PlacedCore<S>& side, const Vec3<S>& n, const Vec3<S>& u, const Vec3<S>& v) {
-  if (side.piece.polyhedral()) return S(0);
+  if (side.part.polyhedral()) return S(0);
   const Vec3<S> axis = axis_of(side), around = cross(axis, n);
   const S across = norm(around);
   if (!(across > S(0))) return S(0);
-  return side.piece.half.x * dot(around, u) * dot(around, v) / (across * across * across);
+  return side.part.half.x * dot(around, u) * dot(around, v) / (across * across * across);
 }
 
 template <class S> struct Refinement {
   PlacedCore<S> a, b;
-  const Placement<S>& b_in_a;
+  const Transform<S>& b_in_a;
   S round_off;
   LeastOverlap<S> best;
 
-  DifferencePoint<S> support_along(const Vec3<S>& n) const { return difference_support(a.piece, b.piece, b_in_a, n); }
+  DifferencePoint<S> support_along(const Vec3<S>& n) const { return difference_support(a.part, b.part, b_in_a, n); }
   // Accepts n unless it is worse by more than round-off: later candidates are more accurate.
   void consider(const Vec3<S>& n) {
     if (!(dot(n, n) > S(0.5))) return;
@@ -118,7 +118,7 @@ template <class S> void minimize_by_newton(Refinement<S>& m, const Vec3<S>& edge
 }
 
 template <class S> void refine(Refinement<S>& m, const Simplex<S>& simplex) {
-  const bool curved = !m.a.piece.polyhedral() || !m.b.piece.polyhedral();
+  const bool curved = !m.a.part.polyhedral() || !m.b.part.polyhedral();
   read_features(m.a, simplex, m.best.normal);
   read_features(m.b, simplex, m.best.normal);
   if (curved) {
@@ -140,24 +140,24 @@ template <class S> struct ExtremeFeature {
   Vec3<S> from, to;
 };
 template <class S> ExtremeFeature<S> extreme_feature(const PlacedCore<S>& side, const Vec3<S>& n, S round_off) {
-  const Vec3<S> d = turned_back(side.place, side.sign * n);
-  const ConvexPiece<S>& piece = side.piece;
+  const Vec3<S> d = to_body(side.pose, side.sign * n);
+  const ConvexPart<S>& part = side.part;
   int first = -1;
-  const Vec3<S> top = support(piece, d, first);
+  const Vec3<S> top = support(part, d, first);
   ExtremeFeature<S> found{ExtremeFeature<S>::vertex, top, top};
-  if (piece.polyhedral()) {
+  if (part.polyhedral()) {
     const S level = dot(d, top) - round_off;
     int count = 0;
-    for (const Vec3<S>& v : piece.vertices())
+    for (const Vec3<S>& v : part.vertices())
       if (dot(d, v) >= level) (count == 0 ? found.from : found.to) = v, ++count;
     found.kind = count < 2 ? ExtremeFeature<S>::vertex : count == 2 ? ExtremeFeature<S>::edge : ExtremeFeature<S>::face;
-  } else if (S(2) * piece.half.z * real::abs(d.z) <= round_off) {
+  } else if (S(2) * part.half.z * real::abs(d.z) <= round_off) {
     found.kind = ExtremeFeature<S>::edge;
-    found.from.z = -piece.half.z, found.to.z = piece.half.z;
-  } else if (S(2) * piece.half.x * norm(Vec3<S>{d.x, d.y, S(0)}) <= round_off) {
+    found.from.z = -part.half.z, found.to.z = part.half.z;
+  } else if (S(2) * part.half.x * norm(Vec3<S>{d.x, d.y, S(0)}) <= round_off) {
     found.kind = ExtremeFeature<S>::face;
   }
-  found.from = placed(side.place, found.from), found.to = placed(side.place, found.to);
+  found.from = point_to_world(side.pose, found.from), found.to = point_to_world(side.pose, found.to);
   return found;
 }
 
@@ -203,20 +203,20 @@ template <class S> void set_weights(LeastOverlap<S>& least) {
 }
 
 template <class S, class Visit>
-void each_edge(const ConvexPiece<S>& piece, const Placement<S>& place, const Visit& visit) {
-  if (!piece.polyhedral()) visit(place.axis_W[2]);
-  for (const auto& edge : piece.edges()) visit(turned(place, edge.along));
+void each_edge(const ConvexPart<S>& part, const Transform<S>& pose, const Visit& visit) {
+  if (!part.polyhedral()) visit(pose.axis_W[2]);
+  for (const auto& edge : part.edges()) visit(to_world(pose, edge.along));
 }
 template <class S, class Visit>
-void each_face(const ConvexPiece<S>& piece, const Placement<S>& place, const Visit& visit) {
-  if (!piece.polyhedral()) visit(place.axis_W[2]), visit(-place.axis_W[2]);
-  for (const auto& face : piece.faces()) visit(turned(place, face.normal));
+void each_face(const ConvexPart<S>& part, const Transform<S>& pose, const Visit& visit) {
+  if (!part.polyhedral()) visit(pose.axis_W[2]), visit(-pose.axis_W[2]);
+  for (const auto& face : part.faces()) visit(to_world(pose, face.normal));
 }
 
 // Normals of faces and caps, and products of edges, a cylinder's axis being one.
 template <class S, class Visit>
-void each_axis(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, const Visit& visit) {
-  const Placement<S> own;
+void each_axis(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a, const Visit& visit) {
+  const Transform<S> own;
   each_face(a, own, visit);
   each_face(b, b_in_a, [&](const Vec3<S>& normal) { visit(-normal); });
   each_edge(b, b_in_a, [&](const Vec3<S>& of_b) {
@@ -238,7 +238,7 @@ template <class S> void refine_from_all_axes(Refinement<S>& m) {
     refine(m, Simplex<S>{});
     if (m.best.overlap < best.overlap) best.overlap = m.best.overlap, best.normal = m.best.normal;
   };
-  each_axis(m.a.piece, m.b.piece, m.b_in_a, from);
+  each_axis(m.a.part, m.b.part, m.b_in_a, from);
   for (int i = 0; i < 27; ++i)
     if (i != 13) from(unit_vector(Vec3<S>{S(i % 3 - 1), S(i / 3 % 3 - 1), S(i / 9 - 1)}));
   m.best = best;
@@ -247,13 +247,12 @@ template <class S> void refine_from_all_axes(Refinement<S>& m) {
 }  // namespace
 
 template <class S>
-S overlap_along(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, const Vec3<S>& n) {
+S overlap_along(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a, const Vec3<S>& n) {
   return dot(n, difference_support(a, b, b_in_a, n).w);
 }
 
 template <class S>
-LeastOverlap<S> least_overlap_of_all_axes(const ConvexPiece<S>& a, const ConvexPiece<S>& b,
-                                          const Placement<S>& b_in_a) {
+LeastOverlap<S> least_overlap_of_all_axes(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a) {
   LeastOverlap<S> best;
   best.overlap = std::numeric_limits<S>::infinity();
   each_axis(a, b, b_in_a, [&](const Vec3<S>& n) {
@@ -275,10 +274,10 @@ template <class S> SolveReport report_of(S overlap, S certified, int points, boo
 }
 
 template <class S>
-NearestFeatures<S> nearest_features(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
+NearestFeatures<S> nearest_features(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a,
                                     S max_distance) {
   NearestFeatures<S> features;
-  const Placement<S> own;
+  const Transform<S> own;
   const S extent = extent_of(a, b, b_in_a), round_off = S(4) * real::epsilon<S>() * extent;
   const Closest<S> closest = closest_points(a, b, b_in_a, max_distance);
   if (closest.out_of_range) {
@@ -324,11 +323,11 @@ NearestFeatures<S> nearest_features(const ConvexPiece<S>& a, const ConvexPiece<S
   return features;
 }
 
-#define ATWOOD_NEAREST_FEATURES(S)                                                                                \
-  template S overlap_along<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, const Vec3<S>&); \
-  template LeastOverlap<S> least_overlap_of_all_axes<S>(const ConvexPiece<S>&, const ConvexPiece<S>&,             \
-                                                        const Placement<S>&);                                     \
-  template NearestFeatures<S> nearest_features<S>(const ConvexPiece<S>&, const ConvexPiece<S>&, const Placement<S>&, S);
+#define ATWOOD_NEAREST_FEATURES(S)                                                                              \
+  template S overlap_along<S>(const ConvexPart<S>&, const ConvexPart<S>&, const Transform<S>&, const Vec3<S>&); \
+  template LeastOverlap<S> least_overlap_of_all_axes<S>(const ConvexPart<S>&, const ConvexPart<S>&,             \
+                                                        const Transform<S>&);                                   \
+  template NearestFeatures<S> nearest_features<S>(const ConvexPart<S>&, const ConvexPart<S>&, const Transform<S>&, S);
 ATWOOD_NEAREST_FEATURES(float)
 ATWOOD_NEAREST_FEATURES(double)
 ATWOOD_NEAREST_FEATURES(long double)

@@ -17,17 +17,17 @@ template <class S> struct NearestFeatures {
 };
 
 template <class S>
-NearestFeatures<S> nearest_features(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a,
+NearestFeatures<S> nearest_features(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a,
                                     S max_distance);
 
 // Overlap of the cores along a unit direction from a to b.
 template <class S>
-S overlap_along(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a, const Vec3<S>& n);
+S overlap_along(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a, const Vec3<S>& n);
 
 // The least overlap of two polyhedra over all normals of faces and all products of two edges: exact, at the cost of a
 // support point for each pair of edges. If the cores are apart: minus their distance, unless a vertex is nearest to a
 // vertex or an edge.
 template <class S>
-LeastOverlap<S> least_overlap_of_all_axes(const ConvexPiece<S>& a, const ConvexPiece<S>& b, const Placement<S>& b_in_a);
+LeastOverlap<S> least_overlap_of_all_axes(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a);
 
 }  // namespace atwood

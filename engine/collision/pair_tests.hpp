@@ -9,7 +9,7 @@ namespace atwood {
 
 template <class S> struct Posed {
   const Geometry<S>& shape;
-  const Placement<S>& place;
+  const Transform<S>& pose;
 };
 
 // As find_contacts and separation, for one pair of kinds.

@@ -37,7 +37,7 @@ template <class S> Separation<S> lowest(const Posed<S>& plane, const Vec3<S>& x_
 }
 
 template <class S> S height_of_center(const Posed<S>& plane, const Posed<S>& b) {
-  return dot(plane.shape.normal_W, b.place.p_W) - plane.shape.offset;
+  return dot(plane.shape.normal_W, b.pose.p_W) - plane.shape.offset;
 }
 
 // ---- boxes and rectangles -----------------------------------------------------------------------------------------
@@ -51,7 +51,7 @@ template <class S> struct BoxHeights {
 template <class S> BoxHeights<S> box_heights(const Posed<S>& plane, const Posed<S>& b) {
   const Vec3<S>& n = plane.shape.normal_W;
   const Vec3<S>& h = b.shape.half_extents;
-  const Vec3<S>* axis = b.place.axis_W;
+  const Vec3<S>* axis = b.pose.axis_W;
   return {height_of_center(plane, b),
           {h.x * dot(n, axis[0]), h.y * dot(n, axis[1]), h.z * dot(n, axis[2])},
           {h.x * axis[0], h.y * axis[1], h.z * axis[2]}};
@@ -80,18 +80,18 @@ template <class S> struct Tilt {
 };
 template <class S> Tilt<S> tilt_of(const Posed<S>& plane, const Posed<S>& b) {
   const Vec3<S>& n = plane.shape.normal_W;
-  const S x = dot(n, b.place.axis_W[0]), y = dot(n, b.place.axis_W[1]);
-  Tilt<S> out{height_of_center(plane, b), dot(n, b.place.axis_W[2]), S(0), {}};
+  const S x = dot(n, b.pose.axis_W[0]), y = dot(n, b.pose.axis_W[1]);
+  Tilt<S> out{height_of_center(plane, b), dot(n, b.pose.axis_W[2]), S(0), {}};
   Vec3<S> in_disc{};
   out.sine = length_and_direction(Vec3<S>{x, y, S(0)}, in_disc);
-  out.down = -turned(b.place, in_disc);
+  out.down = -to_world(b.pose, in_disc);
   return out;
 }
 template <class S>
 SurfacePoint<S> rim(const Tilt<S>& tilt, const Posed<S>& b, S disc, const Vec3<S>& radial, S radial_rise,
                     std::uint32_t id) {
   const S along = disc * b.shape.half_length;
-  return {b.place.p_W + (along * b.place.axis_W[2] + b.shape.radius * radial),
+  return {b.pose.p_W + (along * b.pose.axis_W[2] + b.shape.radius * radial),
           tilt.center + along * tilt.cosine + b.shape.radius * radial_rise, id};
 }
 
@@ -99,7 +99,7 @@ SurfacePoint<S> rim(const Tilt<S>& tilt, const Posed<S>& b, S disc, const Vec3<S
 // replaced by the deepest point, so the depth is exact and the other three stay fixed on the body.
 template <class S>
 void disc_contacts(const Posed<S>& plane, const Tilt<S>& tilt, const Posed<S>& b, S disc, S margin, Manifold<S>& m) {
-  const Vec3<S>* axis = b.place.axis_W;
+  const Vec3<S>* axis = b.pose.axis_W;
   const Vec3<S>& n = plane.shape.normal_W;
   const S down_x = dot(tilt.down, axis[0]), down_y = dot(tilt.down, axis[1]);
   const bool flat = !(tilt.sine > S(4) * real::epsilon<S>());
@@ -122,29 +122,29 @@ void plane_box_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vec
   if (!(of.lowest() <= margin)) return;
   // The four corners of the face most parallel to the plane.
   const Vec3<S>& n = a.shape.normal_W;
-  const Vec3<S>* axis = b.place.axis_W;
+  const Vec3<S>* axis = b.pose.axis_W;
   const S x = real::abs(dot(n, axis[0])), y = real::abs(dot(n, axis[1])), z = real::abs(dot(n, axis[2]));
   const unsigned k = z >= x && z >= y ? 2u : y >= x ? 1u : 0u;
   const std::array<S, 3> h{b.shape.half_extents.x, b.shape.half_extents.y, b.shape.half_extents.z};
   const unsigned i = (k + 1) % 3, j = (k + 2) % 3, deepest = lowest_corner(n, axis);
   const unsigned u = h[i] > S(0) ? 1u << i : 0u, v = h[j] > S(0) ? 1u << j : 0u;  // a side without length has one end
   Manifold<S>& m = new_manifold(a, ManifoldType::face, out);
-  add(m, n, {corner(of, b.place.p_W, deepest).x_W, of.lowest(), deepest}, margin);
-  if (u) add(m, n, corner(of, b.place.p_W, deepest ^ u), margin);
-  if (u && v) add(m, n, corner(of, b.place.p_W, deepest ^ u ^ v), margin);
-  if (v) add(m, n, corner(of, b.place.p_W, deepest ^ v), margin);
+  add(m, n, {corner(of, b.pose.p_W, deepest).x_W, of.lowest(), deepest}, margin);
+  if (u) add(m, n, corner(of, b.pose.p_W, deepest ^ u), margin);
+  if (u && v) add(m, n, corner(of, b.pose.p_W, deepest ^ u ^ v), margin);
+  if (v) add(m, n, corner(of, b.pose.p_W, deepest ^ v), margin);
   set_type(m);
 }
 template <class S> Separation<S> plane_box_separation(const Posed<S>& a, const Posed<S>& b) {
   const BoxHeights<S> of = box_heights(a, b);
-  return lowest(a, corner(of, b.place.p_W, lowest_corner(a.shape.normal_W, b.place.axis_W)).x_W, of.lowest());
+  return lowest(a, corner(of, b.pose.p_W, lowest_corner(a.shape.normal_W, b.pose.axis_W)).x_W, of.lowest());
 }
 
 // The cap of the lower end, and the tube below the upper end.
 template <class S>
 void plane_capsule_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   const Vec3<S>& n = a.shape.normal_W;
-  const S center = height_of_center(a, b), cosine = dot(n, b.place.axis_W[2]), rise = b.shape.half_length * cosine;
+  const S center = height_of_center(a, b), cosine = dot(n, b.pose.axis_W[2]), rise = b.shape.half_length * cosine;
   if (!(center - real::abs(rise) - b.shape.radius <= margin)) return;
   const S sign = rise < S(0) ? S(1) : S(-1);  // of the lower end
   Manifold<S>& m = new_manifold(a, ManifoldType::edge, out);
@@ -153,7 +153,7 @@ void plane_capsule_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std:
             thickness = core_to_surface(b.shape.radius, b.shape.half_length, along, -cosine);
     if (end != sign && real::abs(along - thickness * cosine) > b.shape.half_length) break;
     add(m, n,
-        {b.place.p_W + (along * b.place.axis_W[2] - thickness * n), center + end * rise - thickness,
+        {b.pose.p_W + (along * b.pose.axis_W[2] - thickness * n), center + end * rise - thickness,
          end > S(0) ? 1u : 0u},
         margin);
     if (!(b.shape.half_length > S(0))) break;
@@ -162,9 +162,9 @@ void plane_capsule_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std:
 }
 template <class S> Separation<S> plane_capsule_separation(const Posed<S>& a, const Posed<S>& b) {
   const Vec3<S>& n = a.shape.normal_W;
-  const S rise = b.shape.half_length * dot(n, b.place.axis_W[2]);
-  const Vec3<S> half = (rise < S(0) ? b.shape.half_length : -b.shape.half_length) * b.place.axis_W[2];
-  return lowest(a, b.place.p_W + half - b.shape.radius * n, height_of_center(a, b) - b.shape.radius - real::abs(rise));
+  const S rise = b.shape.half_length * dot(n, b.pose.axis_W[2]);
+  const Vec3<S> half = (rise < S(0) ? b.shape.half_length : -b.shape.half_length) * b.pose.axis_W[2];
+  return lowest(a, b.pose.p_W + half - b.shape.radius * n, height_of_center(a, b) - b.shape.radius - real::abs(rise));
 }
 
 template <class S>

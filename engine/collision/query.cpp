@@ -28,7 +28,7 @@ struct QueryBody {
   bool fixed;
   Geometry<double> shape;
   SweptBody<double> motion;
-  Placement<double> place;
+  Transform<double> pose;
 };
 
 std::vector<QueryBody> query_bodies(const Scene& scene) {
@@ -37,8 +37,8 @@ std::vector<QueryBody> query_bodies(const Scene& scene) {
     const Body& body = scene.bodies[i];
     if (std::holds_alternative<std::monostate>(body.shape)) continue;
     const SweptBody<double> motion = swept_body(body);
-    const Placement<double> place = placement(motion.p_W, motion.q_WB);
-    out.push_back({static_cast<int>(i), body.fixed, make_geometry<double>(body.shape), motion, place});
+    const Transform<double> pose = transform(motion.p_W, motion.q_WB);
+    out.push_back({static_cast<int>(i), body.fixed, make_geometry<double>(body.shape), motion, pose});
   }
   return out;
 }
@@ -46,10 +46,10 @@ std::vector<QueryBody> query_bodies(const Scene& scene) {
 bool spheres_apart(const QueryBody& a, const QueryBody& b, double margin) {
   if (a.shape.kind == ShapeKind::plane || b.shape.kind == ShapeKind::plane) return false;
   const double reach = a.shape.bounding_radius + b.shape.bounding_radius + margin;
-  return norm(b.place.p_W - a.place.p_W) > reach * (1 + 8 * real::epsilon<double>());
+  return norm(b.pose.p_W - a.pose.p_W) > reach * (1 + 8 * real::epsilon<double>());
 }
 
-// Triangles and pieces that share a corner each find the same contact: it is reported once.
+// Triangles and parts that share a corner each find the same contact: it is reported once.
 bool is_duplicate(const std::vector<FoundContact>& contacts, std::size_t from, const FoundContact& made,
                   double round_off) {
   const auto near = [](const std::array<Wide, 3>& x, const std::array<Wide, 3>& y, double least) {
@@ -74,10 +74,10 @@ void report(IterativeSolver solver, const SolveReport& solve, ContactAnswer& ans
 
 void add_contacts(const QueryBody& a, const QueryBody& b, std::vector<Manifold<double>>& manifolds,
                   ContactAnswer& answer) {
-  const double round_off = touch_round_off(a.shape, a.place.p_W, b.shape, b.place.p_W);
+  const double round_off = touch_round_off(a.shape, a.pose.p_W, b.shape, b.pose.p_W);
   if (spheres_apart(a, b, round_off)) return;
   manifolds.clear();
-  find_contacts(a.shape, a.place, b.shape, b.place, round_off, manifolds);
+  find_contacts(a.shape, a.pose, b.shape, b.pose, round_off, manifolds);
   const std::size_t from = answer.contacts.size();
   for (const Manifold<double>& m : manifolds) {
     report(IterativeSolver::expanding_polytope, m.solve, answer);
@@ -108,7 +108,7 @@ ContactAnswer find_scene_contacts(const Scene& scene, const ContactQuery& query)
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {
       const QueryBody &a = bodies[i], &b = bodies[j];
       if (a.fixed && b.fixed) continue;
-      if (const char* missing = no_contact_test(a.shape.kind, b.shape.kind)) {
+      if (const char* missing = missing_contact_test(a.shape.kind, b.shape.kind)) {
         answer = {};
         answer.outcome.status = Status::unsupported;
         answer.outcome.reason = std::string("atwood has no contact test of ") + missing;
@@ -125,14 +125,14 @@ PairGap find_pair_gap(const Scene& scene, int a, int b) {
   const auto geometry = [&scene](int i) {
     return make_geometry<double>(scene.bodies.at(static_cast<std::size_t>(i)).shape);
   };
-  const auto place = [&scene](int i) {
+  const auto pose = [&scene](int i) {
     const SweptBody<double> at = swept_body(scene.bodies.at(static_cast<std::size_t>(i)));
-    return placement(at.p_W, at.q_WB);
+    return transform(at.p_W, at.q_WB);
   };
   const Geometry<double> shape_a = geometry(a), shape_b = geometry(b);
-  if (const char* missing = no_contact_test(shape_a.kind, shape_b.kind))
+  if (const char* missing = missing_contact_test(shape_a.kind, shape_b.kind))
     throw std::invalid_argument(std::string("atwood has no contact test of ") + missing);
-  const Separation<double> found = separation(shape_a, place(a), shape_b, place(b));
+  const Separation<double> found = separation(shape_a, pose(a), shape_b, pose(b));
   PairGap gap;
   gap.gap_m = found.gap;
   gap.normal = widened(found.normal_W);

@@ -96,24 +96,24 @@ template <class S> Nearest<S> nearest(const Geometry<S>& g, const Vec3<S>& c) {
 template <class S> S rounding(const Geometry<S>& g) { return g.kind == ShapeKind::capsule ? g.radius : S(0); }
 
 template <class S> Separation<S> sphere_shape_separation(const Posed<S>& a, const Posed<S>& b) {
-  const Nearest<S> at = nearest(b.shape, turned_back(b.place, a.place.p_W - b.place.p_W));
-  const Vec3<S> outward_W = turned(b.place, at.outward);
+  const Nearest<S> at = nearest(b.shape, to_body(b.pose, a.pose.p_W - b.pose.p_W));
+  const Vec3<S> outward_W = to_world(b.pose, at.outward);
   const S gap = at.distance - rounding(b.shape) - a.shape.radius;
-  const Vec3<S> on_b_W = b.place.p_W + (turned(b.place, at.on_surface) + rounding(b.shape) * outward_W);
-  return {gap, -outward_W, a.place.p_W - a.shape.radius * outward_W, on_b_W};
+  const Vec3<S> on_b_W = b.pose.p_W + (to_world(b.pose, at.on_surface) + rounding(b.shape) * outward_W);
+  return {gap, -outward_W, a.pose.p_W - a.shape.radius * outward_W, on_b_W};
 }
 
 template <class S>
 void sphere_shape_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
-  const Vec3<S> c = turned_back(b.place, a.place.p_W - b.place.p_W);
+  const Vec3<S> c = to_body(b.pose, a.pose.p_W - b.pose.p_W);
   const Nearest<S> at = nearest(b.shape, c);
   const S gap = at.distance - rounding(b.shape) - a.shape.radius;
   if (!(gap <= margin)) return;
-  const Vec3<S> outward_W = turned(b.place, at.outward);
+  const Vec3<S> outward_W = to_world(b.pose, at.outward);
   Manifold<S>& m = out.emplace_back();
   m.normal_W = -outward_W;
   m.count = 1;
-  m.points[0] = {a.place.p_W - (a.shape.radius + gap / S(2)) * outward_W, gap, at.feature};
+  m.points[0] = {a.pose.p_W - (a.shape.radius + gap / S(2)) * outward_W, gap, at.feature};
 }
 
 }  // namespace
@@ -123,7 +123,7 @@ void sphere_shape_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::
 // only if |t| > reach in spite of every rounding; the root decides the rest.
 template <class S>
 void sphere_sphere_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
-  const Vec3<S> t = b.place.p_W - a.place.p_W;
+  const Vec3<S> t = b.pose.p_W - a.pose.p_W;
   const S radii = a.shape.radius + b.shape.radius, reach = radii + margin;
   if (dot(t, t) > (S(1) + S(8) * real::epsilon<S>()) * (reach * reach)) return;
   Vec3<S> normal{S(0), S(0), a.shape.radius < b.shape.radius ? S(-1) : S(1)};  // of concentric spheres: any way will do
@@ -132,33 +132,33 @@ void sphere_sphere_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std:
   Manifold<S>& m = out.emplace_back();
   m.normal_W = normal;
   m.count = 1;
-  m.points[0] = {a.place.p_W + (a.shape.radius + gap / S(2)) * normal, gap, 0};
+  m.points[0] = {a.pose.p_W + (a.shape.radius + gap / S(2)) * normal, gap, 0};
 }
 
 template <class S> Separation<S> sphere_sphere_separation(const Posed<S>& a, const Posed<S>& b) {
   Separation<S> out;
   out.normal_W = {S(0), S(0), a.shape.radius < b.shape.radius ? S(-1) : S(1)};
-  out.gap = length_and_direction(b.place.p_W - a.place.p_W, out.normal_W) - (a.shape.radius + b.shape.radius);
-  out.on_a_W = a.place.p_W + a.shape.radius * out.normal_W;
-  out.on_b_W = b.place.p_W - b.shape.radius * out.normal_W;
+  out.gap = length_and_direction(b.pose.p_W - a.pose.p_W, out.normal_W) - (a.shape.radius + b.shape.radius);
+  out.on_a_W = a.pose.p_W + a.shape.radius * out.normal_W;
+  out.on_b_W = b.pose.p_W - b.shape.radius * out.normal_W;
   return out;
 }
 
 // ---- sphere against plane -----------------------------------------------------------------------------------------
 template <class S>
 void sphere_plane_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
-  const S gap = dot(b.shape.normal_W, a.place.p_W) - b.shape.offset - a.shape.radius;
+  const S gap = dot(b.shape.normal_W, a.pose.p_W) - b.shape.offset - a.shape.radius;
   if (!(gap <= margin)) return;
   Manifold<S>& m = out.emplace_back();
   m.normal_W = -b.shape.normal_W;
   m.count = 1;
-  m.points[0] = {a.place.p_W - (a.shape.radius + gap / S(2)) * b.shape.normal_W, gap, 0};
+  m.points[0] = {a.pose.p_W - (a.shape.radius + gap / S(2)) * b.shape.normal_W, gap, 0};
 }
 
 template <class S> Separation<S> sphere_plane_separation(const Posed<S>& a, const Posed<S>& b) {
   const Vec3<S>& n = b.shape.normal_W;
-  const S height = dot(n, a.place.p_W) - b.shape.offset;
-  return {height - a.shape.radius, -n, a.place.p_W - a.shape.radius * n, a.place.p_W - height * n};
+  const S height = dot(n, a.pose.p_W) - b.shape.offset;
+  return {height - a.shape.radius, -n, a.pose.p_W - a.shape.radius * n, a.pose.p_W - height * n};
 }
 
 template <class S>

@@ -1,7 +1,7 @@
 #include "collision/time_of_impact.hpp"
 
 #include "collision/conservative_step.hpp"
-#include "collision/convex_piece.hpp"
+#include "collision/convex_part.hpp"
 #include "math/so3.hpp"
 
 namespace atwood {
@@ -94,29 +94,29 @@ std::optional<Touch<S>> conservative_advancement(Geometry<S> a, const SweptBody<
   S tolerance_factor = S(1);
   Vec3<S> normal_before{};
   for (S t = span.from_s; t <= span.to_s;) {
-    const auto place = [t](const SweptBody<S>& from, const Vec3<S>& p_W) {
-      return placement(p_W, so3_exp(t * from.w_W) * from.q_WB);
+    const auto pose = [t](const SweptBody<S>& from, const Vec3<S>& p_W) {
+      return transform(p_W, so3_exp(t * from.w_W) * from.q_WB);
     };
     // A plane stays where it was moved to and the other body moves; without a plane b moves.
     const bool plane = plane_a || plane_b;
-    const RotatingBody<S> now_a{a, place(from_a, plane_b ? t * from_a.v_W : Vec3<S>{}), from_a.w_W};
+    const RotatingBody<S> now_a{a, pose(from_a, plane_b ? t * from_a.v_W : Vec3<S>{}), from_a.w_W};
     const RotatingBody<S> now_b{b,
-                                place(from_b, plane_a   ? t * from_b.v_W
-                                              : plane_b ? Vec3<S>{}
-                                                        : r + t * v),
+                                pose(from_b, plane_a   ? t * from_b.v_W
+                                             : plane_b ? Vec3<S>{}
+                                                       : r + t * v),
                                 from_b.w_W};
     const Vec3<S> shift_W = plane ? origin_W : origin_W + t * drift_W;
     const auto touch_now = [&] {
-      const Separation<S> s = separation(a, now_a.place, b, now_b.place);
+      const Separation<S> s = separation(a, now_a.pose, b, now_b.pose);
       // The sign of the normal of a gap of round-off is arbitrary: the normal of the step before decides.
       const Vec3<S> normal_W = dot(s.normal_W, normal_before) < S(0) ? normal_before : s.normal_W;
       const double residual = static_cast<double>(real::max(S(0), s.gap) / size);
       const SolveEnd ended = tolerance_factor > S(1) ? SolveEnd::capped : SolveEnd::converged;
       return Touch<S>{t, shift_W + S(0.5) * (s.on_a_W + s.on_b_W), normal_W, {steps + 1, residual, ended}};
     };
-    const S round_off = tolerance_factor * (given_round_off + S(4) * real::epsilon<S>() *
-                                                                  (size + norm(now_b.place.p_W - now_a.place.p_W)));
-    if (t == span.from_s && !(separation(a, now_a.place, b, now_b.place).gap > round_off))
+    const S round_off = tolerance_factor *
+                        (given_round_off + S(4) * real::epsilon<S>() * (size + norm(now_b.pose.p_W - now_a.pose.p_W)));
+    if (t == span.from_s && !(separation(a, now_a.pose, b, now_b.pose).gap > round_off))
       return touch_now();  // overlap, or a start inside a closed mesh
     const ConservativeStep<S> step = conservative_step(now_a, now_b, -v, span.to_s - t, round_off);
     if (step.touching) return touch_now();
@@ -137,7 +137,7 @@ template <class S>
 std::optional<Touch<S>> time_of_impact(const Geometry<S>& a, const SweptBody<S>& from_a, const Geometry<S>& b,
                                        const SweptBody<S>& from_b, S t_end_s) {
   using enum ShapeKind;
-  if (no_contact_test(a.kind, b.kind)) return {};
+  if (missing_contact_test(a.kind, b.kind)) return {};
   const S round_off = touch_round_off(a, from_a.p_W, b, from_b.p_W);
   if (a.kind == sphere && b.kind == sphere)
     return touch_of_moving_spheres(from_a, from_b, a.radius, b.radius, round_off, t_end_s);

@@ -29,11 +29,11 @@ struct Source {
 
 Source welded(const std::vector<Real3>& points, const std::vector<std::array<int, 3>>& triangles) {
   Source source;
-  std::map<Real3, int> place;
+  std::map<Real3, int> pose;
   std::vector<int> same(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Real3 key{points[i][0] + 0.0, points[i][1] + 0.0, points[i][2] + 0.0};  // -0 is 0
-    const auto [at, is_new] = place.try_emplace(key, static_cast<int>(source.points.size()));
+    const auto [at, is_new] = pose.try_emplace(key, static_cast<int>(source.points.size()));
     if (is_new) source.points.push_back(key);
     same[i] = at->second;
   }

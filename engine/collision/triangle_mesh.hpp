@@ -50,15 +50,15 @@ template <class S> std::shared_ptr<const TriangleMesh<S>> make_triangle_mesh(con
 
 // A mesh (first) against any kind but compound, planes included. A mesh that bounds a convex solid of few corners is
 // treated as that solid, as `convex` shapes are. Otherwise there is one manifold for each triangle in contact (for each
-// pair of triangles of two meshes; one for the whole mesh against a plane), with `piece_a` its index in the scene. At
+// pair of triangles of two meshes; one for the whole mesh against a plane), with `part_a` its index in the scene. At
 // an inner edge or corner a normal is accepted only inside the feature's Voronoi region, so a body that slides over a
 // triangulated plane has the contacts of the plane. A shape inside a closed mesh has one contact: the least penetration
 // of a convex mesh, else through the point nearest to its centre. The separation in overlap is that of the deepest one.
 template <class S>
-void mesh_contacts(const Geometry<S>& mesh, const Placement<S>& place_mesh, const Geometry<S>& b,
-                   const Placement<S>& place_b, S margin, std::vector<Manifold<S>>& out);
+void mesh_contacts(const Geometry<S>& mesh, const Transform<S>& pose_mesh, const Geometry<S>& b,
+                   const Transform<S>& pose_b, S margin, std::vector<Manifold<S>>& out);
 template <class S>
-Separation<S> mesh_separation(const Geometry<S>& mesh, const Placement<S>& place_mesh, const Geometry<S>& b,
-                              const Placement<S>& place_b);
+Separation<S> mesh_separation(const Geometry<S>& mesh, const Transform<S>& pose_mesh, const Geometry<S>& b,
+                              const Transform<S>& pose_b);
 
 }  // namespace atwood

@@ -14,7 +14,7 @@ target_sources(atwood_engine PRIVATE
   collision/contacts.cpp
   collision/convex_contacts.cpp
   collision/convex_manifold.cpp
-  collision/convex_piece.cpp
+  collision/convex_part.cpp
   collision/expanding_polytope.cpp
   collision/geometry.cpp
   collision/gjk.cpp

@@ -98,7 +98,7 @@ PenaltyForce<S>::PenaltyForce(const Scene& scene, const PenaltyOptions& options)
     if (!refusal_.empty() || (first.fixed && second.fixed)) return;
     const PairLaw& law = pair_law(scene, a, b);
     const std::string both = "`" + first.name + "` and `" + second.name + "`";
-    if (const char* missing = no_contact_test(shapes_[a].kind, shapes_[b].kind))
+    if (const char* missing = missing_contact_test(shapes_[a].kind, shapes_[b].kind))
       refusal_ = both + ": no contact test for " + missing;
     else if (law.contact_law == ContactLaw::hertz && !(round_radius(first.shape) > 0 && round_radius(second.shape) > 0))
       refusal_ = "Hertz's law needs spheres, planes or rectangles: " + both;
@@ -194,7 +194,7 @@ template <class S> void PenaltyForce<S>::add_contact_points(const Motion<S>& mot
     for (int i = 0; i < manifold.count; ++i) {
       const ContactPoint<S>& at = manifold.points[i];
       if (!(at.gap < S(0))) continue;
-      Point point{{a, b, manifold.piece_a, manifold.piece_b, at.id},
+      Point point{{a, b, manifold.part_a, manifold.part_b, at.id},
                   at.x_W,
                   manifold.normal_W,
                   {},
@@ -223,8 +223,8 @@ template <class S> void PenaltyForce<S>::apply_friction(Point& point, const Cont
   const auto& n = point.normal_W;
   if (known != memory_.end() && known->key == point.key) {
     const int a = point.key.a, b = point.key.b;
-    const Vec3<S> on_a = places_[a].p_W + turned(places_[a], known->on_a_B),
-                  on_b = places_[b].p_W + turned(places_[b], known->on_b_B);
+    const Vec3<S> on_a = places_[a].p_W + to_world(places_[a], known->on_a_B),
+                  on_b = places_[b].p_W + to_world(places_[b], known->on_b_B);
     point.stretch_W = known->stretch_W + (on_b - on_a);
     point.stretch_W -= dot(point.stretch_W, n) * n;
   }
@@ -243,7 +243,7 @@ template <class S> void PenaltyForce<S>::find_points(const Motion<S>& motion) co
   points_.clear();
   items_.clear();
   for (const int body : bounded_) {
-    places_[body] = placement(motion.p_WB(body), motion.q_WB(body));
+    places_[body] = transform(motion.p_WB(body), motion.q_WB(body));
     const Vec3<S>& p = places_[body].p_W;
     items_.push_back({grown(bounds(shapes_[body], places_[body])),
                       {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)},
@@ -265,7 +265,7 @@ template <class S> void PenaltyForce<S>::add_loads(const Motion<S>& motion, Load
       const Vec3<S> force = body == point.key.b ? on_b : -on_b;
       loads[body].force_W += force;
       if (motion.slots[body].rotates)
-        loads[body].torque_B += turned_back(places_[body], cross(point.x_W - places_[body].p_W, force));
+        loads[body].torque_B += to_body(places_[body], cross(point.x_W - places_[body].p_W, force));
     }
   }
 }
@@ -284,7 +284,7 @@ template <class S> bool PenaltyForce<S>::accept_step(const Motion<S>& motion) {
   bool slides = false;
   next_memory_.clear();
   for (const Point& point : points_) {
-    const auto held = [&](int body) { return turned_back(places_[body], point.x_W - places_[body].p_W); };
+    const auto held = [&](int body) { return to_body(places_[body], point.x_W - places_[body].p_W); };
     next_memory_.push_back({point.key, point.stretch_W, held(point.key.a), held(point.key.b)});
     slides = slides || point.slides;
   }

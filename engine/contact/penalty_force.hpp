@@ -63,7 +63,7 @@ template <class S> class PenaltyForce final : public StatefulForce<S> {
 
  private:
   struct Key {  // the pair, and which features meet
-    int a, b, piece_a, piece_b;
+    int a, b, part_a, part_b;
     std::uint32_t id;
     auto operator<=>(const Key&) const = default;
   };
@@ -108,7 +108,7 @@ template <class S> class PenaltyForce final : public StatefulForce<S> {
   std::unique_ptr<BroadPhase<double>> broad_;  // in double whatever S is: boxes grown by what narrowing can lose
   mutable std::vector<BroadItem<double>> items_;
   mutable std::vector<BodyPair> near_;
-  mutable std::vector<Placement<S>> places_;
+  mutable std::vector<Transform<S>> places_;
   mutable std::vector<Manifold<S>> manifolds_;
   mutable std::vector<Point> points_;
   mutable SolveTally overlap_solves_;

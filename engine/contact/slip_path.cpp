@@ -231,7 +231,7 @@ template <class S> SlipPath<S> slip_path(const ImpactLaw<S>& law, const S (&K)[3
   SlipState<S> path{law, K, u0};
   const S mu = law.friction;
   path.stopped = u0[0] == S(0) && u0[1] == S(0);
-  for (int piece = 0; piece < 64 && !path.done; ++piece) {
+  for (int segment = 0; segment < 64 && !path.done; ++segment) {
     const S speed = path.speed();
     if (!path.stopped && speed > S(0)) {
       const S s[2] = {path.u(0) / speed, path.u(1) / speed};

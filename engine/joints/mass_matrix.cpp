@@ -29,7 +29,7 @@ template <class S> std::vector<S> mass_matrix(const Tree<S>& tree) {
   std::vector<Composite<S>> composite(links.size());
   for (int i = count - 1; i >= 0; --i) {  // a link's own children have been added
     const LinkMotion<S>& m = tree.motion(i);
-    const Composite<S> own{links[i].mass_kg, links[i].mass_kg * m.r, turned(m.R_WB, links[i].J_B)};
+    const Composite<S> own{links[i].mass_kg, links[i].mass_kg * m.r, rotated(m.R_WB, links[i].J_B)};
     add_about(own, Vec3<S>{}, composite[i]);
     if (links[i].parent >= 0) add_about(composite[i], m.d, composite[links[i].parent]);
   }

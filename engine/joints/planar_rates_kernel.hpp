@@ -21,10 +21,10 @@ ATWOOD_INLINE void PlanarRates<S>::move(const States& y, State<V>* state, Driven
       z0 = state[link.parent].z;
       w0 = state[link.parent].w;
     }
-    const auto turned = [](const Pair<V>& z, const Vec2& v) ATWOOD_INLINED {
+    const auto rotated = [](const Pair<V>& z, const Vec2& v) ATWOOD_INLINED {
       return Pair<V>{z.x * v.x - z.y * v.y, z.x * v.y + z.y * v.x};
     };
-    m.d = turned(z0, link.from_parent);
+    m.d = rotated(z0, link.from_parent);
     m.z = z0;
     m.w = w0;
     m.c = {zero, zero};
@@ -45,7 +45,7 @@ ATWOOD_INLINE void PlanarRates<S>::move(const States& y, State<V>* state, Driven
         m.z = {z0.x * cosine - z0.y * sine, z0.x * sine + z0.y * cosine};
         m.w = w0 + link.sign * u;
       } else {
-        m.s = turned(z0, link.axis);
+        m.s = rotated(z0, link.axis);
         m.d = {m.d.x + q * m.s.x, m.d.y + q * m.s.y};
         const V twice = S(2) * (w0 * u);  // Coriolis: 2 w x s u
         m.c = {-twice * m.s.y, twice * m.s.x};
@@ -53,7 +53,7 @@ ATWOOD_INLINE void PlanarRates<S>::move(const States& y, State<V>* state, Driven
     }
     const V w0_square = w0 * w0;
     m.c = {m.c.x - w0_square * m.d.x, m.c.y - w0_square * m.d.y};
-    const Pair<V> r = turned(m.z, link.to_centre);
+    const Pair<V> r = rotated(m.z, link.to_centre);
     m.J = in_all_lanes<V>(link.J);
     m.h = {-link.mass * r.y, link.mass * r.x};
     m.Mxx = m.Myy = in_all_lanes<V>(link.mass);

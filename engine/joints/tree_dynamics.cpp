@@ -32,7 +32,7 @@ template <class S> void Tree<S>::start_link(int i, const Load<S>* loads) {
   const Load<S>& load = loads[link.body];
   Articulated<S>& I = articulated_[i];
   const S mass = link.mass_kg;
-  I.J = turned(m.R_WB, link.J_B);
+  I.J = rotated(m.R_WB, link.J_B);
   I.H = cross_matrix(mass * m.r);
   I.M = {mass, S(0), S(0), mass, S(0), mass};
   const Vec3<S> force = mass * load.acceleration_W + load.force_W;

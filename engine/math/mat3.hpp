@@ -67,7 +67,7 @@ ATWOOD_MAT3 Mat3<S> rotation_matrix(const Quat<S>& q) {
       {S(1) - (yy + zz), xy - wz, xz + wy}, {xy + wz, S(1) - (xx + zz), yz - wx}, {xz - wy, yz + wx, S(1) - (xx + yy)}};
 }
 // R a R^T: the symmetric matrix a of body axes in world axes.
-ATWOOD_MAT3 Sym3<S> turned(const Mat3<S>& R, const Sym3<S>& a) {
+ATWOOD_MAT3 Sym3<S> rotated(const Mat3<S>& R, const Sym3<S>& a) {
   const Vec3<S> tx = a * R.x, ty = a * R.y, tz = a * R.z;
   return {dot(R.x, tx), dot(R.x, ty), dot(R.x, tz), dot(R.y, ty), dot(R.y, tz), dot(R.z, tz)};
 }

@@ -52,7 +52,7 @@ std::vector<int> joints_from_root(const Scene& scene);
 // are computed from the poses, those of an angle next to the scene's. Throws MechanismError.
 MechanismStart mechanism_start(const Scene& scene);
 
-// ---- the pieces ---------------------------------------------------------------------------------------------------
+// ---- parts of the kinematics ---------------------------------------------------------------------------------------
 // The motion of bodies that no joint places, from the scene's doubles; others are not set.
 std::vector<BodyMotion> given_motions(const Scene& scene);
 // Coordinates and rates as the scene gives them, a ball's quaternion normalised.

@@ -196,8 +196,8 @@ typename Stepper<S>::Advice judge_step(Simulation<S>& s, const Tolerance<S>& tol
 
 // Integrates from begin_s to end_s under one force law; h_s: the proposed step, updated for the next interval.
 template <class S>
-bool march_piece(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s, S& h_s, std::int64_t& k,
-                 std::vector<S>& inside_y) {
+bool march_segment(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s, S& h_s, std::int64_t& k,
+                   std::vector<S>& inside_y) {
   Simulation<S>& s = run.simulation;
   StepControl<S> control(s.stepper->estimate_order(), run.limits);
   S t_s = begin_s;
@@ -251,11 +251,11 @@ template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolera
   std::int64_t k = 1;
   S begin_s = S(0), h_s = time_at<S>(run.plan, 1);
   const std::vector<double>& switches = s.model->switch_times_s();
-  for (std::size_t piece = 0; piece <= switches.size() && begin_s < end_s; ++piece) {
-    const S until_s = piece < switches.size() ? real::min(S(switches[piece]), end_s) : end_s;
+  for (std::size_t segment = 0; segment <= switches.size() && begin_s < end_s; ++segment) {
+    const S until_s = segment < switches.size() ? real::min(S(switches[segment]), end_s) : end_s;
     if (!(begin_s < until_s)) continue;
     s.model->select_interval(begin_s, until_s);
-    if (!march_piece(run, tolerance, begin_s, until_s, h_s, k, inside_y)) return;
+    if (!march_segment(run, tolerance, begin_s, until_s, h_s, k, inside_y)) return;
     begin_s = until_s;
   }
   run.observe_state(run.plan.samples, s.y.data());

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "geometry/pieces.hpp"
+#include "geometry/convex_parts.hpp"
 
 namespace atwood::geometry {
 namespace {
 
 // q(t) = q0 exp(w_B t / 2): constant spin about an axis fixed in the body, and so in the world.
-Place place_at(const Body& body, Real t_s) {
+Pose pose_at(const Body& body, Real t_s) {
   const Vector w = widened(body.angular_velocity_body_rad_per_s);
   const Real rate = norm(w), angle = rate * t_s / 2;
   const Vector u = rate > 0 ? (std::sin(angle) / rate) * w : Vector{};
@@ -18,8 +18,8 @@ Place place_at(const Body& body, Real t_s) {
   const auto& q = body.orientation_wxyz;
   const Vector v{q[1], q[2], q[3]};
   const Vector turned_v = c * v + Real(q[0]) * u + cross(v, u);
-  return place_of(widened(body.position_m) + t_s * widened(body.velocity_m_per_s),
-                  {Real(q[0]) * c - dot(v, u), turned_v[0], turned_v[1], turned_v[2]});
+  return pose_of(widened(body.position_m) + t_s * widened(body.velocity_m_per_s),
+                 {Real(q[0]) * c - dot(v, u), turned_v[0], turned_v[1], turned_v[2]});
 }
 
 // Earliest t >= 0 with |r + v t| = sum of the radii, in quad:  v.v t^2 + 2 r.v t + r.r - s^2 = 0, r.v < 0.
@@ -50,7 +50,7 @@ std::optional<Wide> sphere_meets_plane(const Body& ball, const Plane& plane, Wid
 }
 
 FirstTouch at(const Body& a, const Body& b, Real t_s, Real bar_s) {
-  const Separation found = separation(a.shape, place_at(a, t_s), b.shape, place_at(b, t_s));
+  const Separation found = separation(a.shape, pose_at(a, t_s), b.shape, pose_at(b, t_s));
   return {t_s, bar_s, found.normal, Real(0.5) * (found.on_a + found.on_b)};
 }
 
@@ -97,18 +97,18 @@ struct Arm {
   }
 };
 
-// The piece, for polyhedra only
+// The polyhedron, if it is one
 struct Part {
   Arm arm;
-  std::vector<Piece> piece;
+  std::vector<ConvexPart> polyhedron;
 };
 
-std::vector<Part> parts_of(const Shape& shape, const Place& place) {
+std::vector<Part> parts_of(const Shape& shape, const Pose& pose) {
   std::vector<Part> parts;
-  if (const auto* drum = std::get_if<Cylinder>(&shape)) return {{{{}, drum, place.axis_W[2]}, {}}};
-  for (const Piece& piece : pieces_of(shape, place)) {
-    Part part{{}, {piece}};
-    for (const Vector& v : piece.vertices) part.arm.points.push_back(v - place.p_W);
+  if (const auto* drum = std::get_if<Cylinder>(&shape)) return {{{{}, drum, pose.axis_W[2]}, {}}};
+  for (const ConvexPart& convex : convex_parts_of(shape, pose)) {
+    Part part{{}, {convex}};
+    for (const Vector& v : convex.vertices) part.arm.points.push_back(v - pose.p_W);
     parts.push_back(std::move(part));
   }
   if (parts.empty()) parts.push_back({{{Vector{}}}, {}});  // a plane
@@ -160,10 +160,10 @@ Real stay(Real gap, Real floor_m, const Vector& n, const Vector& v, const Spin& 
 Real stay_along_faces(const Part& p, const Part& q, const Vector& from_p_to_q, const Vector& v, const Vector& w_p,
                       const Vector& w_q, Real floor_m, Real most) {
   Real longest = 0;
-  if (p.piece.empty() || q.piece.empty()) return longest;
-  const Real skins = p.piece.front().radius_m + q.piece.front().radius_m;
+  if (p.polyhedron.empty() || q.polyhedron.empty()) return longest;
+  const Real skins = p.polyhedron.front().radius_m + q.polyhedron.front().radius_m;
   for (const Part* of : {&p, &q})
-    for (const auto& face : of->piece.front().faces)
+    for (const auto& face : of->polyhedron.front().faces)
       for (const Real side : {-1.0L, 1.0L}) {
         const Vector n = side * face.normal;
         const Real left =
@@ -181,20 +181,20 @@ struct GapBounds {
 // All pairs of parts at one time.
 GapBounds gap_bounds(const Body& a, const Body& b, Real t_s, Real most_s) {
   const auto spin_of = [](const Body& body) {
-    const Place place = place_at(body, 0);
+    const Pose pose = pose_at(body, 0);
     const bool still = std::holds_alternative<Sphere>(body.shape) || std::holds_alternative<Plane>(body.shape);
-    return still ? Vector{} : turned(place, widened(body.angular_velocity_body_rad_per_s));
+    return still ? Vector{} : to_world(pose, widened(body.angular_velocity_body_rad_per_s));
   };
   const Vector v = widened(a.velocity_m_per_s) - widened(b.velocity_m_per_s), w_a = spin_of(a), w_b = spin_of(b);
-  const Place place_a = place_at(a, t_s), place_b = place_at(b, t_s);
-  const auto of_a = parts_of(a.shape, place_a), of_b = parts_of(b.shape, place_b);
-  const Real reach = norm(place_a.p_W) + norm(place_b.p_W);
+  const Pose pose_a = pose_at(a, t_s), pose_b = pose_at(b, t_s);
+  const auto of_a = parts_of(a.shape, pose_a), of_b = parts_of(b.shape, pose_b);
+  const Real reach = norm(pose_a.p_W) + norm(pose_b.p_W);
   GapBounds found{false, 0, 0, most_s};
   for (const Part& p : of_a)
     for (const Part& q : of_b) {
-      const bool pieces = !p.piece.empty() && !q.piece.empty();
-      const Separation s =
-          pieces ? separation(p.piece.front(), q.piece.front()) : separation(a.shape, place_a, b.shape, place_b);
+      const bool polyhedra = !p.polyhedron.empty() && !q.polyhedron.empty();
+      const Separation s = polyhedra ? separation(p.polyhedron.front(), q.polyhedron.front())
+                                     : separation(a.shape, pose_a, b.shape, pose_b);
       const Real arms = norm(w_a) * p.arm.length() + norm(w_b) * q.arm.length();
       // A gap of twice its round-off counts as a contact.
       const Real floor_m = 64 * kUnit * (reach + p.arm.length() + q.arm.length());
@@ -204,8 +204,7 @@ GapBounds gap_bounds(const Body& a, const Body& b, Real t_s, Real most_s) {
       } else if (!found.touching) {
         Real stays = stay(s.gap_m, floor_m, s.normal, v, {w_a, p.arm}, {w_b, q.arm}, found.stay_s);
         if (stays < found.stay_s)
-          stays =
-              std::max(stays, stay_along_faces(p, q, place_b.p_W - place_a.p_W, v, w_a, w_b, floor_m, found.stay_s));
+          stays = std::max(stays, stay_along_faces(p, q, pose_b.p_W - pose_a.p_W, v, w_a, w_b, floor_m, found.stay_s));
         found.stay_s = std::min(found.stay_s, stays);
       }
     }
@@ -215,14 +214,14 @@ GapBounds gap_bounds(const Body& a, const Body& b, Real t_s, Real most_s) {
 std::optional<FirstTouch> advance(const Body& a, const Body& b, Real t_end_s, Real given_m) {
   // Inside of a closed mesh there is an overlap that no pair of parts has; a gap within the rounding of the scene's
   // decimals is a contact.
-  if (separation(a.shape, place_at(a, 0), b.shape, place_at(b, 0)).gap_m <= given_m) return at(a, b, 0, 0);
+  if (separation(a.shape, pose_at(a, 0), b.shape, pose_at(b, 0)).gap_m <= given_m) return at(a, b, 0, 0);
   Real t_s = 0;
   constexpr int kMost = 20000;
   for (int i = 0; i < kMost; ++i) {
     const GapBounds now = gap_bounds(a, b, t_s, t_end_s - t_s);
     if (now.touching) return at(a, b, t_s, now.speed > 0 ? 2 * now.floor_m / now.speed + 4 * kUnit * t_s : 0);
     if (t_s + now.stay_s >= t_end_s) {
-      const bool touches = separation(a.shape, place_at(a, t_end_s), b.shape, place_at(b, t_end_s)).gap_m <= given_m;
+      const bool touches = separation(a.shape, pose_at(a, t_end_s), b.shape, pose_at(b, t_end_s)).gap_m <= given_m;
       return touches ? std::optional(at(a, b, t_end_s, kUnit * t_end_s)) : std::nullopt;
     }
     t_s += now.stay_s;
@@ -248,7 +247,7 @@ std::optional<FirstTouch> first_touch(const Scene& scene, int body_a, int body_b
   else if (plane_a && ball_b) t = sphere_meets_plane(b, *plane_a, ball_b->radius_m);
   else return advance(a, b, t_end_s, given_m);
   const auto touches_at = [&](Real t_s) {
-    return separation(a.shape, place_at(a, t_s), b.shape, place_at(b, t_s)).gap_m <= given_m;
+    return separation(a.shape, pose_at(a, t_s), b.shape, pose_at(b, t_s)).gap_m <= given_m;
   };
   if (touches_at(0)) return at(a, b, 0, 0);
   if (!t || *t > t_end_s) return touches_at(t_end_s) ? std::optional(at(a, b, t_end_s, kUnit * t_end_s)) : std::nullopt;

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "geometry/pieces.hpp"
+#include "geometry/convex_parts.hpp"
 
 namespace atwood::geometry {
 namespace {
@@ -22,8 +22,8 @@ Separation swapped(Separation found) {
   return found;
 }
 
-RoundBar round_bar(const Cylinder& shape, const Place& place) {
-  return {place.p_W, place.axis_W[2], shape.radius_m, shape.half_length_m};
+RoundBar round_bar(const Cylinder& shape, const Pose& pose) {
+  return {pose.p_W, pose.axis_W[2], shape.radius_m, shape.half_length_m};
 }
 
 HalfSpace half_space(const Plane& plane) {
@@ -32,29 +32,29 @@ HalfSpace half_space(const Plane& plane) {
   return {(1 / length) * n, static_cast<Real>(plane.offset_m) / length};
 }
 
-// The pair of pieces with the smallest gap. With another pair of the same depth in another direction none is unique.
-template <class Each> Separation smallest(const std::vector<Piece>& pieces, Each each) {
+// The pair of parts with the smallest gap. With another pair of the same depth in another direction none is unique.
+template <class Each> Separation smallest(const std::vector<ConvexPart>& parts, Each each) {
   std::vector<Separation> all;
-  for (const Piece& piece : pieces) all.push_back(each(piece));
+  for (const ConvexPart& part : parts) all.push_back(each(part));
   const auto nearer = [](const Separation& x, const Separation& y) { return x.gap_m < y.gap_m; };
   const auto best = std::min_element(all.begin(), all.end(), nearer);
   Separation found = *best;
   for (const Separation& other : all)
     if (norm(other.normal - found.normal) > 1e-7L) found.margin_m = std::min(found.margin_m, other.gap_m - found.gap_m);
-  // Another pair of pieces may have the smaller gap, within its bar.
+  // Another pair of parts may have the smaller gap, within its bar.
   for (const Separation& other : all) found.bar_m = std::max(found.bar_m, found.gap_m - (other.gap_m - other.bar_m));
   return found;
 }
 
-Place initial(const Body& body) {
+Pose initial(const Body& body) {
   const auto& q = body.orientation_wxyz;
-  return place_of({body.position_m[0], body.position_m[1], body.position_m[2]}, {q[0], q[1], q[2], q[3]});
+  return pose_of({body.position_m[0], body.position_m[1], body.position_m[2]}, {q[0], q[1], q[2], q[3]});
 }
 
-Place sampled(const BodySample& body) {
+Pose sampled(const BodySample& body) {
   const auto r = [](Wide x) { return static_cast<Real>(x); };
-  return place_of({r(body.p_m[0]), r(body.p_m[1]), r(body.p_m[2])},
-                  {r(body.q_wxyz[0]), r(body.q_wxyz[1]), r(body.q_wxyz[2]), r(body.q_wxyz[3])});
+  return pose_of({r(body.p_m[0]), r(body.p_m[1]), r(body.p_m[2])},
+                 {r(body.q_wxyz[0]), r(body.q_wxyz[1]), r(body.q_wxyz[2]), r(body.q_wxyz[3])});
 }
 
 void require(const Shape& a, const Shape& b) {
@@ -106,31 +106,30 @@ Shape filled(const Shape& shape) {
 }
 
 // The separation of a shape inside of a closed mesh; empty when that of the mesh's triangles is sufficient.
-std::optional<Separation> inside_mesh(const Shape& shape, const Place& place, const Mesh& mesh,
-                                      const Place& place_mesh) {
+std::optional<Separation> inside_mesh(const Shape& shape, const Pose& pose, const Mesh& mesh, const Pose& pose_mesh) {
   if (!closed(mesh)) return {};
   std::vector<std::array<Vector, 3>> triangles;
   const auto at = [&](int i) {
     const Real3& p = mesh.points_m[static_cast<std::size_t>(i)];
-    return place_mesh.p_W + turned(place_mesh, {p[0], p[1], p[2]});
+    return pose_mesh.p_W + to_world(pose_mesh, {p[0], p[1], p[2]});
   };
   for (const auto& t : mesh.triangles) triangles.push_back({at(t[0]), at(t[1]), at(t[2])});
-  const std::vector<Piece> of_shape = pieces_of(shape, place), of_mesh = pieces_of(mesh, place_mesh);
+  const std::vector<ConvexPart> of_shape = convex_parts_of(shape, pose), of_mesh = convex_parts_of(mesh, pose_mesh);
   const auto* ball = std::get_if<Sphere>(&shape);
-  if (!(winding(triangles, ball != nullptr ? place.p_W : of_shape.front().vertices.front()) > 0.5L)) return {};
+  if (!(winding(triangles, ball != nullptr ? pose.p_W : of_shape.front().vertices.front()) > 0.5L)) return {};
   if (ball == nullptr) {
-    const auto surfaces = [&](const Piece& p) {
-      return smallest(of_mesh, [&](const Piece& q) { return separation(p, q); });
+    const auto surfaces = [&](const ConvexPart& p) {
+      return smallest(of_mesh, [&](const ConvexPart& q) { return separation(p, q); });
     };
     if (!(smallest(of_shape, surfaces).gap_m > 0)) return {};
     throw std::invalid_argument("truth: no separation of what is inside of a mesh that is not convex");
   }
-  const Piece centre{0, {place.p_W}, {}, {}, 0};
-  Separation found = smallest(of_mesh, [&](const Piece& piece) { return separation(centre, piece); });
+  const ConvexPart centre{0, {pose.p_W}, {}, {}, 0};
+  Separation found = smallest(of_mesh, [&](const ConvexPart& part) { return separation(centre, part); });
   if (!(found.gap_m > 0)) return {};  // on the surface
   found.gap_m = -found.gap_m - ball->radius_m;
   found.normal = -1 * found.normal;
-  found.on_a = place.p_W + static_cast<Real>(ball->radius_m) * found.normal;
+  found.on_a = pose.p_W + static_cast<Real>(ball->radius_m) * found.normal;
   return found;
 }
 
@@ -145,24 +144,24 @@ std::string no_separation(const Shape& a, const Shape& b) {
   return none || planes || cylinder ? std::string(name_of(a)) + " against " + name_of(b) : std::string();
 }
 
-Separation separation(const Shape& shape_a, const Place& place_a, const Shape& shape_b, const Place& place_b) {
+Separation separation(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b) {
   const Shape a = filled(shape_a), b = filled(shape_b);
-  if (std::holds_alternative<Plane>(a)) return swapped(separation(b, place_b, a, place_a));
+  if (std::holds_alternative<Plane>(a)) return swapped(separation(b, pose_b, a, pose_a));
   if (const auto* plane = std::get_if<Plane>(&b)) {
     const HalfSpace half = half_space(*plane);
-    if (const auto* cylinder = std::get_if<Cylinder>(&a)) return above(round_bar(*cylinder, place_a), half);
-    return smallest(pieces_of(a, place_a), [&](const Piece& piece) { return above(piece, half); });
+    if (const auto* cylinder = std::get_if<Cylinder>(&a)) return above(round_bar(*cylinder, pose_a), half);
+    return smallest(convex_parts_of(a, pose_a), [&](const ConvexPart& part) { return above(part, half); });
   }
   if (const auto* cylinder = std::get_if<Cylinder>(&b))
-    return from_ball(place_a.p_W, std::get<Sphere>(a).radius_m, round_bar(*cylinder, place_b));
-  if (std::holds_alternative<Cylinder>(a)) return swapped(separation(b, place_b, a, place_a));
+    return from_ball(pose_a.p_W, std::get<Sphere>(a).radius_m, round_bar(*cylinder, pose_b));
+  if (std::holds_alternative<Cylinder>(a)) return swapped(separation(b, pose_b, a, pose_a));
   if (std::holds_alternative<Mesh>(b))
-    if (const auto within = inside_mesh(a, place_a, std::get<Mesh>(b), place_b)) return *within;
+    if (const auto within = inside_mesh(a, pose_a, std::get<Mesh>(b), pose_b)) return *within;
   if (std::holds_alternative<Mesh>(a))
-    if (const auto within = inside_mesh(b, place_b, std::get<Mesh>(a), place_a)) return swapped(*within);
-  const std::vector<Piece> of_a = pieces_of(a, place_a), of_b = pieces_of(b, place_b);
-  return smallest(of_a,
-                  [&](const Piece& p) { return smallest(of_b, [&](const Piece& q) { return separation(p, q); }); });
+    if (const auto within = inside_mesh(b, pose_b, std::get<Mesh>(a), pose_a)) return swapped(*within);
+  const std::vector<ConvexPart> of_a = convex_parts_of(a, pose_a), of_b = convex_parts_of(b, pose_b);
+  return smallest(
+      of_a, [&](const ConvexPart& p) { return smallest(of_b, [&](const ConvexPart& q) { return separation(p, q); }); });
 }
 
 Real given_round_off(const Scene& scene, int body_a, int body_b) {
@@ -172,8 +171,8 @@ Real given_round_off(const Scene& scene, int body_a, int body_b) {
     if (const auto* drum = std::get_if<Cylinder>(&body.shape))
       return at + std::hypot(Real(drum->radius_m), Real(drum->half_length_m));
     Real size = 0;
-    for (const Piece& piece : pieces_of(body.shape, Place{}))
-      for (const Vector& v : piece.vertices) size = std::max(size, norm(v) + piece.radius_m);
+    for (const ConvexPart& part : convex_parts_of(body.shape, Pose{}))
+      for (const Vector& v : part.vertices) size = std::max(size, norm(v) + part.radius_m);
     return at + size;
   };
   constexpr Real kDoubleRounding = 0x1p-52L;

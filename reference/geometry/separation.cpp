@@ -1,12 +1,12 @@
-// The signed separation of two convex pieces.
+// The signed separation of two convex parts.
 //
 //   s(n) = min over b of n . b - max over a of n . a  is at most the true separation for every unit n. For overlapping
-//   pieces the largest s(n), with n normal to a face of either or to an edge of each, is minus the depth of least
-//   penetration; these n are the face normals of their Minkowski difference. If some s(n) is positive, the pieces are
+//   parts the largest s(n), with n normal to a face of either or to an edge of each, is minus the depth of least
+//   penetration; these n are the face normals of their Minkowski difference. If some s(n) is positive, the parts are
 //   separated, and the separation is the distance of two of their features.
 #include <algorithm>
 
-#include "geometry/pieces.hpp"
+#include "geometry/convex_parts.hpp"
 
 namespace atwood::geometry {
 namespace {
@@ -14,10 +14,10 @@ namespace {
 struct Range {
   Real low, high;
 };
-Range range(const Piece& piece, const Vector& n) {
-  Range r{dot(n, piece.vertices.front()), 0};
+Range range(const ConvexPart& part, const Vector& n) {
+  Range r{dot(n, part.vertices.front()), 0};
   r.high = r.low;
-  for (const Vector& v : piece.vertices) {
+  for (const Vector& v : part.vertices) {
     const Real x = dot(n, v);
     r.low = std::min(r.low, x);
     r.high = std::max(r.high, x);
@@ -25,9 +25,9 @@ Range range(const Piece& piece, const Vector& n) {
   return r;
 }
 
-Real reach(const Piece& piece) {
-  Real most = piece.radius_m;
-  for (const Vector& v : piece.vertices)
+Real reach(const ConvexPart& part) {
+  Real most = part.radius_m;
+  for (const Vector& v : part.vertices)
     for (const Real x : v) most = std::max(most, std::fabs(x));
   return most;
 }
@@ -42,7 +42,7 @@ struct Axis {
 
 class Axes {
  public:
-  Axes(const Piece& a, const Piece& b) : a_(a), b_(b) {
+  Axes(const ConvexPart& a, const ConvexPart& b) : a_(a), b_(b) {
     for (const auto& face : a.faces) add(face.normal, face.sharpness);
     for (const auto& face : b.faces) add(face.normal, face.sharpness);
     const auto edges_a = directions(a), edges_b = directions(b);
@@ -64,10 +64,10 @@ class Axes {
   bool empty() const { return found_.empty(); }
 
  private:
-  static std::vector<Vector> directions(const Piece& piece) {
+  static std::vector<Vector> directions(const ConvexPart& part) {
     std::vector<Vector> all;
-    for (const auto& [from, to] : piece.edges) {
-      const Vector e = piece.vertices[static_cast<std::size_t>(to)] - piece.vertices[static_cast<std::size_t>(from)];
+    for (const auto& [from, to] : part.edges) {
+      const Vector e = part.vertices[static_cast<std::size_t>(to)] - part.vertices[static_cast<std::size_t>(from)];
       const Real length = norm(e);
       if (!(length > 0)) continue;
       const Vector unit = (1 / length) * e;
@@ -87,14 +87,14 @@ class Axes {
     if (length > 64 * kUnit) add((1 / length) * n, length);
   }
   // For a polygon also the normals of its sides in its plane, and those of the other's edges: they separate coplanar
-  // pieces.
-  void flat(const Piece& piece, const std::vector<Vector>& own, const std::vector<Vector>& others) {
-    if (piece.dimension != 2) return;
-    for (const Vector& e : own) add_cross(piece.faces.front().normal, e);
-    for (const Vector& e : others) add_cross(piece.faces.front().normal, e);
+  // parts.
+  void flat(const ConvexPart& part, const std::vector<Vector>& own, const std::vector<Vector>& others) {
+    if (part.dimension != 2) return;
+    for (const Vector& e : own) add_cross(part.faces.front().normal, e);
+    for (const Vector& e : others) add_cross(part.faces.front().normal, e);
   }
 
-  const Piece &a_, &b_;
+  const ConvexPart &a_, &b_;
   std::vector<Axis> found_;
 };
 
@@ -125,19 +125,19 @@ struct Closest {
   }
 };
 
-bool within(const Piece& piece, const Piece::Face& face, const Vector& p) {
+bool within(const ConvexPart& part, const ConvexPart::Face& face, const Vector& p) {
   const std::size_t n = face.corners.size();
   int inside = 0, outside = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const Vector& from = piece.vertices[static_cast<std::size_t>(face.corners[i])];
-    const Vector& to = piece.vertices[static_cast<std::size_t>(face.corners[(i + 1) % n])];
+    const Vector& from = part.vertices[static_cast<std::size_t>(face.corners[i])];
+    const Vector& to = part.vertices[static_cast<std::size_t>(face.corners[(i + 1) % n])];
     const Real side = dot(cross(to - from, p - from), face.normal);
     (side >= 0 ? inside : outside) += 1;
   }
   return inside == 0 || outside == 0;
 }
 
-void vertices_to_faces(const Piece& a, const Piece& b, bool swapped, Closest& closest) {
+void vertices_to_faces(const ConvexPart& a, const ConvexPart& b, bool swapped, Closest& closest) {
   for (const Vector& v : a.vertices)
     for (const auto& face : b.faces) {
       const Real height = dot(face.normal, v - b.vertices[static_cast<std::size_t>(face.corners[0])]);
@@ -152,13 +152,13 @@ void vertices_to_faces(const Piece& a, const Piece& b, bool swapped, Closest& cl
 struct Segment {
   Vector from, along;
 };
-std::vector<Segment> segments(const Piece& piece) {
+std::vector<Segment> segments(const ConvexPart& part) {
   std::vector<Segment> all;
-  for (const auto& [from, to] : piece.edges) {
-    const Vector& p = piece.vertices[static_cast<std::size_t>(from)];
-    all.push_back({p, piece.vertices[static_cast<std::size_t>(to)] - p});
+  for (const auto& [from, to] : part.edges) {
+    const Vector& p = part.vertices[static_cast<std::size_t>(from)];
+    all.push_back({p, part.vertices[static_cast<std::size_t>(to)] - p});
   }
-  if (all.empty()) all.push_back({piece.vertices.front(), {}});  // a point
+  if (all.empty()) all.push_back({part.vertices.front(), {}});  // a point
   return all;
 }
 
@@ -184,7 +184,7 @@ void segment_to_segment(const Segment& p, const Segment& q, Closest& closest) {
   closest.offer(p.from + s * p.along, q.from + t * q.along, (1 / std::sqrt(nn)) * n, std::sqrt(nn / (pp * qq)));
 }
 
-Closest closest_features(const Piece& a, const Piece& b, Real slack_m) {
+Closest closest_features(const ConvexPart& a, const ConvexPart& b, Real slack_m) {
   Closest closest{slack_m};
   vertices_to_faces(a, b, false, closest);
   vertices_to_faces(b, a, true, closest);
@@ -195,14 +195,14 @@ Closest closest_features(const Piece& a, const Piece& b, Real slack_m) {
 }
 
 // ---- putting together ---------------------------------------------------------------------------------------------
-void round_off(Separation& found, const Piece& a, const Piece& b) {
+void round_off(Separation& found, const ConvexPart& a, const ConvexPart& b) {
   found.gap_m -= a.radius_m + b.radius_m;
   found.on_a = found.on_a + a.radius_m * found.normal;
   found.on_b = found.on_b - b.radius_m * found.normal;
 }
 
 // `parting`: a separating direction, if one is known.
-Separation apart(const Piece& a, const Piece& b, Real coordinates, const Axis* parting = nullptr) {
+Separation apart(const ConvexPart& a, const ConvexPart& b, Real coordinates, const Axis* parting = nullptr) {
   const Closest closest = closest_features(a, b, 8 * kUnit * coordinates);
   Separation found;
   Real most = -std::numeric_limits<Real>::infinity();
@@ -219,7 +219,7 @@ Separation apart(const Piece& a, const Piece& b, Real coordinates, const Axis* p
     most = parted;
     found.normal = n, found.on_a = each.on_a, found.on_b = each.on_b;
     found.gap_m = of_feature ? dot(n, across) : each.distance;
-    // s(n) is at most the distance, and the distance of any two points of the pieces is at least the distance.
+    // s(n) is at most the distance, and the distance of any two points of the parts is at least the distance.
     found.bar_m = 32 * kUnit * coordinates + std::max<Real>(0, closest.least_m - parted);
     // The error of the direction is the round-off of the points over their distance; at a contact it may have the wrong
     // sign, which changes the gap by twice the distance.
@@ -238,17 +238,17 @@ Separation apart(const Piece& a, const Piece& b, Real coordinates, const Axis* p
 }
 
 // Mean of the vertices on the support plane, within round-off.
-Vector support_mean(const Piece& piece, const Vector& n, Real level, Real tolerance, int& count) {
+Vector support_mean(const ConvexPart& part, const Vector& n, Real level, Real tolerance, int& count) {
   Vector sum{};
   count = 0;
-  for (const Vector& v : piece.vertices)
+  for (const Vector& v : part.vertices)
     if (std::fabs(dot(n, v) - level) <= tolerance) sum = sum + v, ++count;
   return (Real(1) / count) * sum;
 }
 
 }  // namespace
 
-Separation separation(const Piece& a, const Piece& b) {
+Separation separation(const ConvexPart& a, const ConvexPart& b) {
   const Real coordinates = std::max(reach(a), reach(b));
   if (a.dimension + b.dimension < 3) return apart(a, b, coordinates);  // their Minkowski difference has no interior
   const Axes axes(a, b);
@@ -267,9 +267,9 @@ Separation separation(const Piece& a, const Piece& b) {
   const Vector mean_a = support_mean(a, axis.normal, range(a, axis.normal).high, bar, corners_a);
   const Vector mean_b = support_mean(b, axis.normal, range(b, axis.normal).low, bar, corners_b);
   if (corners_a == 2 && corners_b == 2) {
-    const auto edge = [&](const Piece& piece, const Vector& along, Real level) {
+    const auto edge = [&](const ConvexPart& part, const Vector& along, Real level) {
       std::vector<Vector> ends;
-      for (const Vector& v : piece.vertices)
+      for (const Vector& v : part.vertices)
         if (std::fabs(dot(along, v) - level) <= bar) ends.push_back(v);
       return Segment{ends[0], ends[1] - ends[0]};
     };
@@ -286,7 +286,7 @@ Separation separation(const Piece& a, const Piece& b) {
   return found;
 }
 
-Separation above(const Piece& a, const HalfSpace& plane) {
+Separation above(const ConvexPart& a, const HalfSpace& plane) {
   Separation found;
   const Vector* lowest = &a.vertices.front();
   for (const Vector& v : a.vertices)

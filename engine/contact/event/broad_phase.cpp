@@ -54,7 +54,7 @@ void measure(Bodies<S>& bodies, const Proximity<S>& proximity, Candidate<S>* can
     if (axes && surface.kind == SurfaceKind::plane &&
         !candidate->feature.circle) {  // a vertex over a plane, by far the most frequent case
       const Pose<S>& pose = bodies.poses[candidate->feature_body];
-      const Vec3<S> arm = turned(pose, candidate->feature.center_B);
+      const Vec3<S> arm = to_world(pose, candidate->feature.center_B);
       candidate->*gap = dot(surface.normal_W, pose.p + arm) - surface.offset - candidate->feature.radius;
       candidate->*rate = dot(surface.normal_W, pose.v + cross(pose.w, arm));
       continue;

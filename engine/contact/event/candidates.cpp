@@ -192,7 +192,7 @@ struct Builder {
     Surface<S> surface;
     if (!has_features_for_faces(k) || !has_faces<S>(s) || !surface_for_spheres(s, surface)) return false;
     // Without a distance test between the two, an overlapped boundary would go unseen.
-    if (no_contact_test(make_geometry<S>(k).kind, make_geometry<S>(s).kind) != nullptr) return false;
+    if (missing_contact_test(make_geometry<S>(k).kind, make_geometry<S>(s).kind) != nullptr) return false;
     pair.boundary_refusal = std::string("atwood's +event has no contact of ") + shape_name(k) + " `" +
                             scene.bodies[feature_body].name + "` with the end of " + shape_name(s) + " `" +
                             scene.bodies[surface_body].name + "`, over which it lies";

@@ -38,7 +38,7 @@ template <class S> void rotate_inverse_inertia(Bodies<S>& bodies, int body) {
   Vec3<S>(&row)[3] = bodies.inverse_inertia[body].I_row;
   if (!mass.diagonal) {  // symmetric, so columns are rows
     const Vec3<S> axes[3] = {{S(1), S(0), S(0)}, {S(0), S(1), S(0)}, {S(0), S(0), S(1)}};
-    for (int i = 0; i < 3; ++i) row[i] = turned(pose, mass.times_inverse_inertia(turned_back(pose, axes[i])));
+    for (int i = 0; i < 3; ++i) row[i] = to_world(pose, mass.times_inverse_inertia(to_body(pose, axes[i])));
     return;
   }
   const Vec3<S>&a = pose.axis[0], &b = pose.axis[1], &c = pose.axis[2];
@@ -291,7 +291,7 @@ ConstraintRow<S> row_of_load(const Bodies<S>& bodies, const Proximity<S>& proxim
     if (!bodies.model.rotates(body)) continue;
     const Pose<S>& pose = bodies.poses[body];
     row.response[side].angular =
-        turned(pose, bodies.model.mass(body).times_inverse_inertia(turned_back(pose, row.jacobian[side].angular)));
+        to_world(pose, bodies.model.mass(body).times_inverse_inertia(to_body(pose, row.jacobian[side].angular)));
   }
   return row;
 }

@@ -28,7 +28,7 @@ template <class S> Vec3<S> linear_of(const Bodies<S>& bodies, int body, const S*
 }
 template <class S> Vec3<S> angular_of(const Bodies<S>& bodies, int body, const S* dydt) {
   if (!bodies.moves[body] || !bodies.model.rotates(body)) return {};
-  return turned(bodies.poses[body], load3(dydt + bodies.model.offset(body) + kAtBodyRate));
+  return to_world(bodies.poses[body], load3(dydt + bodies.model.offset(body) + kAtBodyRate));
 }
 
 // Raises contact.largest_N, and sets active.force_near_bound if the normal force, friction or couple is within a tenth
@@ -197,7 +197,7 @@ void add_coupled_forces(Bodies<S>& bodies, const Proximity<S>& proximity, Active
     S* at = dydt + bodies.model.offset(body);
     store3(constraints.acceleration[body].linear, at + kAtVelocity);
     if (bodies.model.rotates(body))
-      store3(turned_back(bodies.poses[body], constraints.acceleration[body].angular), at + kAtBodyRate);
+      store3(to_body(bodies.poses[body], constraints.acceleration[body].angular), at + kAtBodyRate);
   }
 }
 

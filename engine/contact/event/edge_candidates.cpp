@@ -70,9 +70,9 @@ Parallel<S> parallel_edges(const Bodies<S>& bodies, const Proximity<S>& proximit
   const Pose<S> of = pose_of(bodies, boundary.feature_body, y), on = pose_of(bodies, boundary.surface_body, y);
   for (const Edge<S>& a : proximity.edges[boundary.feature_body])
     for (const Edge<S>& b : proximity.edges[boundary.surface_body]) {
-      const Vec3<S> along = turned(of, a.along_B);
-      if (norm(cross(along, turned(on, b.along_B))) >= least_crossing_sine<S>()) continue;
-      const Vec3<S> middle = of.p + turned(of, a.middle_B), to = on.p + turned(on, b.middle_B) - middle;
+      const Vec3<S> along = to_world(of, a.along_B);
+      if (norm(cross(along, to_world(on, b.along_B))) >= least_crossing_sine<S>()) continue;
+      const Vec3<S> middle = of.p + to_world(of, a.middle_B), to = on.p + to_world(on, b.middle_B) - middle;
       const S offset = dot(to, along);
       if (real::abs(offset) <= a.half_length + b.half_length && norm(to - offset * along) <= near_by_m)
         return {true, middle, along};

@@ -63,8 +63,8 @@ template <class S>
 S depth_inside_cones(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Pose<S>& on, const Vec3<S>& n) {
   S least = S(1);
   for (int k = 0; k < 2; ++k) {
-    least = real::min(least, dot(n, turned(on, b.side_B[k])));
-    least = real::min(least, -dot(n, turned(of, a.side_B[k])));
+    least = real::min(least, dot(n, to_world(on, b.side_B[k])));
+    least = real::min(least, -dot(n, to_world(of, a.side_B[k])));
   }
   return least;
 }
@@ -92,9 +92,9 @@ template <class S>
 void edge_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, const Facet<S>& facet, const Pose<S>& on,
                      bool with_rates, GapKinematics<S>& kinematics) {
   kinematics.normal_dot = kinematics.x_dot = {};
-  const Vec3<S> arm = turned(of, feature.center_B), to_edge = turned(on, facet.point_B);
+  const Vec3<S> arm = to_world(of, feature.center_B), to_edge = to_world(on, facet.point_B);
   const LineCrossing<S> it =
-      cross_lines(of.p + arm, turned(of, feature.axis_B), on.p + to_edge, turned(on, facet.direction_B));
+      cross_lines(of.p + arm, to_world(of, feature.axis_B), on.p + to_edge, to_world(on, facet.direction_B));
   const Vec3<S>&a = it.a, &b = it.b, &n = it.n;
   const Vec3<S> arm_a = arm + it.along_a * a, arm_b = to_edge + it.along_b * b;
   kinematics.normal = n;
@@ -112,8 +112,8 @@ void edge_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, const 
 template <class S>
 Facet<S> edge_facet(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Pose<S>& on, S round_off_m,
                     bool& apart) {
-  LineCrossing<S> it = cross_lines(of.p + turned(of, a.middle_B), turned(of, a.along_B), on.p + turned(on, b.middle_B),
-                                   turned(on, b.along_B));
+  LineCrossing<S> it = cross_lines(of.p + to_world(of, a.middle_B), to_world(of, a.along_B),
+                                   on.p + to_world(on, b.middle_B), to_world(on, b.along_B));
   Facet<S> facet{1, b.middle_B, b.along_B};
   apart = true;
   if (!(it.sine >= least_crossing_sine<S>())) return facet;
@@ -133,8 +133,8 @@ Facet<S> edge_facet(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const
 template <class S>
 EdgeDepths<S> depths_inside_edges(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Facet<S>& facet,
                                   const Pose<S>& on, S round_off_m) {
-  const LineCrossing<S> it = cross_lines(of.p + turned(of, a.middle_B), turned(of, a.along_B),
-                                         on.p + turned(on, b.middle_B), turned(on, facet.direction_B));
+  const LineCrossing<S> it = cross_lines(of.p + to_world(of, a.middle_B), to_world(of, a.along_B),
+                                         on.p + to_world(on, b.middle_B), to_world(on, facet.direction_B));
   const S length = real::min(a.half_length, b.half_length);
   if (!(it.sine >= least_crossing_sine<S>())) return {-length, -length};
   const S cones = depth_inside_cones(a, of, b, on, it.n) + S(2) * cone_round_off(it.sine, round_off_m, length);

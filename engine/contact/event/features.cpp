@@ -158,7 +158,7 @@ template <class S, bool with_rates>
 void sphere_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, const Surface<S>& surface,
                        const Facet<S>& facet, const Pose<S>& on, GapKinematics<S>& kinematics) {
   kinematics.normal_dot = {};
-  const Vec3<S> arm = feature.centered ? Vec3<S>{} : turned(of, feature.center_B);
+  const Vec3<S> arm = feature.centered ? Vec3<S>{} : to_world(of, feature.center_B);
   const Vec3<S> center = of.p + arm;
   const Vec3<S> center_dot = feature.centered ? of.v : of.v + cross(of.w, arm);
   if (surface.kind == SurfaceKind::plane) {
@@ -173,8 +173,8 @@ void sphere_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, cons
   Vec3<S> away, along;
   if (surface.kind == SurfaceKind::point) away = from_body;
   else {
-    away = from_body - turned(on, facet.point_B);
-    along = turned(on, facet.direction_B);
+    away = from_body - to_world(on, facet.point_B);
+    along = to_world(on, facet.direction_B);
   }
   const Vec3<S> relative_velocity =
       center_dot - on.v - (surface.kind == SurfaceKind::point ? cross(on.w, Vec3<S>{}) : cross(on.w, from_body));
@@ -207,8 +207,8 @@ void circle_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, cons
                        const Facet<S>& facet, const Pose<S>& on, GapKinematics<S>& kinematics) {
   kinematics.normal_dot = kinematics.x_dot = {};
   const bool plane = surface.kind == SurfaceKind::plane;
-  const Vec3<S> arm = turned(of, feature.center_B), axis = turned(of, feature.axis_B),
-                n = plane ? surface.normal_W : turned(on, facet.direction_B);
+  const Vec3<S> arm = to_world(of, feature.center_B), axis = to_world(of, feature.axis_B),
+                n = plane ? surface.normal_W : to_world(on, facet.direction_B);
   const Vec3<S> center = of.p + arm;
   const S lean = dot(n, axis);
   const Vec3<S> up = n - lean * axis;
@@ -268,7 +268,7 @@ Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool 
 
 template <class S>
 Vec3<S> lowest_point_of_circle(const ContactFeature<S>& feature, const Pose<S>& of, const Vec3<S>& n_W) {
-  const Vec3<S> center = of.p + turned(of, feature.center_B), axis = turned(of, feature.axis_B);
+  const Vec3<S> center = of.p + to_world(of, feature.center_B), axis = to_world(of, feature.axis_B);
   const Vec3<S> up = n_W - dot(n_W, axis) * axis;
   const S s = norm(up);
   return s > S(0) ? center - (feature.radius / s) * up : center;

@@ -125,7 +125,7 @@ Convergence solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S
     const S* at = free_dydt + bodies.model.offset(body);
     constraints.acceleration[body].linear = load3(at + kAtVelocity);
     if (bodies.model.rotates(body))
-      constraints.acceleration[body].angular = turned(bodies.poses[body], load3(at + kAtBodyRate));
+      constraints.acceleration[body].angular = to_world(bodies.poses[body], load3(at + kAtBodyRate));
   }
   GaussSeidel<S> solver{bodies, proximity, constraints};
   for (Contact<S>& contact : active.contacts) solver.prepare(contact);

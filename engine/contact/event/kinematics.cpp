@@ -23,7 +23,7 @@ template <class S> void update_pose(const Bodies<S>& bodies, int body, const S* 
   pose.axis[0] = {S(1) - yy - zz, xy + wz, xz - wy};
   pose.axis[1] = {xy - wz, S(1) - xx - zz, yz + wx};
   pose.axis[2] = {xz + wy, yz - wx, S(1) - xx - yy};
-  if (moves) pose.w = turned(pose, load3(at + kAtBodyRate));
+  if (moves) pose.w = to_world(pose, load3(at + kAtBodyRate));
 }
 
 template <class S> Pose<S> pose_of(const Bodies<S>& bodies, int body, const S* y) {
@@ -45,11 +45,11 @@ Vec3<S> reference_point(const Bodies<S>& bodies, const Proximity<S>& proximity, 
   const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
   if (candidate.feature.centered) return of.p;
   if (!candidate.feature.circle || surface.kind == SurfaceKind::plane)
-    return of.p + turned(of, candidate.feature.center_B);
-  const Vec3<S> side_B = turned_back(on, of.p - on.p);
+    return of.p + to_world(of, candidate.feature.center_B);
+  const Vec3<S> side_B = to_body(on, of.p - on.p);
   S outside_m{};
   const Facet<S> face = nearest_facet(surface, side_B, true, side_B, outside_m);
-  return lowest_point_of_circle(candidate.feature, of, turned(on, face.direction_B));
+  return lowest_point_of_circle(candidate.feature, of, to_world(on, face.direction_B));
 }
 
 template <class S>
@@ -63,7 +63,7 @@ Facet<S> facet_below(const Bodies<S>& bodies, const Proximity<S>& proximity, con
   const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
   const Vec3<S> center = reference_point(bodies, proximity, candidate);
   const bool corner = surface.radius + candidate.feature.radius == S(0) || !candidate.feature.centered;
-  const Vec3<S> center_B = turned_back(on, center - on.p), side_B = turned_back(on, of.p - on.p);
+  const Vec3<S> center_B = to_body(on, center - on.p), side_B = to_body(on, of.p - on.p);
   if (surface.flat) {  // above one of its triangles: that is the nearest facet
     const auto face = [&](const Triangle<S>& triangle) {
       const bool below = dot(triangle.normal_B, (corner ? side_B : center_B) - triangle.corner_B[0]) < S(0);
@@ -143,7 +143,7 @@ template <class S> ImpactBody<S> impact_body(const Bodies<S>& bodies, int body, 
   for (int i = 0; i < 3; ++i)
     out.I_inverse_W_row[i] = bodies.isotropic[body]
                                  ? mass.I_inverse_row[0].x * axes[i]
-                                 : turned(pose, mass.times_inverse_inertia(turned_back(pose, axes[i])));
+                                 : to_world(pose, mass.times_inverse_inertia(to_body(pose, axes[i])));
   return out;
 }
 
@@ -155,7 +155,7 @@ template <class S> void store_velocity(Bodies<S>& bodies, int body, const Vec3<S
   store3(v_W, at + kAtVelocity);
   if (!bodies.model.rotates(body)) return;
   pose.w = w_W;
-  store3(turned_back(pose, w_W), at + kAtBodyRate);
+  store3(to_body(pose, w_W), at + kAtBodyRate);
 }
 
 // (|v| + r |w|)^2 <= 2 (v^2 + r^2 w^2): most steps need no square root.

@@ -36,7 +36,7 @@ void change_velocity(const Bodies<S>& bodies, const ConstraintSystem<S>& constra
   const SpatialVector<S>& by = constraints.acceleration[body];
   store3(load3(at + kAtVelocity) + by.linear, at + kAtVelocity);
   if (bodies.model.rotates(body))
-    store3(load3(at + kAtBodyRate) + turned_back(bodies.poses[body], by.angular), at + kAtBodyRate);
+    store3(load3(at + kAtBodyRate) + to_body(bodies.poses[body], by.angular), at + kAtBodyRate);
 }
 
 template <class S> S largest_drift(const ActiveSet<S>& active) {

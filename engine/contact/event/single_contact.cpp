@@ -37,14 +37,15 @@ template <class S> ContactSide<S> side_of(const Bodies<S>& bodies, const Contact
 template <class S> Vec3<S> point_acceleration(const ContactSide<S>& side, const Vec3<S>& x_dot) {
   const Pose<S>& pose = *side.pose;
   Vec3<S> a = load3(side.dydt + kAtVelocity);
-  if (side.rotates) a += cross(turned(pose, load3(side.dydt + kAtBodyRate)), side.arm) + cross(pose.w, x_dot - pose.v);
+  if (side.rotates)
+    a += cross(to_world(pose, load3(side.dydt + kAtBodyRate)), side.arm) + cross(pose.w, x_dot - pose.v);
   return a;
 }
 
 template <class S> void add_acceleration(const ContactSide<S>& side, const SpatialVector<S>& response) {
   store3(load3(side.dydt + kAtVelocity) + response.linear, side.dydt + kAtVelocity);
   if (side.rotates)
-    store3(load3(side.dydt + kAtBodyRate) + turned_back(*side.pose, response.angular), side.dydt + kAtBodyRate);
+    store3(load3(side.dydt + kAtBodyRate) + to_body(*side.pose, response.angular), side.dydt + kAtBodyRate);
 }
 
 // [r]^T I^-1 [r] + 1 / m, row after row: row i of I^-1 [r] is (I^-1)_i x r.
@@ -99,7 +100,7 @@ bool add_sphere_contact_forces(const Bodies<S>& bodies, const Proximity<S>& prox
     store3(load3(side.dydt + kAtVelocity) + (side.sign * side.inverse->mass_per_kg) * force, side.dydt + kAtVelocity);
     if (!side.rotates || contact.mode == FrictionMode::frictionless) continue;
     const Vec3<S> load = cross(side.arm, contact.friction_N) + contact.couple_N_m;
-    const Vec3<S> turns = turned_back(*side.pose, (side.sign * side.inverse->I_row[0].x) * load);
+    const Vec3<S> turns = to_body(*side.pose, (side.sign * side.inverse->I_row[0].x) * load);
     store3(load3(side.dydt + kAtBodyRate) + turns, side.dydt + kAtBodyRate);
   }
   return along > S(0);

@@ -21,7 +21,8 @@ struct SlipTurning {
 // stages of a method approximate such rotation only to second order in the step, and so the slip.
 template <class S> S frame_turning(const Bodies<S>& bodies, const StateBuffers<S>& states, int body, S within_s) {
   if (!bodies.moves[body] || !bodies.model.rotates(body)) return S(0);
-  const Vec3<S> alpha = turned(bodies.poses[body], load3(states.dydt.data() + bodies.model.offset(body) + kAtBodyRate));
+  const Vec3<S> alpha =
+      to_world(bodies.poses[body], load3(states.dydt.data() + bodies.model.offset(body) + kAtBodyRate));
   return norm(cross(bodies.poses[body].w, alpha)) * within_s * bodies.bounding_radius[body];
 }
 

@@ -130,7 +130,7 @@ S depth_inside_facet(const Bodies<S>& bodies, const Proximity<S>& proximity, con
   const Surface<S>& surface = proximity.surfaces[candidate.surface];
   const Facet<S>& facet = contact.facet;
   const Pose<S>& on = bodies.poses[candidate.surface_body];
-  const Vec3<S> c = turned_back(on, reference_point(bodies, proximity, candidate) - on.p);
+  const Vec3<S> c = to_body(on, reference_point(bodies, proximity, candidate) - on.p);
   switch (surface.kind) {
     case SurfaceKind::segment: {
       const S inside = surface.half_extents.z - real::abs(c.z);
@@ -160,8 +160,8 @@ S leaving_speed(const Bodies<S>& bodies, const Proximity<S>& proximity, const Ca
   if (facet.dimension != 2) return S(0);
   const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
   const Vec3<S> x = reference_point(bodies, proximity, candidate);
-  const Vec3<S> at = turned_back(on, x - on.p),
-                u = turned_back(on, (of.v + cross(of.w, x - of.p)) - (on.v + cross(on.w, x - on.p)));
+  const Vec3<S> at = to_body(on, x - on.p),
+                u = to_body(on, (of.v + cross(of.w, x - of.p)) - (on.v + cross(on.w, x - on.p)));
   S fastest = S(0);
   for (int i = 0; i < 3; ++i) {
     if (component(facet.direction_B, i) != S(0)) continue;
@@ -187,9 +187,9 @@ bool overlaps_other_facet(const Bodies<S>& bodies, const Proximity<S>& proximity
   const Candidate<S>& candidate = proximity.candidates[contact.candidate];
   const Surface<S>& surface = proximity.surfaces[candidate.surface];
   const Pose<S> of = pose_of(bodies, candidate.feature_body, y), on = pose_of(bodies, candidate.surface_body, y);
-  const Vec3<S> center = of.p + turned(of, candidate.feature.center_B);
+  const Vec3<S> center = of.p + to_world(of, candidate.feature.center_B);
   S outside_m{};
-  const Facet<S> nearest = nearest_facet(surface, turned_back(on, center - on.p), false, Vec3<S>{}, outside_m);
+  const Facet<S> nearest = nearest_facet(surface, to_body(on, center - on.p), false, Vec3<S>{}, outside_m);
   const S held = gap_kinematics(candidate.feature, of, surface, contact.facet, on).gap;
   return gap_kinematics(candidate.feature, of, surface, nearest, on).gap <
          real::min(held, contact.held_gap) - S(16) * bodies.gap_round_off();
@@ -211,20 +211,20 @@ template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact) {
     return refuse(run.report, Status::unsupported, proximity.pairs[candidate.pair].boundary_refusal);
   // By round-off the feature is still over the old facet: take the one a little ahead.
   const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
-  const Vec3<S> arm = candidate.feature.centered ? Vec3<S>{} : turned(of, candidate.feature.center_B),
+  const Vec3<S> arm = candidate.feature.centered ? Vec3<S>{} : to_world(of, candidate.feature.center_B),
                 center = of.p + arm;
   const Vec3<S> drift = of.v + cross(of.w, arm) - on.v - cross(on.w, center - on.p);
   const S speed = norm(drift), ahead_m = S(2) * bodies.gap_round_off();
   const Vec3<S> ahead = speed > S(0) ? center + (ahead_m / speed) * drift : center;
   S outside_m{};
-  contact.facet = nearest_facet(proximity.surfaces[candidate.surface], turned_back(on, ahead - on.p), false,
-                                turned_back(on, of.p - on.p), outside_m);
+  contact.facet = nearest_facet(proximity.surfaces[candidate.surface], to_body(on, ahead - on.p), false,
+                                to_body(on, of.p - on.p), outside_m);
   return true;
 }
 
 namespace {
 
-template <class S> Placement<S> placed(const Bodies<S>& bodies, int body, const S* y) {
+template <class S> Transform<S> transform_of(const Bodies<S>& bodies, int body, const S* y) {
   const Pose<S> pose = pose_of(bodies, body, y);
   return {pose.p, {pose.axis[0], pose.axis[1], pose.axis[2]}};
 }
@@ -251,8 +251,8 @@ bool clear_of_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, c
                        const FaceBoundary<S>& boundary, const S* y) {
   const ShapePair<S>& pair = proximity.pairs[boundary.pair];
   if (std::find(proximity.near.begin(), proximity.near.end(), boundary.pair) == proximity.near.end()) return true;
-  const Placement<S> feature = placed(bodies, boundary.feature_body, y),
-                     sheet = placed(bodies, boundary.surface_body, y);
+  const Transform<S> feature = transform_of(bodies, boundary.feature_body, y),
+                     sheet = transform_of(bodies, boundary.surface_body, y);
   if (norm(feature.p_W - sheet.p_W) > pair.bounding_radii) return true;
   // separation() is iterative: allow eps^0.6 of the pair's size.
   const S iterated = S(std::pow(static_cast<double>(real::epsilon<S>()), 0.6));
@@ -280,18 +280,19 @@ bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, 
     return most > S(0.05);
   };
   return std::any_of(proximity.boundaries.begin(), proximity.boundaries.end(), [&](const FaceBoundary<S>& boundary) {
-    const Placement<S> one = placed(bodies, boundary.feature_body, y), other = placed(bodies, boundary.surface_body, y);
+    const Transform<S> one = transform_of(bodies, boundary.feature_body, y),
+                       other = transform_of(bodies, boundary.surface_body, y);
     if (norm(one.p_W - other.p_W) < proximity.pairs[boundary.pair].bounding_radii &&
         (turned_much(boundary.feature_body) || turned_much(boundary.surface_body)))
       return true;
     const auto side = [&](const S* at) {
-      const Placement<S> sheet = placed(bodies, boundary.surface_body, at);
-      return dot(turned(sheet, boundary.normal_B), placed(bodies, boundary.feature_body, at).p_W - sheet.p_W) -
+      const Transform<S> sheet = transform_of(bodies, boundary.surface_body, at);
+      return dot(to_world(sheet, boundary.normal_B), transform_of(bodies, boundary.feature_body, at).p_W - sheet.p_W) -
              dot(boundary.normal_B, boundary.on_it_B);
     };
     // Has their relative position changed by a large part of the smaller size? Then a part of a body may have passed.
     const auto apart = [&](const S* at) {
-      return placed(bodies, boundary.feature_body, at).p_W - placed(bodies, boundary.surface_body, at).p_W;
+      return transform_of(bodies, boundary.feature_body, at).p_W - transform_of(bodies, boundary.surface_body, at).p_W;
     };
     const S size =
         real::min(bodies.bounding_radius[boundary.feature_body], bodies.bounding_radius[boundary.surface_body]);

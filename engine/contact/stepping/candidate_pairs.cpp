@@ -69,7 +69,7 @@ template <class S> void build_broad_phase_items(World<S>& world, S h_s) {
       item.box = {item.center - out, item.center + out};
     } else {
       const Vec3<S> out{margin, margin, margin};
-      const Aabb<S> tight = bounds(world.geometry[i], placement(item.center, bodies.q_WB[i]));
+      const Aabb<S> tight = bounds(world.geometry[i], transform(item.center, bodies.q_WB[i]));
       item.box = {tight.low - out, tight.high + out};
     }
     world.items.push_back(item);

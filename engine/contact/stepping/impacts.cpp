@@ -61,13 +61,13 @@ template <class S> S restitution_of(const World<S>& world, int contact) {
                       : manifold_batch(world, at).restitution.lane[at.lane];
 }
 
-// The body's placement at t_s of the substep.
-template <class S> Placement<S> placement_at(const World<S>& world, int body, S t_s) {
+// The body's transform at t_s of the substep.
+template <class S> Transform<S> transform_at(const World<S>& world, int body, S t_s) {
   const Bodies<S>& bodies = world.bodies;
   const LinearMotion<S> f = linear_motion(world, body);
-  if (!bodies.moves[body]) return placement(f.p, bodies.q_WB[body]);
+  if (!bodies.moves[body]) return transform(f.p, bodies.q_WB[body]);
   const Vec3<S> rotation = load3(bodies.pose[body].at + 3) + load3(bodies.impact_shift[body].at + 3) + t_s * f.w;
-  return placement(f.p + t_s * f.v, normalised(so3_exp(rotation) * bodies.q_WB[body]));
+  return transform(f.p + t_s * f.v, normalised(so3_exp(rotation) * bodies.q_WB[body]));
 }
 
 // predict_point_impact() moves a point along the normal of detection, which is exact only for corners on planes. Before
@@ -87,10 +87,10 @@ bool refine_on_surfaces(World<S>& world, int contact, S from_s, S sub_s, Predict
     world.model->system().solvers.add(IterativeSolver::impact_time, {iterations, residual, ended});
   };
   for (int iteration = 0; iteration < kMaxRefinements; ++iteration) {
-    const Placement<S> place_a = placement_at(world, a, predicted.t_s), place_b = placement_at(world, b, predicted.t_s);
+    const Transform<S> pose_a = transform_at(world, a, predicted.t_s), pose_b = transform_at(world, b, predicted.t_s);
     manifolds.clear();
-    find_contacts(world.geometry[a], place_a, world.geometry[b], place_b, size, manifolds);
-    const Vec3<S> predicted_point = place_a.p_W + predicted.arm_a;
+    find_contacts(world.geometry[a], pose_a, world.geometry[b], pose_b, size, manifolds);
+    const Vec3<S> predicted_point = pose_a.p_W + predicted.arm_a;
     const ContactPoint<S>* point = nullptr;
     S least{};
     for (const Manifold<S>& manifold : manifolds)
@@ -102,8 +102,8 @@ bool refine_on_surfaces(World<S>& world, int contact, S from_s, S sub_s, Predict
         predicted.normal = manifold.normal_W;
       }
     if (point == nullptr) return false;
-    predicted.arm_a = point->x_W - place_a.p_W;
-    predicted.arm_b = point->x_W - place_b.p_W;
+    predicted.arm_a = point->x_W - pose_a.p_W;
+    predicted.arm_b = point->x_W - pose_b.p_W;
     const LinearMotion<S> fa = linear_motion(world, a), fb = linear_motion(world, b);
     const auto speed = [&](const Vec3<S>& v_a, const Vec3<S>& v_b) { return -dot(v_b - v_a, predicted.normal); };
     const S approach = speed(fa.v + cross(fa.w, predicted.arm_a), fb.v + cross(fb.w, predicted.arm_b));

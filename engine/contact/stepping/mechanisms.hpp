@@ -114,7 +114,7 @@ template <class S> bool correct_stop_biases(World<S>& world, S sub_s);
 // After positions are advanced: poses, velocities and inertias of tied bodies at the end of the substep.
 template <class S> void end_tied_substep(World<S>& world);
 
-// ---- pieces
+// ---- helpers
 // The rows at poses that lie after_s later on uniform motion (0: at the beginning), and their factors.
 template <class S> void factor_rows(World<S>& world, Mechanism<S>& mechanism, S after_s, bool dampers, S sub_s);
 template <class S> S rate_of(const World<S>& world, const TiedRow<S>& row);

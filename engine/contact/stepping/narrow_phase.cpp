@@ -55,8 +55,8 @@ template <class S> S smaller_size(const World<S>& world, int a, int b) {
 
 template <class S> void detect_pair(const World<S>& world, int a, int b, S margin, std::vector<Manifold<S>>& out) {
   out.clear();
-  find_contacts(world.geometry[a], placement(position_of(world, a), orientation(world, a)), world.geometry[b],
-                placement(position_of(world, b), orientation(world, b)), margin, out);
+  find_contacts(world.geometry[a], transform(position_of(world, a), orientation(world, a)), world.geometry[b],
+                transform(position_of(world, b), orientation(world, b)), margin, out);
 }
 
 // Sets `out` to the manifolds of the pairs [first, last); pairs whose bounding spheres are too far apart have none.
@@ -116,7 +116,7 @@ template <class S> void transfer_impulses(World<S>& world) {
     const S distance_m = S(kImpulseMatchDistance) * smaller_size(world, now.a, now.b);
     while (at < old.size() && pair_before(old[at].a, old[at].b, now.a, now.b)) ++at;
     for (std::size_t j = at; j < old.size() && old[j].a == now.a && old[j].b == now.b; ++j)
-      if (old[j].geometry.piece_a == now.geometry.piece_a && old[j].geometry.piece_b == now.geometry.piece_b)
+      if (old[j].geometry.part_a == now.geometry.part_a && old[j].geometry.part_b == now.geometry.part_b)
         transfer_impulses(old[j], distance_m, now);
   }
 }

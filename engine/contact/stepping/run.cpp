@@ -52,8 +52,8 @@ std::string refusal(const Scene& scene) {
   for (std::size_t a = 0; a < representatives.size(); ++a)
     for (std::size_t b = a + 1; b < representatives.size(); ++b) {
       if (representatives[a]->fixed && representatives[b]->fixed) continue;
-      const char* what = no_contact_test(static_cast<ShapeKind>(representatives[a]->shape.index()),
-                                         static_cast<ShapeKind>(representatives[b]->shape.index()));
+      const char* what = missing_contact_test(static_cast<ShapeKind>(representatives[a]->shape.index()),
+                                              static_cast<ShapeKind>(representatives[b]->shape.index()));
       if (what != nullptr)
         return "atwood has no contact test for `" + representatives[a]->name + "` and `" + representatives[b]->name +
                "`: " + what;

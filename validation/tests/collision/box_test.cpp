@@ -23,13 +23,13 @@ Q turn(double angle, const V& axis) {
 
 struct Posed {
   Geometry<double> shape;
-  Placement<double> place;
+  Transform<double> pose;
 };
-Posed posed(const Shape& shape, const V& p, const Q& q = {}) { return {make_geometry<double>(shape), placement(p, q)}; }
+Posed posed(const Shape& shape, const V& p, const Q& q = {}) { return {make_geometry<double>(shape), transform(p, q)}; }
 
 std::vector<Manifold<double>> contacts(const Posed& a, const Posed& b, double margin = 0) {
   std::vector<Manifold<double>> out;
-  find_contacts(a.shape, a.place, b.shape, b.place, margin, out);
+  find_contacts(a.shape, a.pose, b.shape, b.pose, margin, out);
   return out;
 }
 Manifold<double> contact(const Posed& a, const Posed& b, double margin = 0) {
@@ -37,7 +37,7 @@ Manifold<double> contact(const Posed& a, const Posed& b, double margin = 0) {
   REQUIRE(found.size() == 1);
   return found[0];
 }
-Separation<double> gap(const Posed& a, const Posed& b) { return separation(a.shape, a.place, b.shape, b.place); }
+Separation<double> gap(const Posed& a, const Posed& b) { return separation(a.shape, a.pose, b.shape, b.pose); }
 double deepest(const Manifold<double>& m) {
   double least = m.points[0].gap;
   for (int i = 1; i < m.count; ++i) least = std::min(least, m.points[static_cast<std::size_t>(i)].gap);
@@ -52,8 +52,8 @@ struct Wide3 {
 Vec3<Long> wide(const V& v) { return {v.x, v.y, v.z}; }
 Wide3 wide(const Posed& body) {
   const bool capsule = body.shape.kind == ShapeKind::capsule;
-  const auto* axis = body.place.axis_W;
-  return {wide(body.place.p_W),
+  const auto* axis = body.pose.axis_W;
+  return {wide(body.pose.p_W),
           {wide(axis[0]), wide(axis[1]), wide(axis[2])},
           {body.shape.half_extents.x, body.shape.half_extents.y,
            capsule ? body.shape.half_length : body.shape.half_extents.z},

@@ -22,24 +22,24 @@ Compound random_compound(Random& random, int boxes) {
   }
   return compound;
 }
-std::vector<Manifold<double>> contacts(const Geometry<double>& a, const Placement<double>& place_a,
-                                       const Geometry<double>& b, const Placement<double>& place_b, double margin = 0) {
+std::vector<Manifold<double>> contacts(const Geometry<double>& a, const Transform<double>& pose_a,
+                                       const Geometry<double>& b, const Transform<double>& pose_b, double margin = 0) {
   std::vector<Manifold<double>> out;
-  find_contacts(a, place_a, b, place_b, margin, out);
+  find_contacts(a, pose_a, b, pose_b, margin, out);
   return out;
 }
 // The compound's boxes as separate bodies.
-struct Piece {
+struct Part {
   Geometry<double> shape;
-  Placement<double> place;
+  Transform<double> pose;
 };
-std::vector<Piece> pieces(const Compound& compound, const V& p_WB, const Quat<double>& q_WB) {
-  std::vector<Piece> out;
+std::vector<Part> boxes_of(const Compound& compound, const V& p_WB, const Quat<double>& q_WB) {
+  std::vector<Part> out;
   for (const auto& box : compound.boxes) {
     const Real4& q = box.orientation_wxyz;
     const V at = p_WB + rotate(q_WB, narrow3<double>(box.position_body_m));
     out.push_back(
-        {make_geometry<double>(Box{box.half_extents_m}), placement(at, q_WB * Quat<double>{q[0], q[1], q[2], q[3]})});
+        {make_geometry<double>(Box{box.half_extents_m}), transform(at, q_WB * Quat<double>{q[0], q[1], q[2], q[3]})});
   }
   return out;
 }
@@ -77,44 +77,44 @@ TEST_CASE("a compound touches what its boxes touch, with one manifold for each b
     for (const Kind kind : {Kind::sphere, Kind::plane, Kind::rectangle, Kind::box, Kind::capsule}) {
       const Shape shape = kind == Kind::plane ? Shape(Plane{{0, 0.6, 0.8}, 0.1}) : random_shape(kind, random);
       const auto other = make_geometry<double>(shape);
-      const auto place = placement(V{uniform(random, -1, 1), uniform(random, -1, 1), 0.5}, any_turn(random));
-      const auto found = contacts(other, place, whole, placement(p, q));
+      const auto pose = transform(V{uniform(random, -1, 1), uniform(random, -1, 1), 0.5}, any_turn(random));
+      const auto found = contacts(other, pose, whole, transform(p, q));
       std::size_t expected = 0;
       double least = std::numeric_limits<double>::infinity();
-      const auto parts = pieces(compound, p, q);
-      for (std::size_t i = 0; i < parts.size(); ++i) {
-        const double gap = separation(other, place, parts[i].shape, parts[i].place).gap;
+      const auto boxes = boxes_of(compound, p, q);
+      for (std::size_t i = 0; i < boxes.size(); ++i) {
+        const double gap = separation(other, pose, boxes[i].shape, boxes[i].pose).gap;
         least = std::min(least, gap);
-        const auto alone = contacts(other, place, parts[i].shape, parts[i].place);
+        const auto alone = contacts(other, pose, boxes[i].shape, boxes[i].pose);
         if (std::abs(gap) < 1e-12) return;  // touching to round-off: either answer is right
         expected += alone.size();
         for (const auto& m : found)
-          if (m.piece_b == static_cast<int>(i)) RC_ASSERT(same_contact(m, alone.at(0)));
+          if (m.part_b == static_cast<int>(i)) RC_ASSERT(same_contact(m, alone.at(0)));
       }
       RC_ASSERT(found.size() == expected);
-      RC_ASSERT(std::abs(separation(other, place, whole, placement(p, q)).gap - least) < 1e-12);
+      RC_ASSERT(std::abs(separation(other, pose, whole, transform(p, q)).gap - least) < 1e-12);
     }
   }));
 }
 
-TEST_CASE("compounds against compounds: every pair of pieces, named on both sides") {
+TEST_CASE("compounds against compounds: every pair of parts, named on both sides") {
   CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
     const Compound one = random_compound(random, 4), two = random_compound(random, 5);
     const auto a = make_geometry<double>(one), b = make_geometry<double>(two);
     const V p{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
     const Quat<double> q = any_turn(random);
-    const auto here = placement(V{}, {}), there = placement(p, q);
+    const auto here = transform(V{}, {}), there = transform(p, q);
     const auto found = contacts(a, here, b, there), swapped = contacts(b, there, a, here);
     RC_ASSERT(found.size() == swapped.size());
     for (std::size_t i = 0; i < found.size(); ++i) {
-      RC_ASSERT(found[i].piece_a == swapped[i].piece_b);
-      RC_ASSERT(found[i].piece_b == swapped[i].piece_a);
+      RC_ASSERT(found[i].part_a == swapped[i].part_b);
+      RC_ASSERT(found[i].part_b == swapped[i].part_a);
       RC_ASSERT(norm(found[i].normal_W + swapped[i].normal_W) == 0);
     }
     std::size_t expected = 0;
-    for (const auto& x : pieces(one, {}, {}))
-      for (const auto& y : pieces(two, p, q)) expected += separation(x.shape, x.place, y.shape, y.place).gap <= 0;
+    for (const auto& x : boxes_of(one, {}, {}))
+      for (const auto& y : boxes_of(two, p, q)) expected += separation(x.shape, x.pose, y.shape, y.pose).gap <= 0;
     RC_ASSERT(found.size() == expected);
   }));
 }
@@ -122,25 +122,25 @@ TEST_CASE("compounds against compounds: every pair of pieces, named on both side
 TEST_CASE("bounds and bounding spheres hold every shape") {
   CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
-    const auto place =
-        placement(V{uniform(random, -9, 9), uniform(random, -9, 9), uniform(random, -9, 9)}, any_turn(random));
+    const auto pose =
+        transform(V{uniform(random, -9, 9), uniform(random, -9, 9), uniform(random, -9, 9)}, any_turn(random));
     std::vector<Shape> shapes{random_compound(random, 5)};
     for (const ShapeKind kind : kConvexKinds) shapes.push_back(random_shape(kind, random, 1e3));
     for (const Shape& shape : shapes) {
       const auto g = make_geometry<double>(shape);
-      const auto box = bounds(g, place);
+      const auto box = bounds(g, pose);
       const double low[] = {box.low.x, box.low.y, box.low.z}, high[] = {box.high.x, box.high.y, box.high.z};
       for (int k = 0; k < 3; ++k) {  // a plane at the box's side touches the shape, to round-off, and does not cut it
         for (const double side : {-1.0, 1.0}) {
           Plane plane{{0, 0, 0}, side > 0 ? -high[k] : low[k]};
           plane.normal[static_cast<std::size_t>(k)] = -side;
-          const double gap = separation(make_geometry<double>(plane), placement(V{}, {}), g, place).gap;
+          const double gap = separation(make_geometry<double>(plane), transform(V{}, {}), g, pose).gap;
           RC_ASSERT(std::abs(gap) < 1e-14 * (10 + g.bounding_radius));
         }
       }
       const Plane beyond{{0.6, 0, 0.8}, 0};
-      const double gap = separation(make_geometry<double>(beyond), placement(V{}, {}), g, place).gap;
-      RC_ASSERT(gap >= 0.6 * place.p_W.x + 0.8 * place.p_W.z - g.bounding_radius * (1 + 1e-14) - 1e-14);
+      const double gap = separation(make_geometry<double>(beyond), transform(V{}, {}), g, pose).gap;
+      RC_ASSERT(gap >= 0.6 * pose.p_W.x + 0.8 * pose.p_W.z - g.bounding_radius * (1 + 1e-14) - 1e-14);
     }
   }));
 }

@@ -96,11 +96,11 @@ Pose hostile_pose(ShapeKind kind_a, ShapeKind kind_b, std::uint64_t seed, double
 // Meshes without a triangle with area and shapes without points have no gap: it is infinite.
 template <class S> void check_pair(const Pose& pose) {
   const Geometry<S> a = make_geometry<S>(pose.a), b = make_geometry<S>(pose.b);
-  if (no_contact_test(a.kind, b.kind)) return;
+  if (missing_contact_test(a.kind, b.kind)) return;
   const auto empty = [](const Geometry<S>& g) { return g.kind == ShapeKind::mesh && g.bounding_radius == S(0); };
   if (empty(a) || empty(b)) return;
-  const Placement<S> place_a = placed_at<S>({}, pose.q_a), place_b = placed_at<S>(pose.between, pose.q_b);
-  const Separation<S> found = separation(a, place_a, b, place_b), back = separation(b, place_b, a, place_a);
+  const Transform<S> pose_a = placed_at<S>({}, pose.q_a), pose_b = placed_at<S>(pose.between, pose.q_b);
+  const Separation<S> found = separation(a, pose_a, b, pose_b), back = separation(b, pose_b, a, pose_a);
   const auto flat_mesh = [](const Geometry<S>& g, const Separation<S>& s) {
     return g.kind == ShapeKind::mesh && !real::is_finite(s.gap);  // all its triangles are lines
   };
@@ -114,7 +114,7 @@ template <class S> void check_pair(const Pose& pose) {
   RC_ASSERT(real::abs(dot(found.on_b_W - found.on_a_W, found.normal_W) - found.gap) <= round_off);
   std::vector<Manifold<S>> manifolds;
   const S margin = S(0.125) * S(pose.scale);
-  find_contacts(a, place_a, b, place_b, margin, manifolds);
+  find_contacts(a, pose_a, b, pose_b, margin, manifolds);
   if (found.gap < margin - round_off) RC_ASSERT(!manifolds.empty());
   if (found.gap > margin + round_off) RC_ASSERT(manifolds.empty());
   S least = std::numeric_limits<S>::infinity();
@@ -137,7 +137,7 @@ constexpr double kSoon_s = 10;
 
 template <class S> void check_swept(const Pose& pose, Random& random) {
   const Geometry<S> a = make_geometry<S>(pose.a), b = make_geometry<S>(pose.b);
-  if (no_contact_test(a.kind, b.kind)) return;
+  if (missing_contact_test(a.kind, b.kind)) return;
   const auto motion = [&](double speed) {
     const Real3 v = gauss3(random);
     return Vec3<S>{S(speed * v[0]), S(speed * v[1]), S(speed * v[2])};

@@ -45,11 +45,11 @@ template <class S> bool finite(const Vec3<S>& v) {
 template <class S> bool is_unit(const Vec3<S>& n) { return real::abs(norm(n) - S(1)) < S(16) * real::epsilon<S>(); }
 
 template <class S>
-void check_pair(const Shape& shape_a, const Shape& shape_b, const Placement<S>& place_a, const Placement<S>& place_b,
+void check_pair(const Shape& shape_a, const Shape& shape_b, const Transform<S>& pose_a, const Transform<S>& pose_b,
                 double scale) {
   const Geometry<S> a = make_geometry<S>(shape_a), b = make_geometry<S>(shape_b);
-  if (no_contact_test(a.kind, b.kind)) return;
-  const Separation<S> found = separation(a, place_a, b, place_b), back = separation(b, place_b, a, place_a);
+  if (missing_contact_test(a.kind, b.kind)) return;
+  const Separation<S> found = separation(a, pose_a, b, pose_b), back = separation(b, pose_b, a, pose_a);
   RC_ASSERT(real::is_finite(found.gap));
   RC_ASSERT(is_unit(found.normal_W));
   RC_ASSERT(finite(found.on_a_W));
@@ -59,8 +59,8 @@ void check_pair(const Shape& shape_a, const Shape& shape_b, const Placement<S>& 
   RC_ASSERT(real::abs(dot(found.on_b_W - found.on_a_W, found.normal_W) - found.gap) <= round_off);
   std::vector<Manifold<S>> manifolds, swapped;
   const S margin = S(0.125) * S(scale);
-  find_contacts(a, place_a, b, place_b, margin, manifolds);
-  find_contacts(b, place_b, a, place_a, margin, swapped);
+  find_contacts(a, pose_a, b, pose_b, margin, manifolds);
+  find_contacts(b, pose_b, a, pose_a, margin, swapped);
   if (found.gap < margin - round_off) RC_ASSERT(!manifolds.empty());
   if (found.gap > margin + round_off) RC_ASSERT(manifolds.empty());
   if (found.gap < margin - round_off) RC_ASSERT(manifolds.size() == swapped.size());

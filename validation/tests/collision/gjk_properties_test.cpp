@@ -20,20 +20,19 @@ TEST_CASE("no direction tells two shapes apart better than the normal does") {
     const Geometry<double> a = shape(random_shape(kind(), random, spread)),
                            b = shape(random_shape(kind(), random, spread));
     const double near = uniform(random, 0, 2);
-    const Placement<double> place_a = placed_at<double>({}, any_turn(random));
-    const Placement<double> place_b = placed_at<double>(near * narrow3<double>(gauss3(random)), any_turn(random));
-    const Separation<double> s = convex_separation(a, place_a, b, place_b);
-    ConvexPiece<double> piece_a, piece_b;
-    convex_piece(a, piece_a), convex_piece(b, piece_b);
-    const Placement<double> b_in_a = relative_placement(place_a, place_b);
-    const double size = a.bounding_radius + b.bounding_radius + norm(b_in_a.p_W),
-                 radii = piece_a.radius + piece_b.radius;
-    const auto gap_along = [&](const V& n) { return -overlap_along(piece_a, piece_b, b_in_a, n) - radii; };
+    const Transform<double> pose_a = placed_at<double>({}, any_turn(random));
+    const Transform<double> pose_b = placed_at<double>(near * narrow3<double>(gauss3(random)), any_turn(random));
+    const Separation<double> s = convex_separation(a, pose_a, b, pose_b);
+    ConvexPart<double> part_a, part_b;
+    convex_part(a, part_a), convex_part(b, part_b);
+    const Transform<double> b_in_a = relative_transform(pose_a, pose_b);
+    const double size = a.bounding_radius + b.bounding_radius + norm(b_in_a.p_W), radii = part_a.radius + part_b.radius;
+    const auto gap_along = [&](const V& n) { return -overlap_along(part_a, part_b, b_in_a, n) - radii; };
     RC_ASSERT(std::abs(norm(s.normal_W) - 1) < 1e-14);
-    RC_ASSERT(std::abs(gap_along(turned_back(place_a, s.normal_W)) - s.gap) <= 1e-14 * size);
+    RC_ASSERT(std::abs(gap_along(to_body(pose_a, s.normal_W)) - s.gap) <= 1e-14 * size);
     for (int i = 0; i < 200; ++i) {
       const V d = s.normal_W + std::pow(10.0, 1 - i % 12) * narrow3<double>(gauss3(random));
-      RC_ASSERT(gap_along(turned_back(place_a, (1 / norm(d)) * d)) <= s.gap + 1e-14 * size);
+      RC_ASSERT(gap_along(to_body(pose_a, (1 / norm(d)) * d)) <= s.gap + 1e-14 * size);
     }
     RC_ASSERT(norm(s.on_b_W - s.on_a_W - s.gap * s.normal_W) <= 1e-13 * size);
   }));
@@ -41,18 +40,18 @@ TEST_CASE("no direction tells two shapes apart better than the normal does") {
 
 TEST_CASE("faces that lie nearly over each other keep the deepest vertex, although it is a neighbouring face's") {
   const Scene scene = sweep_scene("convex-convex", 42, 50803, false);
-  const auto place = [&](std::size_t i) {
+  const auto pose = [&](std::size_t i) {
     const Body& body = scene.bodies[i];
     const auto& q = body.orientation_wxyz;
-    return placement(narrow3<double>(body.position_m), Quat<double>{q[0], q[1], q[2], q[3]});
+    return transform(narrow3<double>(body.position_m), Quat<double>{q[0], q[1], q[2], q[3]});
   };
   const Geometry<double> a = shape(scene.bodies[0].shape), b = shape(scene.bodies[1].shape);
   std::vector<Manifold<double>> m;
-  convex_contacts(a, place(0), b, place(1), 0.0, m);
+  convex_contacts(a, pose(0), b, pose(1), 0.0, m);
   REQUIRE(m.size() == 1);
   double deepest = 1;
   for (int i = 0; i < m[0].count; ++i) deepest = std::min(deepest, m[0].points[static_cast<std::size_t>(i)].gap);
-  CHECK(std::abs(deepest - convex_separation(a, place(0), b, place(1)).gap) < 1e-16);  // 2e-8 without it
+  CHECK(std::abs(deepest - convex_separation(a, pose(0), b, pose(1)).gap) < 1e-16);  // 2e-8 without it
 }
 
 TEST_CASE("the expanding polytope agrees with every axis of two polyhedra") {
@@ -60,12 +59,12 @@ TEST_CASE("the expanding polytope agrees with every axis of two polyhedra") {
     Random random(seed);
     const Geometry<double> a = shape(random_shape(ShapeKind::convex, random)),
                            b = shape(random_shape(ShapeKind::box, random));
-    ConvexPiece<double> piece_a, piece_b;
-    convex_piece(a, piece_a), convex_piece(b, piece_b);
-    const Placement<double> b_in_a =
+    ConvexPart<double> part_a, part_b;
+    convex_part(a, part_a), convex_part(b, part_b);
+    const Transform<double> b_in_a =
         placed_at<double>(uniform(random, 0, 0.5) * narrow3<double>(gauss3(random)), any_turn(random));
-    const NearestFeatures<double> meeting = nearest_features(piece_a, piece_b, b_in_a, 1e300);
-    const double all = least_overlap_of_all_axes(piece_a, piece_b, b_in_a).overlap;
+    const NearestFeatures<double> meeting = nearest_features(part_a, part_b, b_in_a, 1e300);
+    const double all = least_overlap_of_all_axes(part_a, part_b, b_in_a).overlap;
     if (meeting.gap < 0) RC_ASSERT(std::abs(meeting.gap + all) < 4e-15);
     if (meeting.gap >= 0) RC_ASSERT(all <= 1e-15 && -all <= meeting.gap + 1e-15);
   }));
@@ -121,10 +120,10 @@ TEST_CASE("a hull of a box's corners is that box; a hull of many points on a sph
     Random random(seed);
     const Real3 h{uniform(random, 0.1, 1), uniform(random, 0.1, 1), uniform(random, 0.1, 1)};
     const Geometry<double> other = shape(random_shape(kConvexKinds[random() % 6], random));
-    const Placement<double> place_a = placed_at<double>({}, any_turn(random));
-    const Placement<double> place_b = placed_at<double>(narrow3<double>(gauss3(random)), any_turn(random));
-    const auto s = convex_separation(shape(Box{h}), place_a, other, place_b);
-    const auto t = convex_separation(shape(Convex{box_corners(h)}), place_a, other, place_b);
+    const Transform<double> pose_a = placed_at<double>({}, any_turn(random));
+    const Transform<double> pose_b = placed_at<double>(narrow3<double>(gauss3(random)), any_turn(random));
+    const auto s = convex_separation(shape(Box{h}), pose_a, other, pose_b);
+    const auto t = convex_separation(shape(Convex{box_corners(h)}), pose_a, other, pose_b);
     RC_ASSERT(std::abs(s.gap - t.gap) < 5e-15);
   }));
   Random random(3);

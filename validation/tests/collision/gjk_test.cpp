@@ -14,10 +14,10 @@ namespace {
 
 const double kPi = std::acos(-1.0);
 
-std::vector<Manifold<double>> meet(const Shape& a, const Placement<double>& place_a, const Shape& b,
-                                   const Placement<double>& place_b, double margin = 0) {
+std::vector<Manifold<double>> meet(const Shape& a, const Transform<double>& pose_a, const Shape& b,
+                                   const Transform<double>& pose_b, double margin = 0) {
   std::vector<Manifold<double>> out;
-  convex_contacts(shape(a), place_a, shape(b), place_b, margin, out);
+  convex_contacts(shape(a), pose_a, shape(b), pose_b, margin, out);
   return out;
 }
 double apart(const V& a, const V& b) { return norm(a - b); }
@@ -223,8 +223,8 @@ TEST_CASE(
 namespace {
 
 // How far x lies outside of a hull or a cylinder.
-double outside(const Geometry<double>& g, const Placement<double>& place, const V& x_W) {
-  const V x = turned_back(place, x_W - place.p_W);
+double outside(const Geometry<double>& g, const Transform<double>& pose, const V& x_W) {
+  const V x = to_body(pose, x_W - pose.p_W);
   if (g.kind == ShapeKind::cylinder) return std::max(std::hypot(x.x, x.y) - g.radius, std::abs(x.z) - g.half_length);
   double most = -1e300;
   for (const auto& face : g.hull->faces) most = std::max(most, dot(face.normal, x) - face.offset);
@@ -254,21 +254,21 @@ TEST_CASE("the points that meet lie on both shapes, where many features tie, too
           for (const V& way : ways)
             for (const double aside : {0.0, 0.2, 0.4}) {
               const Geometry<double> a = shape(s), b = shape(t);
-              const Placement<double> at = placed_at<double>({}, q), turned_b = placed_at<double>({}, r);
-              const auto reach = [&](const Geometry<double>& g, const Placement<double>& place, const V& d) {
-                ConvexPiece<double> piece;
+              const Transform<double> at = placed_at<double>({}, q), turned_b = placed_at<double>({}, r);
+              const auto reach = [&](const Geometry<double>& g, const Transform<double>& pose, const V& d) {
+                ConvexPart<double> part;
                 int vertex = 0;
-                convex_piece(g, piece);
-                return dot(d, turned(place, support(piece, turned_back(place, d), vertex)));
+                convex_part(g, part);
+                return dot(d, to_world(pose, support(part, to_body(pose, d), vertex)));
               };
               for (const double gap : {-0.0625, 0.0, 0.0625}) {
-                Placement<double> place_b = turned_b;
-                place_b.p_W =
+                Transform<double> pose_b = turned_b;
+                pose_b.p_W =
                     (reach(a, at, way) + reach(b, turned_b, -way) + gap) * way + aside * V{way.y, way.z, way.x};
-                const Separation<double> found = separation(a, at, b, place_b);
+                const Separation<double> found = separation(a, at, b, pose_b);
                 INFO(s.index() << t.index() << ' ' << q.x << q.y << q.z << ' ' << r.x << r.y << r.z << " gap " << gap);
                 CHECK(outside(a, at, found.on_a_W) < 1e-12);
-                CHECK(outside(b, place_b, found.on_b_W) < 1e-12);
+                CHECK(outside(b, pose_b, found.on_b_W) < 1e-12);
               }
             }
 }

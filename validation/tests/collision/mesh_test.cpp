@@ -66,10 +66,10 @@ double deepest(const std::vector<Manifold<double>>& out) {
     for (int i = 0; i < m.count; ++i) least = std::min(least, m.points[i].gap);
   return least;
 }
-std::vector<Manifold<double>> on_mesh(const Geometry<double>& mesh, const Placement<double>& place_mesh,
-                                      const Geometry<double>& b, const Placement<double>& place_b, double margin = 0) {
+std::vector<Manifold<double>> on_mesh(const Geometry<double>& mesh, const Transform<double>& pose_mesh,
+                                      const Geometry<double>& b, const Transform<double>& pose_b, double margin = 0) {
   std::vector<Manifold<double>> out;
-  mesh_contacts(mesh, place_mesh, b, place_b, margin, out);
+  mesh_contacts(mesh, pose_mesh, b, pose_b, margin, out);
   return out;
 }
 
@@ -135,10 +135,10 @@ TEST_CASE("boxes, cylinders, capsules and hulls over a triangulated plane meet t
     const bool level = random() % 2 == 0;
     const Quat<double> about_z{std::cos(uniform(random, 0, 3)), 0, 0, 1};
     const Quat<double> q = level ? normalised(about_z) : any_turn(random);
-    Placement<double> place = placed_at<double>({uniform(random, -0.5, 0.5), uniform(random, -0.5, 0.5), 0}, q);
-    const double lowest = separation(plane, placed_at<double>({}), b, place).gap, depth = uniform(random, 0, 0.02);
-    place.p_W.z -= lowest + depth;
-    const auto m = on_mesh(mesh, placed_at<double>({}), b, place);
+    Transform<double> pose = placed_at<double>({uniform(random, -0.5, 0.5), uniform(random, -0.5, 0.5), 0}, q);
+    const double lowest = separation(plane, placed_at<double>({}), b, pose).gap, depth = uniform(random, 0, 0.02);
+    pose.p_W.z -= lowest + depth;
+    const auto m = on_mesh(mesh, placed_at<double>({}), b, pose);
     RC_ASSERT(!m.empty());
     RC_ASSERT(std::abs(deepest(m) + depth) < 1e-13);
     for (const auto& manifold : m) {
@@ -157,23 +157,23 @@ TEST_CASE("a closed mesh of a box: balls and boxes near it meet the box") {
     Random random(seed);
     const Real3 h{uniform(random, 0.2, 1), uniform(random, 0.2, 1), uniform(random, 0.2, 1)};
     const Geometry<double> mesh = geometry_of(box_surface(h)), box = shape(Box{h});
-    const Placement<double> place = placed_at<double>(narrow3<double>(gauss3(random)), any_turn(random));
-    const V x = place.p_W + 0.8 * narrow3<double>(gauss3(random));
+    const Transform<double> pose = placed_at<double>(narrow3<double>(gauss3(random)), any_turn(random));
+    const V x = pose.p_W + 0.8 * narrow3<double>(gauss3(random));
     const Geometry<double> ball = shape(Sphere{uniform(random, 0.05, 0.6)});
-    const auto s = mesh_separation(mesh, place, ball, placed_at<double>(x)),
-               t = separation(box, place, ball, placed_at<double>(x));
+    const auto s = mesh_separation(mesh, pose, ball, placed_at<double>(x)),
+               t = separation(box, pose, ball, placed_at<double>(x));
     RC_ASSERT(std::abs(s.gap - t.gap) < 1e-14);
     RC_ASSERT(norm(s.normal_W - t.normal_W) < 1e-9);
-    const auto m = on_mesh(mesh, place, ball, placed_at<double>(x), 0.01);
+    const auto m = on_mesh(mesh, pose, ball, placed_at<double>(x), 0.01);
     RC_ASSERT(m.empty() == (t.gap > 0.01));
     if (!m.empty()) {
       RC_ASSERT(std::abs(deepest(m) - t.gap) < 1e-14);
       RC_ASSERT(m.size() == 1u);  // a box touches a ball in one place
     }
     const Geometry<double> other = shape(random_shape(kConvexKinds[random() % 6], random));
-    const Placement<double> place_other =
-        placed_at<double>(place.p_W + 1.5 * narrow3<double>(gauss3(random)), any_turn(random));
-    const auto u = mesh_separation(mesh, place, other, place_other), v = separation(box, place, other, place_other);
+    const Transform<double> place_other =
+        placed_at<double>(pose.p_W + 1.5 * narrow3<double>(gauss3(random)), any_turn(random));
+    const auto u = mesh_separation(mesh, pose, other, place_other), v = separation(box, pose, other, place_other);
     RC_ASSERT(std::abs(u.gap - v.gap) < 1e-13);
   }));
 }
@@ -182,15 +182,15 @@ TEST_CASE("two closed meshes hit or miss as the solids do; their distance is the
   CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);
     const Real3 g{0.5, 0.4, 0.3}, h{0.6, 0.2, 0.5};
-    const Placement<double> place_a = placed_at<double>({}, any_turn(random));
-    const Placement<double> place_b =
+    const Transform<double> pose_a = placed_at<double>({}, any_turn(random));
+    const Transform<double> pose_b =
         placed_at<double>(uniform(random, 0.3, 1) * narrow3<double>(gauss3(random)), any_turn(random));
-    const auto s = separation(shape(Box{g}), place_a, shape(Box{h}), place_b);
-    const auto m = on_mesh(geometry_of(box_surface(g)), place_a, geometry_of(box_surface(h)), place_b);
+    const auto s = separation(shape(Box{g}), pose_a, shape(Box{h}), pose_b);
+    const auto m = on_mesh(geometry_of(box_surface(g)), pose_a, geometry_of(box_surface(h)), pose_b);
     if (s.gap > 1e-12) RC_ASSERT(m.empty());
     if (s.gap < -1e-12) RC_ASSERT(!m.empty());
     for (const auto& manifold : m) RC_ASSERT(std::abs(norm(manifold.normal_W) - 1) < 1e-12);
-    const auto t = mesh_separation(geometry_of(box_surface(g)), place_a, geometry_of(box_surface(h)), place_b);
+    const auto t = mesh_separation(geometry_of(box_surface(g)), pose_a, geometry_of(box_surface(h)), pose_b);
     RC_ASSERT(std::abs(s.gap - t.gap) < 1e-13);
   }));
 }
@@ -228,11 +228,11 @@ TEST_CASE("what stands on a closed mesh meets the face it stands on, and not the
   for (const double depth : {0x1p-4, 0x1p-20})
     for (const V& at : {V{1.625, 0.25, 0}, V{2, 0.25, 0}, V{1.75, 1, 0}, V{2, 1, 0}, V{2.125, -1.125, 0}, V{1.5, 0, 0}})
       for (const auto& body : standing) {
-        const auto place = placed_at<double>(at + V{0, 0, 1.25 - depth});
+        const auto pose = placed_at<double>(at + V{0, 0, 1.25 - depth});
         INFO("at " << at.x << ' ' << at.y << " depth " << depth << " kind " << static_cast<int>(body.kind));
-        upright(on_mesh(angle, placed_at<double>({}), body, place), depth, 1);
+        upright(on_mesh(angle, placed_at<double>({}), body, pose), depth, 1);
         std::vector<Manifold<double>> swapped;
-        find_contacts(body, place, angle, placed_at<double>({}), 0.0, swapped);
+        find_contacts(body, pose, angle, placed_at<double>({}), 0.0, swapped);
         upright(swapped, depth, -1);
       }
   // Blocks face to face, and an L on an L.
@@ -265,11 +265,11 @@ TEST_CASE("a sheet of two triangles that pokes into a side meets it as a rectang
     for (const double x : {-1.25, -0.75, 0.0, 0.75, 1.25})
       for (const double z : {0.0, 0.25, -0.375}) {
         INFO(x << ' ' << z);
-        const auto place = placed_at<double>({x, 1.5 - 0x1p-6, z});
-        const auto s = mesh_separation(geometry_of(square), placed_at<double>({}), body, place),
-                   t = separation(shape(Rectangle{{1, 1}}), placed_at<double>({}), body, place);
+        const auto pose = placed_at<double>({x, 1.5 - 0x1p-6, z});
+        const auto s = mesh_separation(geometry_of(square), placed_at<double>({}), body, pose),
+                   t = separation(shape(Rectangle{{1, 1}}), placed_at<double>({}), body, pose);
         CHECK(s.gap == Approx(t.gap).epsilon(1e-12));
-        for (const auto& manifold : on_mesh(geometry_of(square), placed_at<double>({}), body, place))
+        for (const auto& manifold : on_mesh(geometry_of(square), placed_at<double>({}), body, pose))
           CHECK(norm(manifold.normal_W - t.normal_W) < 1e-12);
       }
 }
@@ -316,12 +316,12 @@ TEST_CASE("out of a closed mesh that is convex leads the least way, for a mesh w
   for (int i = 0; i < 4; ++i) CHECK(box[0].points[i].x_W.z == Approx(0.35 + 0.325).epsilon(1e-15));
   const Geometry<double> small = geometry_of(box_surface({0.25, 0.25, 0.5}));
   for (const bool swapped : {false, true}) {
-    const auto place = placed_at<double>({0.5, 0, 0.3}), origin = placed_at<double>({});
-    const auto m = swapped ? on_mesh(small, place, mesh, origin) : on_mesh(mesh, origin, small, place);
+    const auto pose = placed_at<double>({0.5, 0, 0.3}), origin = placed_at<double>({});
+    const auto m = swapped ? on_mesh(small, pose, mesh, origin) : on_mesh(mesh, origin, small, pose);
     REQUIRE(m.size() == 1);
     CHECK(norm(m[0].normal_W - V{swapped ? -1. : 1., 0, 0}) < 1e-15);
     CHECK(m[0].points[0].gap == Approx(-0.75).epsilon(1e-15));
-    const auto s = swapped ? separation(small, place, mesh, origin) : separation(mesh, origin, small, place);
+    const auto s = swapped ? separation(small, pose, mesh, origin) : separation(mesh, origin, small, pose);
     CHECK(s.gap == Approx(-0.75).epsilon(1e-15));
   }
   CHECK(on_mesh(mesh, placed_at<double>({}), small, placed_at<double>({3, 0, 0})).empty());
@@ -354,8 +354,8 @@ TEST_CASE("hostile meshes stay finite: needles, doubled triangles, three at an e
     const Geometry<double> mesh = geometry_of(s);
     for (const ShapeKind kind : kConvexKinds) {
       const Geometry<double> b = shape(random_shape(kind, random, 100));
-      const Placement<double> place = placed_at<double>(narrow3<double>(gauss3(random)), any_turn(random));
-      for (const auto& m : on_mesh(mesh, placed_at<double>({}), b, place, 0.01)) {
+      const Transform<double> pose = placed_at<double>(narrow3<double>(gauss3(random)), any_turn(random));
+      for (const auto& m : on_mesh(mesh, placed_at<double>({}), b, pose, 0.01)) {
         RC_ASSERT(m.count >= 1 && m.count <= 4);
         RC_ASSERT(std::abs(norm(m.normal_W) - 1) < 1e-9);
         for (int i = 0; i < m.count; ++i)

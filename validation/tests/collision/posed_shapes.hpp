@@ -24,7 +24,7 @@ inline Quat<double> any_turn(Random& random) {
   return normalised(Quat<double>{n(random), n(random), n(random), n(random)});
 }
 
-template <class S> Placement<S> placed_at(const Vec3<double>& p_W, const Quat<double>& q_WB = {}) {
+template <class S> Transform<S> placed_at(const Vec3<double>& p_W, const Quat<double>& q_WB = {}) {
   const Quat<S> q = normalised(Quat<S>{S(q_WB.w), S(q_WB.x), S(q_WB.y), S(q_WB.z)});
   return {{S(p_W.x), S(p_W.y), S(p_W.z)},
           {rotate(q, Vec3<S>{S(1), S(0), S(0)}), rotate(q, Vec3<S>{S(0), S(1), S(0)}),

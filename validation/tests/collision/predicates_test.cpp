@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "collision/convex_piece.hpp"
+#include "collision/convex_part.hpp"
 #include "collision/nearest_features.hpp"
 #include "collision/predicates.hpp"
 #include "posed_shapes.hpp"
@@ -94,9 +94,8 @@ TEST_CASE("triangles on a small lattice: signs say what distances say") {
     for (int k = 0; k < 3; ++k) p[k] = lattice(random, 2), q[k] = lattice(random, 2);
     const V n = cross(p[1] - p[0], p[2] - p[0]), m = cross(q[1] - q[0], q[2] - q[0]);
     if (!(dot(n, n) > 0) || !(dot(m, m) > 0)) continue;
-    const auto a = triangle_piece(p[0], p[1], p[2], unit_vector(n)),
-               b = triangle_piece(q[0], q[1], q[2], unit_vector(m));
-    const Closest<double> closest = closest_points(a, b, Placement<double>{}, 1e300);
+    const auto a = triangle_part(p[0], p[1], p[2], unit_vector(n)), b = triangle_part(q[0], q[1], q[2], unit_vector(m));
+    const Closest<double> closest = closest_points(a, b, Transform<double>{}, 1e300);
     const bool meet = triangles_intersect(p, q);
     REQUIRE(meet == !(closest.apart && closest.distance > 1e-9));
     (meet ? hits : misses)++;

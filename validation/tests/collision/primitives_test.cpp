@@ -34,23 +34,23 @@ bool same(const V& a, const V& b, double tolerance) {
   return std::abs(a.x - b.x) <= tolerance && std::abs(a.y - b.y) <= tolerance && std::abs(a.z - b.z) <= tolerance;
 }
 
-void expect_one_way(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Expected& expected) {
+void expect_one_way(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, const Expected& expected) {
   const auto shape_a = make_geometry<double>(a), shape_b = make_geometry<double>(b);
-  const auto place_a = placement(pose_a.p, pose_a.q), place_b = placement(pose_b.p, pose_b.q);
-  REQUIRE(no_contact_test(shape_a.kind, shape_b.kind) == nullptr);
+  const auto pose_a = transform(at_a.p, at_a.q), pose_b = transform(at_b.p, at_b.q);
+  REQUIRE(missing_contact_test(shape_a.kind, shape_b.kind) == nullptr);
 
-  const auto apart = separation(shape_a, place_a, shape_b, place_b);
+  const auto apart = separation(shape_a, pose_a, shape_b, pose_b);
   CHECK(std::abs(apart.gap - expected.gap) <= expected.tolerance);
   CHECK(same(apart.normal_W, expected.normal, expected.tolerance));
   CHECK(same(apart.on_b_W - apart.on_a_W, expected.gap * expected.normal, 2 * expected.tolerance));
 
   std::vector<Manifold<double>> found;
   if (expected.gap > 2 * expected.tolerance) {
-    find_contacts(shape_a, place_a, shape_b, place_b, expected.gap / 2, found);
+    find_contacts(shape_a, pose_a, shape_b, pose_b, expected.gap / 2, found);
     CHECK(found.empty());
   }
   const double margin = expected.gap > -expected.tolerance ? expected.gap + expected.tolerance : 0;
-  find_contacts(shape_a, place_a, shape_b, place_b, margin, found);
+  find_contacts(shape_a, pose_a, shape_b, pose_b, margin, found);
   REQUIRE(found.size() == 1);
   const Manifold<double>& m = found[0];
   CHECK(same(m.normal_W, expected.normal, expected.tolerance));
@@ -238,9 +238,9 @@ TEST_CASE("capsules side by side keep both ends of their stretch, however the wo
   Random random(5);
   const auto capsule = make_geometry<double>(Capsule{0.25, 1});
   for (int k = 0; k < 400; ++k) {
-    const auto a = placement(V{}, any_turn(random));
-    Placement<double> beside = a;
-    beside.p_W = turned(a, V{0.375, 0, 0.5});
+    const auto a = transform(V{}, any_turn(random));
+    Transform<double> beside = a;
+    beside.p_W = to_world(a, V{0.375, 0, 0.5});
     std::vector<Manifold<double>> found;
     find_contacts(capsule, a, capsule, beside, 0.0, found);
     REQUIRE(found.size() == 1);
@@ -281,18 +281,18 @@ TEST_CASE("the sphere is the limit of the other shapes") {
       const Shape partner = kind == ShapeKind::plane ? Shape(Plane{{0.6, 0, 0.8}, 0.25}) : random_shape(kind, random);
       const double radius = uniform(random, 0.1, 1);
       const auto other = make_geometry<double>(partner);
-      const auto place =
-          placement(V{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}, any_turn(random));
+      const auto pose =
+          transform(V{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}, any_turn(random));
       const auto here =
-          placement(V{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}, any_turn(random));
+          transform(V{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}, any_turn(random));
       const auto agree = [&](const Shape& shape, double sphere_radius) {
-        const auto limit = separation(make_geometry<double>(shape), here, other, place);
-        const auto ball = separation(make_geometry<double>(Sphere{sphere_radius}), here, other, place);
+        const auto limit = separation(make_geometry<double>(shape), here, other, pose);
+        const auto ball = separation(make_geometry<double>(Sphere{sphere_radius}), here, other, pose);
         RC_ASSERT(std::abs(limit.gap - ball.gap) < 2e-15);
         if (std::abs(ball.gap + sphere_radius) > 1e-2) RC_ASSERT(norm(limit.normal_W - ball.normal_W) < 1e-13);
         std::vector<Manifold<double>> one, two;
-        find_contacts(make_geometry<double>(shape), here, other, place, 0.01, one);
-        find_contacts(make_geometry<double>(Sphere{sphere_radius}), here, other, place, 0.01, two);
+        find_contacts(make_geometry<double>(shape), here, other, pose, 0.01, one);
+        find_contacts(make_geometry<double>(Sphere{sphere_radius}), here, other, pose, 0.01, two);
         if (std::abs(ball.gap - 0.01) < 1e-12) return;
         RC_ASSERT(one.size() == two.size());
         if (!one.empty()) RC_ASSERT(one[0].count == 1);
@@ -306,7 +306,7 @@ TEST_CASE("the sphere is the limit of the other shapes") {
 }
 
 TEST_CASE("a pair of shapes without a test is refused by name") {
-  CHECK(std::string(no_contact_test(ShapeKind::plane, ShapeKind::plane)) == "plane against plane");
-  CHECK(std::string(no_contact_test(ShapeKind::none, ShapeKind::box)) == "point against box");
-  CHECK(no_contact_test(ShapeKind::compound, ShapeKind::plane) == nullptr);
+  CHECK(std::string(missing_contact_test(ShapeKind::plane, ShapeKind::plane)) == "plane against plane");
+  CHECK(std::string(missing_contact_test(ShapeKind::none, ShapeKind::box)) == "point against box");
+  CHECK(missing_contact_test(ShapeKind::compound, ShapeKind::plane) == nullptr);
 }

@@ -4,7 +4,7 @@
 #include <rapidcheck.h>
 #include <catch2/catch.hpp>
 
-#include "collision/convex_piece.hpp"
+#include "collision/convex_part.hpp"
 #include "collision/query.hpp"
 #include "posed_shapes.hpp"
 
@@ -91,7 +91,7 @@ TEST_CASE("every pair of shapes is answered, or refused by the names of both") {
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     for (std::size_t j = 0; j < shapes.size(); ++j) {
       INFO(names[i] << " against " << names[j]);
-      const char* why = no_contact_test(static_cast<ShapeKind>(i), static_cast<ShapeKind>(j));
+      const char* why = missing_contact_test(static_cast<ShapeKind>(i), static_cast<ShapeKind>(j));
       // The second sunk into the first by about a half, so that an answer without contacts would be a wrong one.
       const Scene scene =
           scene_of(body(shapes[i]), body(shapes[j], {0.1, 0.05, 0.11}, normalised(Quat<double>{1, 0.1, 0.2, 0.3})));
@@ -147,21 +147,21 @@ TEST_CASE("what touches by its decimals is in contact at depth 0, however it is 
       const V at = rotate(turn, narrow3<double>(c.at));
       const double far = k % 5 == 4 ? 1e3 : k % 2;
       const V base{far * 0.3, -far * 0.7, far * 0.11};
-      const auto place = [&](const V& p) { return Real3{p.x, p.y, p.z}; };
-      const Scene scene = scene_of(body(c.a, place(base), turn), body(c.b, place(base + at), turn));
+      const auto pose = [&](const V& p) { return Real3{p.x, p.y, p.z}; };
+      const Scene scene = scene_of(body(c.a, pose(base), turn), body(c.b, pose(base + at), turn));
       const ContactAnswer answer = find_scene_contacts(scene, {});
       INFO(which << " " << k);
       REQUIRE(answer.contacts.size() == c.points);
       for (const FoundContact& found : answer.contacts) CHECK(found.depth_m < Wide(1e-12));
       // A nanometre off it is none.
       const V away = (1 + 1e-9 / norm(at)) * at;
-      CHECK(find_scene_contacts(scene_of(body(c.a, place(base), turn), body(c.b, place(base + away), turn)), {})
+      CHECK(find_scene_contacts(scene_of(body(c.a, pose(base), turn), body(c.b, pose(base + away), turn)), {})
                 .contacts.empty());
     }
   }
 }
 
-TEST_CASE("a point that several triangles or pieces find is told once") {
+TEST_CASE("a point that several triangles or parts find is told once") {
   const auto corners = [](const ContactAnswer& answer) {
     int count = 0;
     for (const FoundContact& c : answer.contacts)
@@ -179,9 +179,9 @@ TEST_CASE("a point that several triangles or pieces find is told once") {
     CHECK(c.depth_m == Wide(0.125));
   }
   // Pieces of a compound side by side share two corners.
-  const ContactAnswer pieces =
+  const ContactAnswer parts =
       find_scene_contacts(scene_of(body(Box{{1, 1, 0.5}}, {0, 0, 0.875}), body(one_of_each().back())), {});
-  CHECK(pieces.contacts.size() == 6);
+  CHECK(parts.contacts.size() == 6);
 }
 
 // ---- one contact, whoever is named first and wherever the world lies ----------------------------------------------

@@ -17,10 +17,10 @@ SweptBody<double> moving(const V& p, const V& v, const Quat<double>& q = {}, con
 
 double gap_at(const Geometry<double>& a, const SweptBody<double>& from_a, const Geometry<double>& b,
               const SweptBody<double>& from_b, double t) {
-  const auto place = [t](const SweptBody<double>& s) {
-    return placement(s.p_W + t * s.v_W, so3_exp(t * s.w_W) * s.q_WB);
+  const auto pose = [t](const SweptBody<double>& s) {
+    return transform(s.p_W + t * s.v_W, so3_exp(t * s.w_W) * s.q_WB);
   };
-  return separation(a, place(from_a), b, place(from_b)).gap;
+  return separation(a, pose(from_a), b, pose(from_b)).gap;
 }
 
 }  // namespace

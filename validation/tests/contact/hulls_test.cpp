@@ -43,8 +43,8 @@ Scene thrown_ball(unsigned seed, double e) {
   return scene;
 }
 
-Placement<long double> placement_at(const Body& body, long double t) {
-  Placement<long double> place;
+Transform<long double> transform_at(const Body& body, long double t) {
+  Transform<long double> place;
   place.p_W = vec(body.position_m) + t * vec(body.velocity_m_per_s);
   for (int k = 0; k < 3; ++k) place.axis_W[k] = rotated(body_axis(body, k), spin_W(body), t);
   return place;
@@ -52,7 +52,7 @@ Placement<long double> placement_at(const Body& body, long double t) {
 Separation<long double> separation_at(const Scene& scene, long double t) {
   const auto a = make_geometry<long double>(scene.bodies[0].shape),
              b = make_geometry<long double>(scene.bodies[1].shape);
-  return separation(a, placement_at(scene.bodies[0], t), b, placement_at(scene.bodies[1], t));
+  return separation(a, transform_at(scene.bodies[0], t), b, transform_at(scene.bodies[1], t));
 }
 // By the general distance query, which knows neither facets nor triangles. -1: they miss each other.
 long double first_touch(const Scene& scene, long double until) {
@@ -86,7 +86,7 @@ TEST_CASE("a ball thrown at a hull meets it when their distance says so, and bot
     long double inverse = 0, approach = 0;
     for (int i = 0; i < 2; ++i) {
       const Body& body = scene.bodies[static_cast<std::size_t>(i)];
-      const Placement<long double> place = placement_at(body, t);
+      const Transform<long double> place = transform_at(body, t);
       r[i] = x - place.p_W;
       v[i] = vec(body.velocity_m_per_s);
       w[i] = spin_W(body);
@@ -103,8 +103,8 @@ TEST_CASE("a ball thrown at a hull meets it when their distance says so, and bot
     }
     // Which facets were met: a vertex of the hull, an edge, or a face.
     const int hull = scene.bodies[0].name == "stone" ? 0 : 1;
-    const Placement<long double> stone = placement_at(scene.bodies[static_cast<std::size_t>(hull)], t);
-    const Vector on_B = turned_back(stone, (hull == 0 ? at.on_a_W : at.on_b_W) - stone.p_W);
+    const Transform<long double> stone = transform_at(scene.bodies[static_cast<std::size_t>(hull)], t);
+    const Vector on_B = to_body(stone, (hull == 0 ? at.on_a_W : at.on_b_W) - stone.p_W);
     long double nearest = 1;
     for (const Real3& corner : std::get<Convex>(scene.bodies[static_cast<std::size_t>(hull)].shape).points_m)
       nearest = std::min(nearest, norm(vec(corner) - on_B));

@@ -19,12 +19,12 @@ double apart(const std::array<Wide, 3>& a, const std::array<Wide, 3>& b) {
 
 double deepest_overlap(const Scene& scene, const Sample& sample) {
   std::vector<Geometry<double>> shapes;
-  std::vector<Placement<double>> places;
+  std::vector<Transform<double>> places;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const BodySample& b = sample.bodies[i];
     const auto at = [](const auto& v, int c) { return static_cast<double>(v[c]); };
     shapes.push_back(make_geometry<double>(scene.bodies[i].shape));
-    places.push_back(placement<double>({at(b.p_m, 0), at(b.p_m, 1), at(b.p_m, 2)},
+    places.push_back(transform<double>({at(b.p_m, 0), at(b.p_m, 1), at(b.p_m, 2)},
                                        {at(b.q_wxyz, 0), at(b.q_wxyz, 1), at(b.q_wxyz, 2), at(b.q_wxyz, 3)}));
   }
   double deepest = 0;

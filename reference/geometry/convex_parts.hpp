@@ -1,4 +1,4 @@
-// Shapes as convex pieces with a rounding radius, planes and cylinders. Private to this room.
+// Shapes as convex parts with a rounding radius, planes and cylinders. Private to this room.
 #pragma once
 
 #include <cmath>
@@ -24,17 +24,17 @@ inline Vector cross(const Vector& a, const Vector& b) {
 inline Real norm(const Vector& a) { return std::hypot(a[0], a[1], a[2]); }
 
 // The pose of a body.
-struct Place {
+struct Pose {
   Vector p_W{};
   std::array<Vector, 3> axis_W{Vector{1, 0, 0}, Vector{0, 1, 0}, Vector{0, 0, 1}};  // the columns of R_WB
 };
-Place place_of(const Vector& p_WB, const std::array<Real, 4>& q_WB);
-inline Vector turned(const Place& place, const Vector& v) {
-  return v[0] * place.axis_W[0] + v[1] * place.axis_W[1] + v[2] * place.axis_W[2];
+Pose pose_of(const Vector& p_WB, const std::array<Real, 4>& q_WB);
+inline Vector to_world(const Pose& pose, const Vector& v) {
+  return v[0] * pose.axis_W[0] + v[1] * pose.axis_W[1] + v[2] * pose.axis_W[2];
 }
 
 // A convex polyhedron, polygon, segment or point, enlarged by radius_m. World axes [m].
-struct Piece {
+struct ConvexPart {
   int dimension = 3;  // 0 point, 1 segment, 2 polygon, 3 solid
   std::vector<Vector> vertices;
   struct Face {
@@ -47,7 +47,7 @@ struct Piece {
   std::vector<std::array<int, 2>> edges;
   Real radius_m = 0;
 };
-std::vector<Piece> pieces_of(const Shape& shape, const Place& place);
+std::vector<ConvexPart> convex_parts_of(const Shape& shape, const Pose& pose);
 
 // a cylinder
 struct RoundBar {
@@ -60,13 +60,13 @@ struct HalfSpace {
   Real offset_m = 0;
 };
 
-// ---- separations of one piece -------------------------------------------------------------------------------------
-Separation separation(const Piece& a, const Piece& b);
-Separation above(const Piece& a, const HalfSpace& plane);  // normal from a to the plane
+// ---- separations of one part -------------------------------------------------------------------------------------
+Separation separation(const ConvexPart& a, const ConvexPart& b);
+Separation above(const ConvexPart& a, const HalfSpace& plane);  // normal from a to the plane
 Separation above(const RoundBar& a, const HalfSpace& plane);
 Separation from_ball(const Vector& centre, Real radius_m, const RoundBar& b);
 
 // The same for two bodies at given poses.
-Separation separation(const Shape& a, const Place& place_a, const Shape& b, const Place& place_b);
+Separation separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b);
 
 }  // namespace atwood::geometry

@@ -13,7 +13,7 @@ namespace atwood {
 enum class Core : unsigned char { point, segment, rectangle, box, triangle, hull, cylinder };
 
 // Own axes [m]. A segment and a cylinder lie along z.
-template <class S> struct ConvexPiece {
+template <class S> struct ConvexPart {
   using Face = typename Hull<S>::Face;
   using Edge = typename Hull<S>::Edge;
 
@@ -44,16 +44,16 @@ template <class S> struct ConvexPiece {
   }
 };
 
-// False, with `piece` unusable, for a hull without vertices and for kinds that are not convex. Kinds as in
+// False, with `part` unusable, for a hull without vertices and for kinds that are not convex. Kinds as in
 // convex_contacts.hpp, and meshes that bound a convex solid.
-template <class S> bool convex_piece(const Geometry<S>& geometry, ConvexPiece<S>& piece);
+template <class S> bool convex_part(const Geometry<S>& geometry, ConvexPart<S>& part);
 template <class S>
-ConvexPiece<S> triangle_piece(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, const Vec3<S>& normal);
-template <class S> ConvexPiece<S> box_piece(const Vec3<S>& half_extents);
+ConvexPart<S> triangle_part(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, const Vec3<S>& normal);
+template <class S> ConvexPart<S> box_part(const Vec3<S>& half_extents);
 
 // The point of the core farthest along `direction` (own axes, of any length) and its vertex; of cylinders the vertex is
 // -1. `vertex` on entry: where hill climbing starts.
-template <class S> Vec3<S> support(const ConvexPiece<S>& piece, const Vec3<S>& direction, int& vertex);
+template <class S> Vec3<S> support(const ConvexPart<S>& part, const Vec3<S>& direction, int& vertex);
 
 // v / |v|, also where v's square would underflow or overflow; 0 for 0.
 template <class S> inline Vec3<S> unit_vector(const Vec3<S>& v) {
@@ -73,10 +73,11 @@ template <class S> inline Vec3<S> accurate_cross(const Vec3<S>& a, const Vec3<S>
   return {difference(a.y, b.z, a.z, b.y), difference(a.z, b.x, a.x, b.z), difference(a.x, b.y, a.y, b.x)};
 }
 
-// B's placement in A's axes.
-template <class S> Placement<S> relative_placement(const Placement<S>& place_a, const Placement<S>& place_b);
-template <class S> inline Vec3<S> placed(const Placement<S>& place, const Vec3<S>& x) {
-  return place.p_W + turned(place, x);
+// The pose of B in A's frame.
+template <class S> Transform<S> relative_transform(const Transform<S>& pose_a, const Transform<S>& pose_b);
+// The point x_B of the body, in W.
+template <class S> inline Vec3<S> point_to_world(const Transform<S>& pose, const Vec3<S>& x_B) {
+  return pose.p_W + to_world(pose, x_B);
 }
 
 }  // namespace atwood
