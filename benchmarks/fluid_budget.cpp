@@ -20,8 +20,8 @@ namespace {
 constexpr std::array<double, 2> kFrames_ms{16.7, 40};
 constexpr std::int64_t kSteps = 24;
 constexpr int kPasses = 5;
-constexpr double kMostParticles = 400'000;  // what one message of the worker protocol holds
-constexpr double kFluidCloseness = 1.05;    // the search ends when the smallest N beyond the budget is so much larger
+constexpr double kMaxParticles = 400'000;  // what one message of the worker protocol holds
+constexpr double kFluidCloseness = 1.05;   // the search ends when the smallest N beyond the budget is so much larger
 
 struct BlockTime {
   double ms = std::nan("");  // a step: the median of the passes' means
@@ -38,8 +38,8 @@ class FluidBudget {
 
   // Particles along an axis of the largest block within each frame; 0: not even the smallest.
   std::array<int, 2> largest() {
-    int n = kFewest;
-    while (count(n) <= kMostParticles && block(n).ms <= kFrames_ms.back()) n = std::max(n + 1, n * 3 / 2);
+    int n = kMinCells;
+    while (count(n) <= kMaxParticles && block(n).ms <= kFrames_ms.back()) n = std::max(n + 1, n * 3 / 2);
     std::array<int, 2> found{};
     for (std::size_t f = 0; f < kFrames_ms.size(); ++f) found[f] = between(kFrames_ms[f]);
     return found;
@@ -50,12 +50,12 @@ class FluidBudget {
     if (fresh) at->second = measure(across);
     return at->second;
   }
-  const std::string& why() { return block(kFewest).why; }
+  const std::string& why() { return block(kMinCells).why; }
   // Whether the search ended at its own limit and not at the budget.
   bool may_be_larger(int across) const { return across > 0 && blocks_.upper_bound(across) == blocks_.end(); }
 
  private:
-  static constexpr int kFewest = 8;
+  static constexpr int kMinCells = 8;
 
   BlockTime measure(int across) {
     setup_.notice(fmt::format("{} with {:.0f} particles", method_, count(across)));
@@ -153,7 +153,7 @@ void add_row(FluidBudget& measured, const std::string& method, int dimensions, B
                         1e6 * last.ms / (measured.count(n[1]) * last.evaluations)});
   if (measured.may_be_larger(n[1]))
     table.notes.push_back(
-        fmt::format("{}, {}: N may be larger: the search ends at {:.0f} particles", method, shape, kMostParticles));
+        fmt::format("{}, {}: N may be larger: the search ends at {:.0f} particles", method, shape, kMaxParticles));
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ namespace {
 constexpr int kFramesPerSecond = 60;
 constexpr int kSettlingFrames = 90, kMeasuredFrames = 60;  // 1.5 s to fall and come to rest, one second to measure
 constexpr std::array<double, 2> kBudgets_ms{16.7, 40};
-constexpr int kFewestBodies = 16, kMostBodies = 64000;
+constexpr int kMinBodies = 16, kMaxBodies = 64000;
 constexpr double kCloseness = 1.08;  // the search ends when the smallest N that failed is at most this factor larger
 
 // The scenes settling-N of the catalogue for any number of bodies, with a bin of matching size.
@@ -73,8 +73,8 @@ class FrameBudget {
 
   // Doubles N until both budgets are exceeded, then bisects log N for each budget.
   std::array<int, 2> largest() {
-    int n = kFewestBodies;
-    while (n <= kMostBodies && holds(n, kBudgets_ms.back())) n *= 2;
+    int n = kMinBodies;
+    while (n <= kMaxBodies && holds(n, kBudgets_ms.back())) n *= 2;
     std::array<int, 2> found{};
     for (std::size_t b = 0; b < kBudgets_ms.size(); ++b) found[b] = between(kBudgets_ms[b]);
     return found;
@@ -86,12 +86,12 @@ class FrameBudget {
     return at->second;
   }
 
-  const std::string& why() { return heap(kFewestBodies).why; }
+  const std::string& why() { return heap(kMinBodies).why; }
 
   // Why the search ended above this N where it was not by the budget; empty: by the budget.
   std::string ended_by(int largest_held) const {
     const auto next = heaps_.upper_bound(largest_held);
-    if (next == heaps_.end()) return fmt::format("the search ends at {} bodies", kMostBodies);
+    if (next == heaps_.end()) return fmt::format("the search ends at {} bodies", kMaxBodies);
     if (std::isinf(next->second.p95_ms))
       return fmt::format("{} bodies were not stepped within --limit {:g} (seconds a run)", next->first, setup_.limit_s);
     return next->second.why.empty() ? "" : fmt::format("{} bodies: {}", next->first, next->second.why);

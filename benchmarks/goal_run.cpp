@@ -18,10 +18,10 @@
 namespace atwood {
 namespace {
 
-// Candidates of each side that are timed alternately: the quickest of a first timing, this many, and up to kMostTimed
-// that took at most kNear times as long as the quickest.
-constexpr std::size_t kTimed = 5, kMostTimed = 12;
-constexpr double kNear = 1.3;
+// Candidates of each side that are timed alternately: the quickest of a first timing, this many, and up to kMaxTimed
+// that took at most kMaxTimeRatio times as long as the quickest.
+constexpr std::size_t kTimed = 5, kMaxTimed = 12;
+constexpr double kMaxTimeRatio = 1.3;
 constexpr double kClose = 1.2;  // those within this factor of their side's best cost are printed
 
 // `library`: a rival that evaluates the reference's rate; `same_rate`: our method with that rate.
@@ -273,8 +273,8 @@ void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
       continue;
     }
     for (Candidate* c : own) c->entrant.seconds = kNotMeasured;
-    for (std::size_t i = 0; i < std::min(ranked.size(), kMostTimed); ++i)
-      if (i < kTimed || ranked[i].first <= kNear * ranked[0].first) chosen.push_back(ranked[i].second);
+    for (std::size_t i = 0; i < std::min(ranked.size(), kMaxTimed); ++i)
+      if (i < kTimed || ranked[i].first <= kMaxTimeRatio * ranked[0].first) chosen.push_back(ranked[i].second);
   }
   std::vector<Contender> contenders;
   for (Candidate* c : chosen) {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::array kRepeats{1, 2, 4, 8};
 constexpr double kBestRun_s = 1e-3;  // long enough for the clock, short enough for many rounds
-constexpr std::size_t kMostFamilies = 8;
+constexpr std::size_t kMaxFamilies = 8;
 
 // The rung at which a method's overhead on a scenario is measured.
 struct Family {
@@ -49,7 +49,7 @@ std::vector<Family> choose_rungs(const std::vector<Cell>& cells, const std::vect
       chosen.evaluations = evaluations;
     }
   }
-  if (families.size() > kMostFamilies) families.resize(kMostFamilies);
+  if (families.size() > kMaxFamilies) families.resize(kMaxFamilies);
   return families;
 }
 

@@ -20,7 +20,7 @@ namespace {
 BenchFigure figure_of(const std::string& name, const std::vector<double>& ns) {
   BenchFigure figure;
   figure.ns_per_step = metrics::median_interval(ns);
-  figure.ns_per_step_p95 = ns.size() < metrics::kFewestForP95 ? std::nan("") : metrics::nearest_rank(ns, 0.95);
+  figure.ns_per_step_p95 = ns.size() < metrics::kMinForP95 ? std::nan("") : metrics::nearest_rank(ns, 0.95);
   figure.name = name;
   std::vector<std::string> parts(1);
   for (const char c : name) {

@@ -9,7 +9,7 @@ namespace atwood::broad {
 namespace {
 
 constexpr std::size_t kLeafItems = 32;
-constexpr int kMostCuts = 64;
+constexpr int kMaxCuts = 64;
 
 template <class S> class Bsp final : public BroadPhase<S> {
  public:
@@ -31,7 +31,7 @@ template <class S> class Bsp final : public BroadPhase<S> {
   void cut(Items<S> items, std::size_t first, std::size_t last, const Aabb<S>& part, int cuts) {
     const std::size_t count = last - first;
     if (count < 2) return;
-    if (count <= kLeafItems || cuts == kMostCuts) return test(items, first, last, part);
+    if (count <= kLeafItems || cuts == kMaxCuts) return test(items, first, last, part);
     // Cut at the median of the lower corners along the axis of their largest extent, or along the next axis if too many
     // boxes would lie on both sides.
     S scatter[3];

@@ -150,8 +150,8 @@ S contact_free_time(S gap, const Vec3<S>& n, const Vec3<S>& v_W, const PartA& a,
     any_rotation_s = time_to_close(left, closing, max_s, round_off);
     if (any_rotation_s == kUnbounded) return kUnbounded;
   }
-  constexpr int kMostRounds = 100;
-  for (int round = 0; round < kMostRounds; ++round) {
+  constexpr int kMaxRounds = 100;
+  for (int round = 0; round < kMaxRounds; ++round) {
     const S chord = low + (high - low) * (f_low / (f_low - f_high));
     const S f_chord = f(chord);
     if (!(chord > low) || !(f_chord > S(0))) return real::max(any_rotation_s, real::max(low, chord));

@@ -7,7 +7,7 @@ namespace atwood {
 namespace {
 
 template <class S> struct Polytope {
-  static constexpr int kMostPoints = 160, kMostFaces = 2 * kMostPoints;
+  static constexpr int kMaxPoints = 160, kMaxFaces = 2 * kMaxPoints;
   struct Face {
     int corner[3];
     int across[3];   // the face beyond corner[k] -> corner[k + 1]
@@ -19,10 +19,10 @@ template <class S> struct Polytope {
     int from, to, outside;
   };
 
-  DifferencePoint<S> point[kMostPoints];
-  Face face[kMostFaces];
-  HorizonEdge horizon[kMostFaces];
-  int stack[kMostFaces];
+  DifferencePoint<S> point[kMaxPoints];
+  Face face[kMaxFaces];
+  HorizonEdge horizon[kMaxFaces];
+  int stack[kMaxFaces];
   int points = 0, faces = 0, horizon_edges = 0;
 
   // False when it has no area.
@@ -109,10 +109,10 @@ template <class S> bool grow(Polytope<S>& polytope, int visible, int point) {
   }
   for (int f = 0; f < polytope.faces; ++f)
     if (!polytope.face[f].on_hull) polytope.face[f].corner[0] = -1;
-  int free = 0, made[Polytope<S>::kMostFaces];
+  int free = 0, made[Polytope<S>::kMaxFaces];
   for (int r = 0; r < polytope.horizon_edges; ++r) {
     while (free < polytope.faces && polytope.face[free].corner[0] >= 0) ++free;
-    if (free == polytope.faces && ++polytope.faces > Polytope<S>::kMostFaces) return false;
+    if (free == polytope.faces && ++polytope.faces > Polytope<S>::kMaxFaces) return false;
     made[r] = free;
     if (!polytope.set(free, polytope.horizon[r].from, polytope.horizon[r].to, point)) return false;
   }
@@ -187,7 +187,7 @@ LeastOverlap<S> expanding_polytope(const ConvexPart<S>& a, const ConvexPart<S>& 
     }
     result.certified = face.offset;
     if (overlap - face.offset <= round_off || result.overlap <= face.offset ||
-        polytope.points == Polytope<S>::kMostPoints)
+        polytope.points == Polytope<S>::kMaxPoints)
       break;
     polytope.point[polytope.points] = p;
     if (!grow(polytope, f, polytope.points++)) break;

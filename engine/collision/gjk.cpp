@@ -142,15 +142,15 @@ DifferencePoint<S> difference_support(const ConvexPart<S>& a, const ConvexPart<S
 
 template <class S>
 Closest<S> closest_points(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a, S max_distance) {
-  constexpr int kMostRounds = 200;  // curved cores gain about a digit in two rounds
-  constexpr int kMostStandstills = 4;
+  constexpr int kMaxRounds = 200;  // curved cores gain about a digit in two rounds
+  constexpr int kMaxStandstills = 4;
   const S round_off = S(8) * real::epsilon<S>();
   Closest<S> closest;
   Simplex<S>& simplex = closest.simplex;
   Vec3<S> v = dot(b_in_a.p_W, b_in_a.p_W) > S(0) ? -b_in_a.p_W : Vec3<S>{S(1), S(0), S(0)};
   S extent{}, least = std::numeric_limits<S>::infinity();
   int start_a = 0, start_b = 0, standstills = 0;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const DifferencePoint<S> p = difference_support(a, b, b_in_a, -v, start_a, start_b);
     start_a = p.vertex_a, start_b = p.vertex_b;
     extent =
@@ -167,7 +167,7 @@ Closest<S> closest_points(const ConvexPart<S>& a, const ConvexPart<S>& b, const 
     const Vec3<S> nearer = nearest_to_origin(next);
     const S size = norm(nearer);
     // A normal wrong by d lengthens v by d^2 alone: near the end v turns while its length stands still.
-    if (simplex.count > 0 && !(size < least) && (size > least + round_off * extent || ++standstills > kMostStandstills))
+    if (simplex.count > 0 && !(size < least) && (size > least + round_off * extent || ++standstills > kMaxStandstills))
       break;
     simplex = next;
     v = nearer;

@@ -8,8 +8,8 @@ namespace {
 
 // A sum kept exactly: terms that do not overlap, the smallest first.
 template <class S> struct Expansion {
-  static constexpr int kMost = 256;
-  S term[kMost];
+  static constexpr int kMaxTerms = 256;
+  S term[kMaxTerms];
   int count = 0;
 
   void add(S x) {

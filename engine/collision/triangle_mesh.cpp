@@ -138,10 +138,10 @@ template <class S> void add_adjacency(const Source& source, TriangleMesh<S>& mes
 }
 
 // True if a closed mesh bounds a convex solid: no concave edge is necessary, and sufficient for one connected surface;
-// for the case of several, all vertices are tested. False for more than kMost triangles, without a test.
+// for the case of several, all vertices are tested. False for more than kMaxTriangles triangles, without a test.
 template <class S> bool is_convex(const Source& source, const TriangleMesh<S>& mesh) {
-  constexpr std::size_t kMost = 4096;
-  if (!mesh.closed || mesh.triangles.size() > kMost) return false;
+  constexpr std::size_t kMaxTriangles = 4096;
+  if (!mesh.closed || mesh.triangles.size() > kMaxTriangles) return false;
   for (const auto& t : mesh.triangles)
     for (const EdgeKind kind : t.edge)
       if (kind == EdgeKind::concave) return false;
@@ -190,9 +190,9 @@ TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points,
   add_adjacency(source, mesh);
   mesh.convex = is_convex(source, mesh);
   if (mesh.convex) {
-    constexpr std::size_t kMostCorners = 64;  // two hulls may ask for all products of their edges
+    constexpr std::size_t kMaxCorners = 64;  // two hulls may ask for all products of their edges
     const auto solid = std::make_shared<const Hull<S>>(make_hull<S>(source.points));
-    if (solid->vertices.size() <= kMostCorners) mesh.solid = solid;
+    if (solid->vertices.size() <= kMaxCorners) mesh.solid = solid;
   }
   add_point_normals(source, mesh);
   return mesh;

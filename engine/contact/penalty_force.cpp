@@ -87,10 +87,10 @@ PenaltyForce<S>::PenaltyForce(const Scene& scene, const PenaltyOptions& options)
   for (const PairLaw& law : scene.pairs) {
     const bool compliant = law.contact_law != ContactLaw::rigid;
     const double asked = options.damping_ratio;
-    const double ratio = compliant                             ? 0
-                         : asked > 0                           ? asked
-                         : law.restitution < kLeastRestitution ? -1
-                                                               : damping_ratio_of(law.restitution);
+    const double ratio = compliant                           ? 0
+                         : asked > 0                         ? asked
+                         : law.restitution < kMinRestitution ? -1
+                                                             : damping_ratio_of(law.restitution);
     damping_ratio_.push_back(S(ratio));
   }
   const auto check_pair = [&](int a, int b) {

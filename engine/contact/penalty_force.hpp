@@ -28,11 +28,11 @@ struct PenaltyOptions {
 // The fastest that bodies may meet: twice the largest speed at the start and that of a fall through the scene's height.
 double scene_speed(const Scene& scene);
 
-// The damping ratio z of a linear contact that never pulls, whose restitution is e (at least kLeastRestitution). It
+// The damping ratio z of a linear contact that never pulls, whose restitution is e (at least kMinRestitution). It
 // ends where the force does (Schwager, Poeschel 2007, eq. 20 and 24):
 //   e = exp(-2 z acos(z) / sqrt(1 - z^2)) for z < 1,  exp(-2 z acosh(z) / sqrt(z^2 - 1)) for z > 1
 double damping_ratio_of(double restitution);
-inline constexpr double kLeastRestitution = 1e-3;
+inline constexpr double kMinRestitution = 1e-3;
 
 // The contact law of one pair.
 template <class S> struct ContactSpring {

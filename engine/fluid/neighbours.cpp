@@ -9,11 +9,11 @@
 namespace atwood::fluid {
 namespace {
 
-constexpr int kLeastShared = 2000;  // points: below, starting the team costs more than it saves
+constexpr int kMinShared = 2000;  // points: below, starting the team costs more than it saves
 
 int whole_blocks(int count) { return (count + kLaneCount - 1) / kLaneCount; }
 
-int parts_of(const Team* team, int points) { return team == nullptr || points < kLeastShared ? 1 : team->size(); }
+int parts_of(const Team* team, int points) { return team == nullptr || points < kMinShared ? 1 : team->size(); }
 
 // Whether some point of [first, last) has moved farther than the root of `most2`, or is not finite.
 template <int d, class S> bool beyond(const S* x, const S* before, int first, int last, S most2) {

@@ -10,7 +10,7 @@
 namespace atwood::fluid {
 namespace {
 
-constexpr int kLeastShared = 500;  // particles
+constexpr int kMinShared = 500;  // particles
 
 // Not known (PolynomialSurface says why): no.
 bool has_free_surface(const Scene& scene) {
@@ -237,7 +237,7 @@ template <class S> void Polynomial<S>::rate_of(void* context, S t_s, const S* y,
   if (!all_count) self.weights_.resize(slots);
   self.fits_of_.resize(slots);
   const int threads = self.team_->size();
-  const int parts = threads == 1 || at.particles < kLeastShared ? 1 : std::min(blocks, 4 * threads);
+  const int parts = threads == 1 || at.particles < kMinShared ? 1 : std::min(blocks, 4 * threads);
   self.scratch_.resize(std::max<std::size_t>(self.scratch_.size(), parts));
   self.singular_.assign(parts, -1);
   const auto blocks_of = [&](int part) { return share(blocks, part, parts); };

@@ -17,7 +17,7 @@ namespace atwood::fluid {
 
 // The numbers of a slot: position (d), then the fields: velocity (d), density, temperature; filled up to 8.
 inline constexpr int kFitRecord = 8;
-inline constexpr int kMostFields = 5;
+inline constexpr int kMaxFields = 5;
 
 // How much a slot counts in the fits and in the sum for shifting of its neighbours, and whether it is a node of the
 // free surface (1) or not (0).
@@ -25,12 +25,12 @@ template <class S> struct SlotWeight { S fit, crowding, surface; };
 
 // What the fits of a slot give. Field f is component f of velocity, density (f = d), temperature (f = d + 1).
 template <class S> struct Fit {
-  S gradient[kMostFields][3];
-  S laplacian[kMostFields];
-  S change[kMostFields];  // G f of docs/fluids.md
-  S crowding[3];          // sum of (1 - r / (2 D))^3 (x_j - x_i) [m]
-  S submerged;            // product of 1 - (1 - (r / (2 D))^2)^3 over the nodes of the free surface within 2 D
-  S least_pivot;          // of the Cholesky factors of M, scaled to a unit diagonal; <= 0 or NaN: singular
+  S gradient[kMaxFields][3];
+  S laplacian[kMaxFields];
+  S change[kMaxFields];  // G f of docs/fluids.md
+  S crowding[3];         // sum of (1 - r / (2 D))^3 (x_j - x_i) [m]
+  S submerged;           // product of 1 - (1 - (r / (2 D))^2)^3 over the nodes of the free surface within 2 D
+  S least_pivot;         // of the Cholesky factors of M, scaled to a unit diagonal; <= 0 or NaN: singular
 };
 
 template <class S> struct PolynomialFits {

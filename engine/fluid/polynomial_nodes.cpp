@@ -23,7 +23,7 @@ template <class S> int monomials(int d, int q, const S* z, S* out) {
   return count;
 }
 
-constexpr int kMostMonomials = 35;
+constexpr int kMaxMonomials = 35;
 
 // a with M a = e_0, M n by n, row-major, overwritten; false: singular.
 template <class S> bool solve_first_unit(int n, S* M, S* a) {
@@ -59,7 +59,7 @@ bool NodeFits<S>::around(const Neighbours<S>& lists, const S* records, int slot,
                          NodeWeights<S>& weights) const {
   const int d = dimensions, lane = slot % kLaneCount, count = monomial_count(d, degree);
   const NeighbourBlock block = lists.block(slot / kLaneCount);
-  S M[kMostMonomials * kMostMonomials]{}, a[kMostMonomials], p[kMostMonomials];
+  S M[kMaxMonomials * kMaxMonomials]{}, a[kMaxMonomials], p[kMaxMonomials];
   weights.slots.clear();
   weights.distance.clear();
   std::vector<S> basis, w;  // `count` values and one value a neighbour
@@ -87,7 +87,7 @@ bool NodeFits<S>::around(const Neighbours<S>& lists, const S* records, int slot,
   if (found < count) return false;
   // The value at the node of the polynomial with the monomials that `left_out` leaves.
   const auto value = [&](int left_out, std::vector<S>& by) {
-    S some[kMostMonomials * kMostMonomials];
+    S some[kMaxMonomials * kMaxMonomials];
     const int fewer = left_out < 0 ? count : count - 1;
     const auto monomial = [&](int k) { return left_out < 0 || k < left_out ? k : k + 1; };
     for (int k = 0; k < fewer; ++k)

@@ -27,7 +27,7 @@ PolynomialSurface<S>::PolynomialSurface(const Scene& scene, const ParticleSet<S>
     unsupported_ = error.what();
     return;
   }
-  const S near = S(kNearNodes) * spacing_;
+  const S near = S(kMaxSpacingsOfNeighbours) * spacing_;
   for (int a = 0; a < count(); ++a)
     for (int b = 0; b < a; ++b)
       if (distance2(&start_[a * dimensions_], &start_[b * dimensions_], dimensions_) < near * near)
@@ -64,12 +64,12 @@ template <class S> std::string PolynomialSurface<S>::fault(const S* x) const {
   if (alone_)
     return "too few particles are near the free surface at " + place_words(alone_at_, dimensions_) +
            " to determine its velocity; +polynomial has no breaking surfaces";
-  const S torn = S(kTornNodes) * spacing_;
+  const S torn = S(kMaxSpacingsStretched) * spacing_;
   for (const auto& [a, b] : near_)
     if (distance2(x + a * dimensions_, x + b * dimensions_, dimensions_) > torn * torn)
       return "the free surface at " + place_words(x + a * dimensions_, dimensions_) +
-             " is stretched: two of its nodes that began beside each other are more than " + format_double(kTornNodes) +
-             " spacings apart; +polynomial has no breaking surfaces";
+             " is stretched: two of its nodes that began beside each other are more than " +
+             format_double(kMaxSpacingsStretched) + " spacings apart; +polynomial has no breaking surfaces";
   return "";
 }
 

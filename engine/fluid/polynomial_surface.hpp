@@ -13,7 +13,7 @@
 namespace atwood::fluid {
 
 // Nodes that are at most 1.6 spacings apart at t = 0 may come this far apart [spacings].
-inline constexpr double kNearNodes = 1.6, kTornNodes = 3;
+inline constexpr double kMaxSpacingsOfNeighbours = 1.6, kMaxSpacingsStretched = 3;
 
 template <class S> class PolynomialSurface {
  public:

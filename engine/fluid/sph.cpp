@@ -11,7 +11,7 @@
 namespace atwood::fluid {
 namespace {
 
-constexpr int kLeastShared = 1000;  // particles
+constexpr int kMinShared = 1000;  // particles
 
 // Why the equations of docs/fluids.md do not describe this scene; empty: they do.
 std::string scene_fault(const Scene& scene, const SphOptions& options) {
@@ -96,7 +96,7 @@ template <class S> Sph<S>::~Sph() = default;
 
 template <class S> template <class Work> void Sph<S>::over_blocks(const Work& work) {
   const int blocks = lists_->blocks();
-  if (team_ == nullptr || lists_->count() < kLeastShared) return work(0, blocks);
+  if (team_ == nullptr || lists_->count() < kMinShared) return work(0, blocks);
   const int parts = std::min(blocks, 4 * team_->size());
   team_->run(parts, [&](int part) {
     const Share own = share(blocks, part, parts);

@@ -6,7 +6,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::int64_t kLeastSharedInteractions = 1 << 16;  // interactions: some 25 us
+constexpr std::int64_t kMinSharedInteractions = 1 << 16;  // interactions: some 25 us
 
 // The arrays are the term's working memory, so that a step allocates nothing. Only one thread at a time evaluates a
 // model's rates.
@@ -42,7 +42,7 @@ template <class S> struct ManyBodyGravity final : ForceTerm<S> {
       add_gravity(width, masses, 0, count, softening2, blocks.first, blocks.last, sums);
     };
     if (team == nullptr) part(0, 1);
-    else team->run(std::int64_t(count) * count >= kLeastSharedInteractions, [&](int p) { part(p, team->size()); });
+    else team->run(std::int64_t(count) * count >= kMinSharedInteractions, [&](int p) { part(p, team->size()); });
   }
 };
 

@@ -9,9 +9,9 @@
 namespace atwood {
 namespace {
 
-constexpr int kLeastShared = 1000;             // bodies
-constexpr int kGroupBlocks = 2;                // blocks of bodies that share one interaction list
-constexpr int kMostWaiting = 7 * 3 * 21 + 64;  // stack of a walk: seven siblings per level, and a reserve
+constexpr int kMinShared = 1000;              // bodies
+constexpr int kGroupBlocks = 2;               // blocks of bodies that share one interaction list
+constexpr int kMaxWaiting = 7 * 3 * 21 + 64;  // stack of a walk: seven siblings per level, and a reserve
 
 // The pull of nodes on the bodies of a block, as in the header's equation.
 template <class Moments, class S>
@@ -97,7 +97,7 @@ void GravityTree<S>::pull_group(VectorWidth width, int group, S softening2_m2, S
   const int first = group * kGroupBlocks * kGravityBlock;
   const Box box = box_of(first, std::min(first + kGroupBlocks * kGravityBlock, count_));
   const S opening2 = opening * opening;
-  std::int32_t waiting[kMostWaiting];
+  std::int32_t waiting[kMaxWaiting];
   int top = 0;
   waiting[top++] = 0;
   list.from = list.to = 0;
@@ -133,7 +133,7 @@ void GravityTree<S>::add_gravity(VectorWidth width, const PointMasses<S>& bodies
     for (int group = p; group < groups; group += parts) pull_group(width, group, softening2_m2, opening, lists_[p]);
   };
   if (team == nullptr) part(0, 1);
-  else team->run(count_ >= kLeastShared, [&](int p) { part(p, team->size()); });
+  else team->run(count_ >= kMinShared, [&](int p) { part(p, team->size()); });
   for (int k = 0; k < count_; ++k) {
     sums.x[order_[k]] += row(4)[k];
     sums.y[order_[k]] += row(5)[k];

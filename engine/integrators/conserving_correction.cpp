@@ -146,10 +146,10 @@ template <class S> void ProjectedRungeKutta<S>::find_directions(const S* y, int 
 
 // Simplified Newton along the directions: sum_b triangle_cb mu_b = -g_c. Ends at round-off.
 template <class S> SolveReport ProjectedRungeKutta<S>::satisfy(S* y, int constraints) {
-  constexpr int kMostRounds = 12;
+  constexpr int kMaxRounds = 12;
   find_directions(y, constraints);
   S before = S(1e30f);
-  for (int n = 0; n < kMostRounds; ++n) {
+  for (int n = 0; n < kMaxRounds; ++n) {
     S g[most], scale[most], mu[most] = {};
     residuals(y, g, scale);
     S now = S(0);
@@ -174,7 +174,7 @@ template <class S> SolveReport ProjectedRungeKutta<S>::satisfy(S* y, int constra
       if (inverse_metric_[i] != S(0)) add(y, i, inverse_metric_[i] * change);
     }
   }
-  return {kMostRounds, static_cast<double>(before), SolveEnd::capped};  // before the last correction
+  return {kMaxRounds, static_cast<double>(before), SolveEnd::capped};  // before the last correction
 }
 
 template <class S> bool ProjectedRungeKutta<S>::project_orbits(S* y) {

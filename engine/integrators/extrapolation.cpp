@@ -34,7 +34,7 @@ template <class S>
 Extrapolation<S>::Extrapolation(System<S>& system, const ExtrapolationOptions& options)
     : Stepper<S>(system), options_(options), size_(system.size), compensation_(options.compensated, system.size),
       rate_start_(size_), rate_(size_), before_(size_), state_(size_), difference_(size_) {
-  for (int j = 0; j < (options.choose_order ? kMostColumns : options.columns); ++j) row_[j].resize(size_);
+  for (int j = 0; j < (options.choose_order ? kMaxColumns : options.columns); ++j) row_[j].resize(size_);
 }
 
 // increment = d_n; `before_` holds d_(i-1); the two arrays are exchanged at each substep.
@@ -113,7 +113,7 @@ template <class S> void Extrapolation<S>::set_tolerance(S rtol, S atol) {
   atol_ = atol;
   rejected_before_ = false;
   const double digits = -std::log10(static_cast<double>(rtol));
-  expected_ = std::clamp(static_cast<int>(0.6 * digits + 1.5), 2, kMostColumns - 1);
+  expected_ = std::clamp(static_cast<int>(0.6 * digits + 1.5), 2, kMaxColumns - 1);
 }
 
 // The step that this column allows, over the last one.
@@ -129,7 +129,7 @@ template <class S> double Extrapolation<S>::work(int column) const { return eval
 template <class S> auto Extrapolation<S>::advise(S, S) -> typename Stepper<S>::Advice {
   constexpr double down = 0.8, up = 0.9;  // a change of the order must save this much
   const S h_s = this->h_s_;
-  const int last = reached_, most = kMostColumns - 1;
+  const int last = reached_, most = kMaxColumns - 1;
   if (!converged_) {
     rejected_before_ = true;
     expected_ = std::min(expected_, last);

@@ -7,7 +7,7 @@
 
 namespace atwood {
 
-inline constexpr int kMostColumns = 12;
+inline constexpr int kMaxColumns = 12;
 
 struct ExtrapolationOptions {
   int columns = 6;  // of equal steps, and with a tolerance where the order is not chosen
@@ -51,12 +51,12 @@ template <class S> class Extrapolation final : public Stepper<S> {
   int size_;
   Compensation<S> compensation_;
   std::vector<S> rate_start_, rate_, before_, state_, difference_;
-  std::vector<S> row_[kMostColumns];  // T_j1, T_j2, ... of the last j, from row_[j - 1] down to row_[0]
+  std::vector<S> row_[kMaxColumns];  // T_j1, T_j2, ... of the last j, from row_[j - 1] down to row_[0]
   // Of a chosen order; columns count from 1.
   S rtol_{}, atol_{};  // 0: equal steps
   int expected_ = 0, reached_ = 0;
   bool converged_ = false, rejected_before_ = false;
-  double error_[kMostColumns + 1] = {};  // of each column of the last step; 1 is the tolerance
+  double error_[kMaxColumns + 1] = {};  // of each column of the last step; 1 is the tolerance
 };
 
 }  // namespace atwood

@@ -7,8 +7,8 @@
 namespace atwood {
 namespace {
 
-constexpr std::int64_t kLeastShared = 4000;  // bodies times steps: some 15 us
-constexpr std::size_t kFewBodies = 3;
+constexpr std::int64_t kMinShared = 4000;  // bodies times steps: some 15 us
+constexpr std::size_t kMaxBodiesAlone = 3;
 constexpr FlightKind kKinds[] = {FlightKind::about_body_axes, FlightKind::about_any_axes, FlightKind::point_mass};
 
 template <class S> FlightKind kind_of(const RigidModel<S>& model, int body) {
@@ -101,7 +101,7 @@ template <class S> void FreeFlight<S>::scatter(FlightKind kind, S* y, Share bodi
 template <class S>
 void FreeFlight<S>::march_group(FlightKind kind, std::int64_t count, S* y, Share bodies, FlightLanes<S>& lanes) const {
   if constexpr (std::is_same_v<S, double>) {
-    if (bodies.last - bodies.first <= static_cast<int>(kFewBodies) && flies_alone(width_, kind, steps_)) {
+    if (bodies.last - bodies.first <= static_cast<int>(kMaxBodiesAlone) && flies_alone(width_, kind, steps_)) {
       for (int n = bodies.first; n < bodies.last; ++n)
         fly_many_alone(width_, steps_, inertia_[sorted_[n]], count, y + model_.offset(sorted_[n]));
       return;
@@ -142,7 +142,7 @@ template <class S> void FreeFlight<S>::march(S h_s, std::int64_t count, S* y) {
   };
   if (model_.team() == nullptr) part(0, 1);
   else
-    model_.team()->run(count * static_cast<std::int64_t>(sorted_.size()) >= kLeastShared,
+    model_.team()->run(count * static_cast<std::int64_t>(sorted_.size()) >= kMinShared,
                        [&](int p) { part(p, model_.team()->size()); });
   hold_still(model_, y);
   count_evaluations(count);
@@ -160,7 +160,7 @@ template <class S> void FreeFlight<S>::count_evaluations(std::int64_t steps) {
 template <class S> void FreeFlight<S>::step(S h_s, const S* y, S* y_new) {
   const auto bodies = model_.moving();
   const bool some_are_held = static_cast<int>(bodies.size()) < model_.body_count() - fixed_;
-  if (bodies.size() > kFewBodies || some_are_held || weights_.stages() > kMostStagesAlone) {
+  if (bodies.size() > kMaxBodiesAlone || some_are_held || weights_.stages() > kMaxStagesAlone) {
     std::copy_n(y, model_.state_size(), y_new);
     return march(h_s, 1, y_new);
   }

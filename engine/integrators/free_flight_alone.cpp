@@ -9,8 +9,8 @@ using P = Pack<double>;
 
 struct Row {
   int terms = 0;
-  int stage[kMostStagesAlone];
-  double weight[kMostStagesAlone];
+  int stage[kMaxStagesAlone];
+  double weight[kMaxStagesAlone];
 
   Row() = default;
   explicit Row(const ExplicitWeights<double>::Row& row) : terms(static_cast<int>(row.stage.size())) {
@@ -55,8 +55,8 @@ ATWOOD_INLINE void fly(const FlightSteps<double>& steps, const FlightInertia<dou
   const int stages = weights.stages() - (weights.first_same_as_last ? 1 : 0);
   const P inertia{1, 1, 1, 1, body.I[0][0], body.I[4][0], body.I[8][0], 0};
   const P factor{-1, 1, 1, 1, body.twice_I_inverse[0][0], body.twice_I_inverse[4][0], body.twice_I_inverse[8][0], 0};
-  Row a[kMostStagesAlone], b(weights.b);
-  P fall[kMostStagesAlone], k[kMostStagesAlone], velocity[kMostStagesAlone];
+  Row a[kMaxStagesAlone], b(weights.b);
+  P fall[kMaxStagesAlone], k[kMaxStagesAlone], velocity[kMaxStagesAlone];
   for (int i = 0; i < weights.stages(); ++i) {
     if (i > 0 && i < stages) a[i] = Row(weights.a[i]);
     fall[i] = pack3(steps.stage_m_per_s[i]);
@@ -82,7 +82,7 @@ ATWOOD_INLINE void fly(const FlightSteps<double>& steps, const FlightInertia<dou
 
 bool flies_alone(VectorWidth width, FlightKind kind, const FlightSteps<double>& steps) {
   return width != VectorWidth::narrow && kind == FlightKind::about_body_axes && !steps.classical &&
-         steps.weights.stages() <= kMostStagesAlone;
+         steps.weights.stages() <= kMaxStagesAlone;
 }
 
 void fly_many_alone(VectorWidth width, const FlightSteps<double>& steps, const FlightInertia<double, 1>& inertia,

@@ -6,7 +6,7 @@
 
 namespace atwood {
 
-// Whether fly_many_alone() can replace fly(): principal body axes, at most kMostStagesAlone stages, and a machine
+// Whether fly_many_alone() can replace fly(): principal body axes, at most kMaxStagesAlone stages, and a machine
 // whose instructions permute the doubles of a register. RK4 has a specialised loop, which is as fast.
 bool flies_alone(VectorWidth width, FlightKind kind, const FlightSteps<double>& steps);
 

@@ -202,7 +202,7 @@ template <class S> struct Turning {
 
 // Uninitialised storage.
 template <class S> struct TurningRates {
-  S rate[kMostStagesAlone][7];
+  S rate[kMaxStagesAlone][7];
 
   ATWOOD_INLINE void put(int stage, const Quat<S>& q, const Vec3<S>& u) {
     store4(q, rate[stage]);

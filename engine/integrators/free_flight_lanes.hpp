@@ -48,7 +48,7 @@ void fly(VectorWidth width, FlightKind kind, int bodies, const FlightSteps<S>& s
          FlightLanes<S>& lanes);
 
 // One step of one body, of 13 scalars in the order of a state (6 of a point mass), with at most this many stages.
-inline constexpr int kMostStagesAlone = 16;
+inline constexpr int kMaxStagesAlone = 16;
 template <class S>
 void fly_alone(FlightKind kind, const FlightSteps<S>& steps, const FlightInertia<S, 1>& inertia, const S* from, S* to);
 

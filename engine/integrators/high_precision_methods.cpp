@@ -63,7 +63,7 @@ std::vector<MethodInfo> high_precision_methods() {
       "Hairer, Norsett, Wanner, Solving ODEs I, section II.9");
   declare_settings(gbs, {{"columns",
                           std::int64_t(6),
-                          {between(2, kMostColumns),
+                          {between(2, kMaxColumns),
                            "Columns of the extrapolation, half its order, in equal steps and where `order=fixed`."}},
                          {"order",
                           std::string("chosen"),

@@ -32,7 +32,7 @@ ATWOOD_INLINE P inverse_cube_of_root(const P& x, P& inverse) {
   const P cube = y * inverse;
   return cube + cube * (e * (1.5 + e * (1.875 + e * 2.1875)));
 }
-constexpr std::size_t kMostCentres = kMostGravitating, kMostPairs = kMostGravitating * (kMostGravitating - 1) / 2;
+constexpr std::size_t kMaxCentres = kMaxGravitating, kMaxPairs = kMaxGravitating * (kMaxGravitating - 1) / 2;
 
 // `known` bodies, 1: one about one centre; 0: as many as there are. In two dimensions z is a constant.
 template <VectorWidth width, int known, int dimensions> class Kernel {
@@ -50,7 +50,7 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
   }
 
  private:
-  static constexpr int kRoom = dimensions * (known > 0 ? known : kMostGravitating);
+  static constexpr int kRoom = dimensions * (known > 0 ? known : kMaxGravitating);
   using Rows = double[kRoom][kNodes];
 
   // f(row, the component of the position); its velocity and the rate of that stand three further on.
@@ -255,7 +255,7 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
   const RadauTable<double>& table_ = radau_table<double>();
   alignas(64) Rows rate_, residual_, predicted_;
   P base_[kRoom], field_[kRoom];
-  Attraction attractions_[known == 1 ? 1 : kMostCentres + kMostPairs];
+  Attraction attractions_[known == 1 ? 1 : kMaxCentres + kMaxPairs];
   double speed_ = 0;
 };
 
@@ -310,13 +310,13 @@ std::unique_ptr<GravitatingBodies> gravitating_bodies(const RigidModel<double>& 
   for (int body = 0; body < model.body_count(); ++body) {
     if (!forces.linear[body].none) return nullptr;
     if (model.offset(body) < 0) continue;
-    if (model.rotates(body) || found->count == kMostGravitating) return nullptr;
+    if (model.rotates(body) || found->count == kMaxGravitating) return nullptr;
     store3(forces.linear[body].constant, found->field_m_per_s2[found->count]);
     place[body] = found->count++;
   }
   if (found->count == 0 || static_cast<int>(model.moving().size()) != found->count) return nullptr;
   for (const auto& law : forces.inverse_square) add_attraction(law, model, place, *found);
-  if (found->centres.size() > kMostCentres || found->pairs.size() > kMostPairs) return nullptr;
+  if (found->centres.size() > kMaxCentres || found->pairs.size() > kMaxPairs) return nullptr;
   return found;
 }
 

@@ -13,7 +13,7 @@ namespace atwood {
 // Bodies whose state is p v p v ..., and the forces on them:
 //   a = field - mu r / (r^2 + s^2)^(3/2), r from a centre; of a pair: a_a += on_a r / (r^2 + s^2)^(3/2) and
 //   a_b -= on_b r / (r^2 + s^2)^(3/2), r = p_b - p_a
-inline constexpr int kMostGravitating = 10;
+inline constexpr int kMaxGravitating = 10;
 struct GravitatingBodies {
   struct Centre {
     int body;
@@ -24,7 +24,7 @@ struct GravitatingBodies {
     double on_a, on_b, softening2_m2;
   };
   int count = 0;
-  double field_m_per_s2[kMostGravitating][3] = {};
+  double field_m_per_s2[kMaxGravitating][3] = {};
   std::vector<Centre> centres;
   std::vector<Pair> pairs;
 
@@ -32,7 +32,7 @@ struct GravitatingBodies {
   bool in_plane(const double* y) const;
 };
 
-// Null: other forces act, a body rotates, or there are more than kMostGravitating.
+// Null: other forces act, a body rotates, or there are more than kMaxGravitating.
 std::unique_ptr<GravitatingBodies> gravitating_bodies(const RigidModel<double>& model);
 
 // What a step reads and writes. Arrays are those of Radau15: of the state, or of eight nodes a component of it.

@@ -57,7 +57,7 @@ namespace {
 // For shorter states the call of a function compiled for wider vectors is slower than the loop it replaces.
 constexpr int kShortestWideState = 40;
 
-constexpr int kLeastShared = 20000;  // numbers: below, starting a team costs more than it saves
+constexpr int kMinShared = 20000;  // numbers: below, starting a team costs more than it saves
 
 // The sum first, so that y is rounded once. The number of terms is known to the compiler: the loop over components
 // then runs in vector lanes.
@@ -91,7 +91,7 @@ void ExplicitRungeKutta<S>::add_terms(const S* y, S h_s, const Combination& c, S
       if (size_ >= kShortestWideState) return at_width(width_, kernel);
     kernel();
   };
-  if (team_ == nullptr || size_ < kLeastShared) return add_share({0, size_});
+  if (team_ == nullptr || size_ < kMinShared) return add_share({0, size_});
   const int parts = 4 * team_->size();
   team_->run(parts, [&](int part) { add_share(share(size_, part, parts)); });
 }

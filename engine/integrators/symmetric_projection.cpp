@@ -5,7 +5,7 @@
 namespace atwood {
 namespace {
 
-constexpr int kMostIterations = 60;
+constexpr int kMaxIterations = 60;
 
 }  // namespace
 
@@ -44,7 +44,7 @@ template <class S> bool SymmetricProjection<S>::find_multipliers(S t_s, S h_s, c
     report.residual = static_cast<double>(misfit * S(16) * real::epsilon<S>());
     if (misfit <= S(1)) report.ended = SolveEnd::converged;
     else if (n > 1 && misfit > best / S(2) && misfit <= S(256)) report.ended = SolveEnd::stagnated;
-    else if (n == kMostIterations || !(misfit < S(1e30f))) report.ended = SolveEnd::capped;
+    else if (n == kMaxIterations || !(misfit < S(1e30f))) report.ended = SolveEnd::capped;
     else {
       best = n == 1 ? misfit : real::min(best, misfit);
       continue;

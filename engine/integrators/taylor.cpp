@@ -313,7 +313,7 @@ MethodInfo taylor_method() {
   declare_settings(info, {atol_over_rtol(),
                           {"order",
                            std::int64_t(0),
-                           {between(0, kTaylorMostOrder), "Order of the series, 2 or more; 0: by the tolerance."}}});
+                           {between(0, kTaylorMaxOrder), "Order of the series, 2 or more; 0: by the tolerance."}}});
   return info;
 }
 
@@ -325,7 +325,7 @@ template <class S> StepperResult<S> make_taylor(const StepperRequest<S>& request
   if (!refusal.empty()) return cannot_step("taylor", "has no power series for " + refusal);
   if (order == 1)
     return Fault{Blame::input, "atwood/taylor: `order` is `1`; expected 0 (chosen by the tolerance) or 2 to " +
-                                   std::to_string(kTaylorMostOrder)};
+                                   std::to_string(kTaylorMaxOrder)};
   return StepperPointer<S>(
       std::make_unique<Taylor<S>>(*request.model, TaylorOptions{static_cast<int>(order), request.flag("compensated")}));
 }

@@ -16,7 +16,7 @@ struct TaylorOptions {
   int order = 0;  // 0: by the tolerance; 12 without one
   bool compensated = false;
 };
-inline constexpr int kTaylorEqualStepsOrder = 12, kTaylorMostOrder = 100;
+inline constexpr int kTaylorEqualStepsOrder = 12, kTaylorMaxOrder = 100;
 
 // Series of r = p_b - p_a of every pair, |r|^2 and |r|^-3, stored by coefficient, one pair per lane.
 template <class S> struct PairSeries {

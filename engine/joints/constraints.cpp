@@ -10,7 +10,7 @@
 namespace atwood {
 namespace {
 
-constexpr int kMostIterations = 30;
+constexpr int kMaxIterations = 30;
 
 // Of a pivot that is round-off: what the columns of a chain of a thousand links leave of it.
 template <class S> S pivot_tolerance() { return S(1024) * real::epsilon<S>(); }
@@ -184,7 +184,7 @@ template <class S> bool Constraints<S>::project_positions(S* y) {
     if (!evaluate()) return false;
     const S now = worst_value(true);
     report_.residual = static_cast<double>(now * S(16) * real::epsilon<S>());
-    if (!(now < S(1e30f)) || n == kMostIterations) {
+    if (!(now < S(1e30f)) || n == kMaxIterations) {
       report_.ended = SolveEnd::capped;
       break;
     }

@@ -277,7 +277,7 @@ template <class S> bool PlanarLoops<S>::project(S* y) {
   constraints_.fault_.clear();
   factor();
   const auto least_pivot = [&] { return qr_.rank() < chosen_ ? S(0) : qr_.pivot(chosen_ - 1); };
-  if (least_pivot() < S(kLeastPivot)) {
+  if (least_pivot() < S(kMinPivot)) {
     sharpen_positions(y);
     set_values(y);
     factor();

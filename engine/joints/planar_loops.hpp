@@ -2,9 +2,9 @@
 // which every closing leaves two, in vectors of two components.
 //
 // Rates are solved for by a QR factorisation of W G^T in the order of the rows, of one state or of eight at once. Where
-// a pivot is below kLeastPivot, rows may be dependent, and the pivoted factorisation of constraints.hpp has to take
+// a pivot is below kMinPivot, rows may be dependent, and the pivoted factorisation of constraints.hpp has to take
 // over; both give the same accelerations elsewhere. Projections use the pivoted one. A gap of round-off turns links by
-// itself over the pivot, and their rates by that over the pivot once more; so below kLeastPivot a projection of float
+// itself over the pivot, and their rates by that over the pivot once more; so below kMinPivot a projection of float
 // or double positions ends with a step by gaps of a wider scalar.
 #pragma once
 
@@ -18,7 +18,7 @@ namespace atwood {
 
 template <class S> class PlanarLoops {
  public:
-  static constexpr double kLeastPivot = 0.05;
+  static constexpr double kMinPivot = 0.05;
 
   // Null where some mechanism does not move in a plane, or is tied by anything but hinges across it that close loops.
   // The kinematics of `tree` are those of some state; `constraints` has chosen its rows.

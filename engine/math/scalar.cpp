@@ -8,7 +8,7 @@
 namespace atwood::real {
 
 void sin_cos(double x, double& sine, double& cosine) {
-  if (abs(x) < trigonometry::kMost) return trigonometry::sin_cos_within(x, sine, cosine);
+  if (abs(x) < trigonometry::kMaxArgument) return trigonometry::sin_cos_within(x, sine, cosine);
   long double s, c;  // NaN and infinity too; the C library has one variant for long double
   sin_cos(static_cast<long double>(x), s, c);
   sine = static_cast<double>(s);

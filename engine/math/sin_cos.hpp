@@ -15,7 +15,7 @@ namespace atwood::real {
 
 namespace trigonometry {
 
-inline constexpr double kMost = 524288.0;
+inline constexpr double kMaxArgument = 524288.0;
 
 template <class V> struct BitsOf { using Type = std::uint64_t; };
 template <> struct BitsOf<DoublePack> {
@@ -28,7 +28,7 @@ template <class To, class From> ATWOOD_INLINE To bits_as(const From& from) {
   return to;
 }
 
-// |x| < kMost
+// |x| < kMaxArgument
 template <class V> ATWOOD_INLINE void sin_cos_within(const V& x, V& sine, V& cosine) {
   constexpr double magic = 0x1.8p52;  // added, it leaves the nearest integer in the last bits
   const V shifted = x * 0x1.45f306dc9c883p-1 + magic, n = shifted - magic;
@@ -60,7 +60,7 @@ template <class V> ATWOOD_INLINE void sin_cos_within(const V& x, V& sine, V& cos
 // The same bits whether x is a scalar or the lane of a pack.
 template <class S> ATWOOD_INLINE void same_sin_cos(const S& x, S& sine, S& cosine) { sin_cos(x, sine, cosine); }
 ATWOOD_INLINE void same_sin_cos(const double& x, double& sine, double& cosine) {
-  if (abs(x) < trigonometry::kMost) trigonometry::sin_cos_within(x, sine, cosine);
+  if (abs(x) < trigonometry::kMaxArgument) trigonometry::sin_cos_within(x, sine, cosine);
   else sin_cos(x, sine, cosine);
 }
 ATWOOD_INLINE void same_sin_cos(const FloatPack& x, FloatPack& sine, FloatPack& cosine) {
@@ -72,7 +72,7 @@ ATWOOD_INLINE void same_sin_cos(const FloatPack& x, FloatPack& sine, FloatPack& 
   }
 }
 ATWOOD_INLINE void same_sin_cos(const DoublePack& x, DoublePack& sine, DoublePack& cosine) {
-  if (largest_lane<double>(larger_size<double>(x, broadcast(0.0))) < trigonometry::kMost)
+  if (largest_lane<double>(larger_size<double>(x, broadcast(0.0))) < trigonometry::kMaxArgument)
     return trigonometry::sin_cos_within(x, sine, cosine);
   for (int k = 0; k < kLaneCount; ++k) {
     double s, c;

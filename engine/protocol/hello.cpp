@@ -9,8 +9,8 @@ namespace atwood::wire {
 namespace {
 
 // Limits of an engine's description.
-constexpr std::size_t kLongestName = 64, kLongestId = 256, kMostMethods = 10000;
-constexpr std::size_t kLongestFingerprint = 1024, kMostFiles = 1000, kLongestPath = 4096;
+constexpr std::size_t kLongestName = 64, kLongestId = 256, kMaxMethods = 10000;
+constexpr std::size_t kLongestFingerprint = 1024, kMaxFiles = 1000, kLongestPath = 4096;
 
 Json to_json(const Settings& settings) {
   Json json = Json::object();
@@ -180,7 +180,7 @@ MethodInfo read_method(const Json& each) {
 }
 
 void add_method(MethodInfo method, std::vector<MethodInfo>& methods) {
-  if (methods.size() >= kMostMethods) throw Garbage("more than " + std::to_string(kMostMethods) + " methods");
+  if (methods.size() >= kMaxMethods) throw Garbage("more than " + std::to_string(kMaxMethods) + " methods");
   methods.push_back(std::move(method));
 }
 
@@ -215,7 +215,7 @@ void read_fingerprint(const std::string& member, const Json& value, Engine& engi
       throw Garbage("a fingerprint of more than " + std::to_string(kLongestFingerprint) + " bytes");
     return;
   }
-  if (engine.files.size() >= kMostFiles) throw Garbage("more than " + std::to_string(kMostFiles) + " files");
+  if (engine.files.size() >= kMaxFiles) throw Garbage("more than " + std::to_string(kMaxFiles) + " files");
   engine.files.push_back(text(value, "files"));
   if (engine.files.back().empty() || engine.files.back().size() > kLongestPath)
     throw Garbage("a name in \"files\" of " + std::to_string(engine.files.back().size()) + " bytes; expected 1 to " +

@@ -6,7 +6,7 @@
 namespace atwood::wire {
 namespace {
 
-constexpr std::size_t kMostPulleys = 10000;
+constexpr std::size_t kMaxPulleys = 10000;
 
 bool is_nan(Wide value) { return value != value; }
 
@@ -87,7 +87,7 @@ int read_joint(const Json& row, JointSample& joint) {
 }
 
 RopeSample read_rope(const Json& row) {
-  if (!row.is_array() || row.empty() || row.size() > 1 + kMostPulleys)
+  if (!row.is_array() || row.empty() || row.size() > 1 + kMaxPulleys)
     throw Garbage("\"rope\" is not an array of a tension and the angles of pulleys: " + excerpt(row));
   RopeSample rope;
   rope.tension_N = number(row[0]);

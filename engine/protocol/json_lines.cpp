@@ -29,8 +29,8 @@ void refuse_deep(std::string_view line) {
       members[depth] = 0;
     } else if (c == ']' || c == '}') {
       if (depth > 0) --depth;
-    } else if (c == ':' && ++members[depth] > kMostMembers) {
-      throw Garbage("more than " + std::to_string(kMostMembers) + " members in an object: " + cut(line));
+    } else if (c == ':' && ++members[depth] > kMaxMembers) {
+      throw Garbage("more than " + std::to_string(kMaxMembers) + " members in an object: " + cut(line));
     }
   }
 }
@@ -78,12 +78,12 @@ class MemberReader : public nlohmann::json_sax<Json> {
   bool key(string_t& name) override {
     if (depth_ == 1) {
       if (!seen_.insert(name).second) throw Garbage("the member \"" + cut(name) + "\" twice in a line");
-      if (seen_.size() > kMostMembers) throw too_many_members();
+      if (seen_.size() > kMaxMembers) throw too_many_members();
       member_ = name;
       how_ = reading_(name);
       values_ = 0;
     } else if (!open_.empty()) {
-      if (open_.back()->size() >= kMostMembers) throw too_many_members();
+      if (open_.back()->size() >= kMaxMembers) throw too_many_members();
       slot_ = &(*open_.back())[name];
     }
     return true;
@@ -92,13 +92,13 @@ class MemberReader : public nlohmann::json_sax<Json> {
 
  private:
   static Garbage too_many_members() {
-    return Garbage("more than " + std::to_string(kMostMembers) + " members in an object");
+    return Garbage("more than " + std::to_string(kMaxMembers) + " members in an object");
   }
 
   // The place of the next value: in the innermost open container, or a new root.
   Json* place(Json value) {
-    if (++values_ > kMostValues)
-      throw Garbage("more than " + std::to_string(kMostValues) + " values in \"" + cut(member_) + "\"");
+    if (++values_ > kMaxValues)
+      throw Garbage("more than " + std::to_string(kMaxValues) + " values in \"" + cut(member_) + "\"");
     if (open_.empty()) {
       root_ = std::move(value);
       return &root_;

@@ -13,9 +13,9 @@ namespace atwood::wire {
 
 using Json = nlohmann::ordered_json;
 
-inline constexpr int kDeepestLine = 64;                           // containers within containers
-inline constexpr std::size_t kMostMembers = 4096;                 // of one object
-inline constexpr std::size_t kMostValues = std::size_t{1} << 20;  // held of one line outside of its long arrays
+inline constexpr int kDeepestLine = 64;                          // containers within containers
+inline constexpr std::size_t kMaxMembers = 4096;                 // of one object
+inline constexpr std::size_t kMaxValues = std::size_t{1} << 20;  // held of one line outside of its long arrays
 inline constexpr std::size_t kLongestText = std::size_t{64} << 10;
 
 // At most 120 bytes of a text, with "..." if it was cut.

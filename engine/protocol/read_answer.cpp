@@ -9,7 +9,7 @@
 namespace atwood::wire {
 namespace {
 
-constexpr std::size_t kMostPhases = 64, kMostSolvers = 64, kLongestSolver = 64;
+constexpr std::size_t kMaxPhases = 64, kMaxSolvers = 64, kLongestSolver = 64;
 
 std::array<Wide, 3> read_three(const Json& values, std::size_t at) {
   return {number(values[at]), number(values[at + 1]), number(values[at + 2])};
@@ -117,8 +117,8 @@ std::int64_t nanoseconds(const Json& json, const char* what) {
 // {"NAME":{"converged":n,"stagnated":n,"capped":n,"iterations_max":n,"residual_max":x},...}; counts left out are 0.
 void read_solvers(const Json& solvers, Outcome& outcome) {
   if (!solvers.is_object()) throw Garbage("\"solvers\" is not an object: " + excerpt(solvers));
-  if (solvers.size() > kMostSolvers)
-    throw Garbage("more than " + std::to_string(kMostSolvers) + " solvers in \"solvers\"");
+  if (solvers.size() > kMaxSolvers)
+    throw Garbage("more than " + std::to_string(kMaxSolvers) + " solvers in \"solvers\"");
   for (const auto& [name, json] : solvers.items()) {
     const bool known = name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") == std::string::npos;
     if (name.empty() || name.size() > kLongestSolver || !known)
@@ -176,8 +176,7 @@ Profile read_profile(const Json& done) {
   if (!done.contains("phase_ns")) return profile;
   const Json& phases = done["phase_ns"];
   if (!phases.is_object()) throw Garbage("\"phase_ns\" is not an object: " + excerpt(phases));
-  if (phases.size() > kMostPhases)
-    throw Garbage("more than " + std::to_string(kMostPhases) + " phases in \"phase_ns\"");
+  if (phases.size() > kMaxPhases) throw Garbage("more than " + std::to_string(kMaxPhases) + " phases in \"phase_ns\"");
   for (const auto& [phase, ns] : phases.items()) profile.phase_ns[cut(phase)] = count(ns, "phase_ns");
   return profile;
 }

@@ -107,7 +107,7 @@ template <class S> bool JointRates<S>::rate_of_loops(const OneState<S>& y) {
   }
   model_.apply_joint_forces(y.t_s, y.y);
   const S least = loops.accelerate(y, model_.gravity_, model_.applied_.data());
-  if (!(least >= S(PlanarLoops<S>::kLeastPivot))) return false;
+  if (!(least >= S(PlanarLoops<S>::kMinPivot))) return false;
   model_.constraints_->note_pivot(least);
   return true;
 }
@@ -129,7 +129,7 @@ template <class S> void JointRates<S>::loops_in_lanes(const StateLanes<S>& y) {
     }
     const LaneBlock<S> least = loops.accelerate(width, y, model_.gravity_, applied_lanes_.data());
     for (int k = 0; k < kLaneCount; ++k) {
-      if (least.lane[k] >= S(PlanarLoops<S>::kLeastPivot)) {
+      if (least.lane[k] >= S(PlanarLoops<S>::kMinPivot)) {
         model_.constraints_->note_pivot(least.lane[k]);
         continue;
       }

@@ -45,8 +45,8 @@ bool CsvReader::next(std::vector<std::string>& cells) {
       continue;
     }
     for (bool more = true; more;) {
-      if (cells.size() == kMostCells)
-        throw InputError(name_ + ":" + std::to_string(line_) + ":1: found more than " + std::to_string(kMostCells) +
+      if (cells.size() == kMaxCells)
+        throw InputError(name_ + ":" + std::to_string(line_) + ":1: found more than " + std::to_string(kMaxCells) +
                          " cells; expected fewer");
       more = take_cell(line, cells.emplace_back());
     }

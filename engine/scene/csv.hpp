@@ -12,11 +12,11 @@ namespace atwood {
 // around a cell do not count unless they stand in quotes.
 class CsvReader {
  public:
-  static constexpr std::size_t kMostCells = 4096;
+  static constexpr std::size_t kMaxCells = 4096;
   // `name` stands for the file in messages.
   CsvReader(std::string text, std::string name) : text_(std::move(text)), name_(std::move(name)) {}
 
-  // False: the table has ended, and `cells` is empty. InputError: a row of more than kMostCells.
+  // False: the table has ended, and `cells` is empty. InputError: a row of more than kMaxCells.
   bool next(std::vector<std::string>& cells);
   int line() const { return line_; }                                      // of the last cells, from 1
   const std::vector<std::string>& comments() const { return comments_; }  // up to here, with their #

@@ -11,7 +11,7 @@
 namespace atwood {
 namespace {
 
-constexpr double kLeastSpacingsOfWall = 2;  // a thinner solid cannot keep particles of both its sides apart
+constexpr double kMinSpacingsOfWall = 2;  // a thinner solid cannot keep particles of both its sides apart
 
 std::string number_words(double x) { return describe(Value(x)); }
 
@@ -113,7 +113,7 @@ std::vector<Real3> read_points(const std::string& path, int dimensions) {
         refuse(std::to_string(d) + " finite numbers");
       at = end + 1;
     }
-    if (points.size() > kMostParticles) refuse("at most " + std::to_string(kMostParticles) + " points");
+    if (points.size() > kMaxParticles) refuse("at most " + std::to_string(kMaxParticles) + " points");
   }
   if (points.empty()) throw InputError(path + ":1:1: found no point; expected " + header + " and a point a line");
   return points;
@@ -171,11 +171,11 @@ void check_walls(Reading& r, const Value* boundaries, const Scenario& scenario) 
   for (std::size_t i = 0; i < scene.fluid_boundaries.size(); ++i) {
     const Body& body = scene.bodies[static_cast<std::size_t>(scene.fluid_boundaries[i].body)];
     const double thickness = thickness_m(body, scene.domain.dimensions);
-    if (thickness >= kLeastSpacingsOfWall * coarsest * (1 - 1e-12)) continue;
+    if (thickness >= kMinSpacingsOfWall * coarsest * (1 - 1e-12)) continue;
     fail(r, place_of((*boundaries->list())[i], "body"),
          "the boundary `" + body.name + "` is " + number_words(thickness) + " m thick and leaks at a spacing of " +
              number_words(coarsest) + " m; expected at least two spacings, " +
-             number_words(kLeastSpacingsOfWall * coarsest) + " m, or a plane");
+             number_words(kMinSpacingsOfWall * coarsest) + " m, or a plane");
   }
 }
 

@@ -44,9 +44,9 @@ double volume_m(const FluidRegion& region, int dimensions) {
 }
 
 void refuse_count(const Fluid& fluid, double count) {
-  if (count > static_cast<double>(kMostParticles))
+  if (count > static_cast<double>(kMaxParticles))
     throw InputError("the fluid `" + fluid.name + "` has " + in_words(count) + " particles at a spacing of " +
-                     in_words(fluid.spacing_m) + " m; expected at most " + std::to_string(kMostParticles));
+                     in_words(fluid.spacing_m) + " m; expected at most " + std::to_string(kMaxParticles));
 }
 
 // ---- lattices and rings ------------------------------------------------------------------------------------------

@@ -19,11 +19,11 @@
 
 namespace atwood {
 
-inline constexpr std::size_t kMostParticles = 4'000'000;
+inline constexpr std::size_t kMaxParticles = 4'000'000;
 
 // Fills Fluid::particles of all fluids from their regions, spacings and initial fields. Positions of a fluid that came
 // from a file stay. Throws InputError: a spacing that does not divide a region, no particle or more than
-// kMostParticles, fluids that overlap (particles nearer than half the smaller spacing), a fluid behind a plane that
+// kMaxParticles, fluids that overlap (particles nearer than half the smaller spacing), a fluid behind a plane that
 // bounds it, a density that is not positive.
 void place_particles(Scene& scene);
 

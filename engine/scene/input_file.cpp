@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kDeepestText = 64;
 // A scene of 200 000 bodies written out has 4 million values; a parser's tree takes about 150 bytes for each.
-constexpr std::size_t kMostValues = 5'000'000;
+constexpr std::size_t kMaxValues = 5'000'000;
 
 class Descriptor {
  public:
@@ -80,7 +80,7 @@ class Nesting {
     }
     if (depth_ + dots_ > kDeepestText)
       refuse("nesting deeper than " + std::to_string(kDeepestText) + " levels of brackets and dotted keys");
-    if (values_ > kMostValues) refuse("more than " + std::to_string(kMostValues) + " values");
+    if (values_ > kMaxValues) refuse("more than " + std::to_string(kMaxValues) + " values");
     if (!members_.empty() && members_.back() > most_members_)
       refuse("more than " + std::to_string(most_members_) + " members in one object");
     ++at_;

@@ -10,11 +10,11 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kMostJoints = 20'000;  // one line of a sample holds them all
-constexpr double kClosed = 1e-9;             // of the mechanism's size, and rad: a larger gap is not a loop
-constexpr double kClosingAngle = 1e-6;       // rad: further apart are the angle of a closing joint and its bodies
-constexpr double kUnmoved = 1e-14;           // a change of the start below it is the rounding of its doubles
-constexpr double kOutside = 1e-12;           // past a limit: round-off
+constexpr std::size_t kMaxJoints = 20'000;  // one line of a sample holds them all
+constexpr double kClosed = 1e-9;            // of the mechanism's size, and rad: a larger gap is not a loop
+constexpr double kClosingAngle = 1e-6;      // rad: further apart are the angle of a closing joint and its bodies
+constexpr double kUnmoved = 1e-14;          // a change of the start below it is the rounding of its doubles
+constexpr double kOutside = 1e-12;          // past a limit: round-off
 
 // What is read of [[joint]] and [[rope]], with where it stands.
 struct Mechanisms {
@@ -51,8 +51,8 @@ Joint read_joint(Reading& r, const Value& table, const Value*& hold) {
   finish_joint(r, table, joint);
   if (!r.joints.emplace(joint.name, static_cast<int>(r.scene->joints.size())).second)
     fail(r, place_of(table, "name"), "found the name `" + joint.name + "` a second time; expected each name once");
-  if (r.scene->joints.size() >= kMostJoints)
-    fail(r, table.place, "found more than " + std::to_string(kMostJoints) + " joints; expected fewer");
+  if (r.scene->joints.size() >= kMaxJoints)
+    fail(r, table.place, "found more than " + std::to_string(kMaxJoints) + " joints; expected fewer");
   hold = joint.hold_names;
   return joint;
 }

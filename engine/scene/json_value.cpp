@@ -8,7 +8,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kMostMembers = 4096;  // of one object; an ordered_json looks through all of them for each new one
+constexpr std::size_t kMaxMembers = 4096;  // of one object; an ordered_json looks through all of them for each new one
 
 Value convert(const nlohmann::ordered_json& node, const std::string& name, int depth) {
   if (depth > kDeepest)
@@ -36,7 +36,7 @@ Value convert(const nlohmann::ordered_json& node, const std::string& name, int d
 }  // namespace
 
 Value parse_json(std::string_view text, const std::string& name) {
-  require_shallow_json(text, name, kMostMembers);
+  require_shallow_json(text, name, kMaxMembers);
   try {
     return convert(nlohmann::ordered_json::parse(text), name, 0);
   } catch (const nlohmann::json::exception& error) {

@@ -74,7 +74,7 @@ std::string path_in_folder(Reading& r, const Value& file) {
 }
 
 void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
-  constexpr std::size_t kMost = 1 << 20;
+  constexpr std::size_t kMaxElements = 1 << 20;
   r.key = "file";
   const std::string path = path_in_folder(r, file);
   const std::string text = read_input_file(path, "a mesh (OBJ)", largest::kMesh);
@@ -90,7 +90,7 @@ void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
       mesh.points_m.push_back(point);
     } else if (kind == "f") {
       std::vector<int> corners;
-      for (std::string_view word = take_word(words); !word.empty() && corners.size() < kMost + 3;
+      for (std::string_view word = take_word(words); !word.empty() && corners.size() < kMaxElements + 3;
            word = take_word(words)) {
         corners.push_back(corner_index(word, mesh.points_m.size()));
         if (corners.back() < 0)
@@ -100,8 +100,8 @@ void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
       for (std::size_t i = 2; i < corners.size(); ++i)
         mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
     }
-    if (mesh.points_m.size() > kMost || mesh.triangles.size() > kMost)
-      fail_line(path, number, line, "at most " + std::to_string(kMost) + " points and triangles");
+    if (mesh.points_m.size() > kMaxElements || mesh.triangles.size() > kMaxElements)
+      fail_line(path, number, line, "at most " + std::to_string(kMaxElements) + " points and triangles");
   }
   if (mesh.triangles.empty()) fail_value(r, file, "an OBJ file with at least one face");
 }

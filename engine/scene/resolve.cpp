@@ -85,12 +85,12 @@ std::vector<WrittenGrid> read_grids(Reading& r, const FileDraft& draft) {
     const Value& counts = *table.find("counts");
     r.key = "counts";
     if (grid.counts.size() != 3) fail_value(r, counts, "a list of 3 whole numbers");
-    std::size_t product = 1;  // each factor is at most kMostBodies, so no step overflows
+    std::size_t product = 1;  // each factor is at most kMaxBodies, so no step overflows
     for (const std::int64_t n : grid.counts) {
       product *= static_cast<std::size_t>(n);
-      if (product > kMostBodies || copies + product > kMostBodies)
+      if (product > kMaxBodies || copies + product > kMaxBodies)
         fail(r, counts.place,
-             "`counts` in [[grid]] makes more than " + std::to_string(kMostBodies) + " bodies; expected fewer");
+             "`counts` in [[grid]] makes more than " + std::to_string(kMaxBodies) + " bodies; expected fewer");
     }
     copies += product;
     for (const WrittenGrid& earlier : grids)

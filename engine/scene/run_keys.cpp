@@ -27,7 +27,7 @@ std::vector<std::int64_t> geometric_ladder(Reading& r, const Value& v) {
       fail(r, member.place,
            "unknown key `" + member.key + "` in `steps` of " + r.where + "; expected one of " + listed(names) +
                did_you_mean(member.key, names));
-  const std::int64_t from = whole(r, v, "from", 1, kMostSteps), rungs = whole(r, v, "rungs", 1, kMostRungs);
+  const std::int64_t from = whole(r, v, "from", 1, kMaxSteps), rungs = whole(r, v, "rungs", 1, kMaxRungs);
   double ratio = 2;
   if (const Value* given = v.find("ratio")) {
     r.key = "ratio";
@@ -39,9 +39,9 @@ std::vector<std::int64_t> geometric_ladder(Reading& r, const Value& v) {
   std::vector<std::int64_t> steps;
   for (std::int64_t k = 0; k < rungs; ++k) {
     const double rung = std::round(static_cast<double>(from) * std::pow(ratio, static_cast<double>(k)));
-    if (!(rung <= static_cast<double>(kMostSteps)))
+    if (!(rung <= static_cast<double>(kMaxSteps)))
       fail(r, v.place,
-           "`steps` in " + r.where + " grows past " + std::to_string(kMostSteps) +
+           "`steps` in " + r.where + " grows past " + std::to_string(kMaxSteps) +
                "; expected fewer rungs or a smaller ratio");
     steps.push_back(static_cast<std::int64_t>(rung));
   }
@@ -49,12 +49,12 @@ std::vector<std::int64_t> geometric_ladder(Reading& r, const Value& v) {
 }
 
 Key<Scenario> steps_key() {
-  const auto rung = integer(1, kMostSteps);
-  const auto list = list_of(rung, kMostRungs);
+  const auto rung = integer(1, kMaxSteps);
+  const auto list = list_of(rung, kMaxRungs);
   auto k = required(
       key<Scenario>("steps", &Scenario::steps, list, "the ladder: a list of step counts, or { from, rungs, ratio }"));
   Value ladder = object_schema(table_of({{"from", rung.schema},
-                                         {"rungs", integer(1, kMostRungs).schema},
+                                         {"rungs", integer(1, kMaxRungs).schema},
                                          {"ratio", table_of({{"type", "number"}, {"exclusiveMinimum", 1}})}}),
                                {Value("from"), Value("rungs")});
   k.resolved_schema = list.schema;
@@ -68,7 +68,7 @@ Key<Scenario> steps_key() {
 
 // Left out where there is none.
 Key<Scenario> frames_key() {
-  auto k = key<Scenario>("frame_ends_s", &Scenario::frame_ends_s, list_of(number(positive()), kMostFrames),
+  auto k = key<Scenario>("frame_ends_s", &Scenario::frame_ends_s, list_of(number(positive()), kMaxFrames),
                          "when each recorded frame ended, growing, the last at t_end_s [s]: steps of unequal length");
   const auto write = k.write;
   k.write = [write](const Scene& s, const Scenario& from) {
@@ -103,7 +103,7 @@ void check_frames(Reading& r, const Value& run, const Scenario& scenario) {
 
 // Of scenes with fluids; left out where there is none.
 Key<Scenario> ladder_key(std::string name, std::vector<double> Scenario::*member, std::string doc) {
-  auto k = key<Scenario>(std::move(name), member, list_of(number(positive()), kMostRungs), std::move(doc));
+  auto k = key<Scenario>(std::move(name), member, list_of(number(positive()), kMaxRungs), std::move(doc));
   const auto write = k.write;
   k.write = [write, member](const Scene& s, const Scenario& from) {
     return (from.*member).empty() ? Value() : write(s, from);

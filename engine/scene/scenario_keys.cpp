@@ -357,8 +357,8 @@ Key<Scene> fluid_part(std::string name, std::string doc, std::vector<T> Scene::*
 }  // namespace
 
 void add_material(Reading& r, Place place, Material material) {
-  if (r.scene->materials.size() >= kMostMaterials)
-    fail(r, place, "found more than " + std::to_string(kMostMaterials) + " materials; expected fewer");
+  if (r.scene->materials.size() >= kMaxMaterials)
+    fail(r, place, "found more than " + std::to_string(kMaxMaterials) + " materials; expected fewer");
   const auto index = static_cast<int>(r.scene->materials.size());
   if (!r.materials.emplace(material.name, index).second)
     fail(r, place, "found the material `" + material.name + "` a second time; expected each name once");
@@ -366,8 +366,8 @@ void add_material(Reading& r, Place place, Material material) {
 }
 
 void add_body(Reading& r, Place place, Body body) {
-  if (r.scene->bodies.size() >= kMostBodies)
-    fail(r, place, "found more than " + std::to_string(kMostBodies) + " bodies; expected fewer");
+  if (r.scene->bodies.size() >= kMaxBodies)
+    fail(r, place, "found more than " + std::to_string(kMaxBodies) + " bodies; expected fewer");
   const auto index = static_cast<int>(r.scene->bodies.size());
   if (!r.bodies.emplace(body.name, index).second)
     fail(r, place, "found the name `" + body.name + "` a second time in " + r.where + "; expected each name once");
@@ -378,7 +378,7 @@ const Keys<GridDraft>& grid_keys() {
   static const Keys<GridDraft> keys = {
       required(key<GridDraft>("body", &GridDraft::body, text(), "the [[body]] to copy")),
       required(
-          key<GridDraft>("counts", &GridDraft::counts, list_of(integer(1, kMostBodies), 3), "how many along x, y, z")),
+          key<GridDraft>("counts", &GridDraft::counts, list_of(integer(1, kMaxBodies), 3), "how many along x, y, z")),
       required(
           key<GridDraft>("spacing_m", &GridDraft::spacing_m, vector3(), "distance of neighbours along x, y, z [m]")),
       key<GridDraft>("jitter_m", &GridDraft::jitter_m, number(non_negative()),

@@ -23,11 +23,11 @@ struct GridDraft {
   std::int64_t seed = 0;
 };
 
-inline constexpr std::size_t kMostBodies = 200'000;
-inline constexpr std::size_t kMostMaterials = 256;
-inline constexpr std::int64_t kMostSteps = 1'000'000'000'000;
-inline constexpr std::size_t kMostRungs = 64;
-inline constexpr std::size_t kMostFrames = 1'000'000;
+inline constexpr std::size_t kMaxBodies = 200'000;
+inline constexpr std::size_t kMaxMaterials = 256;
+inline constexpr std::int64_t kMaxSteps = 1'000'000'000'000;
+inline constexpr std::size_t kMaxRungs = 64;
+inline constexpr std::size_t kMaxFrames = 1'000'000;
 
 const Keys<FileDraft>& file_keys();
 const Keys<Scenario>& scenario_keys();  // the resolved form

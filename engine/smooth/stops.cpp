@@ -8,7 +8,7 @@
 namespace atwood {
 namespace {
 
-constexpr int kMostEventsAtAnInstant = 20000;
+constexpr int kMaxEventsAtAnInstant = 20000;
 
 template <class S> S sign(bool lower) { return lower ? S(1) : S(-1); }
 
@@ -249,7 +249,7 @@ template <class S> bool Stops<S>::resolve(S t_s) {
   Constraints<S>& constraints = *simulation_.model->constraints();
   events_at_instant_ = t_s > event_s_ + S(64) * real::epsilon<S>() * real::abs(t_s) ? 0 : events_at_instant_ + 1;
   event_s_ = real::max(event_s_, t_s);
-  if (events_at_instant_ > kMostEventsAtAnInstant) {
+  if (events_at_instant_ > kMaxEventsAtAnInstant) {
     fault_ = "20000 events of stops followed each other without the time advancing";
     return false;
   }

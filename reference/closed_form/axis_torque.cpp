@@ -14,14 +14,14 @@ namespace atwood::closed_form {
 
 namespace {
 
-constexpr double kMostTurning = 1e6;  // rad
+constexpr double kMaxTurning = 1e6;  // rad
 
 template <class S> struct Phase { S re1{}, im1{}, re2{}, im2{}; };  // J1, J2
 
 template <class S> Phase<S> integrate(S theta0, S w0, S alpha, S t) {
   static const GaussRule<S> rule = gauss_rule<S>(16);
   const S most = magnitude(w0) + magnitude(alpha) * t;
-  const auto panels = static_cast<std::int64_t>(most * t) + 1;  // bounded by kMostTurning
+  const auto panels = static_cast<std::int64_t>(most * t) + 1;  // bounded by kMaxTurning
   const S h = t / panels;
   Phase<S> sum;
   for (std::int64_t k = 0; k < panels; ++k)
@@ -153,12 +153,12 @@ template <class S> std::string build(const Scene& scene, int index, double t_end
     piece.v = now.v_WB;
     if (k + 1 == ship.pieces.size()) {
       const S last = S(t_end_s) - piece.from;
-      if (magnitude(piece.w) * last + magnitude(piece.alpha) * last * last > S(kMostTurning))
+      if (magnitude(piece.w) * last + magnitude(piece.alpha) * last * last > S(kMaxTurning))
         return name + " turns by more than 1e6 rad";
       break;
     }
     const S length = ship.pieces[k + 1].from - piece.from;
-    if (magnitude(piece.w) * length + magnitude(piece.alpha) * length * length > S(kMostTurning))
+    if (magnitude(piece.w) * length + magnitude(piece.alpha) * length * length > S(kMaxTurning))
       return name + " turns by more than 1e6 rad";
     now = ship.at(piece, length);
     theta += length * (piece.w + piece.alpha * length / 2);

@@ -10,7 +10,7 @@ namespace atwood::closed_form {
 
 namespace {
 
-constexpr std::size_t kMostImpacts = 1000000;
+constexpr std::size_t kMaxBounces = 1000000;
 
 struct Cast {
   int ball = -1, plane = -1;
@@ -60,7 +60,7 @@ template <class S> struct Bounces {
     while (t.back() <= t_end && speed.back() > 0) {
       const S next = t.back() + 2 * speed.back() / a;
       if (stops && remaining(speed.back()) <= unit_round_off<S>() * stop) break;
-      if (t.size() >= kMostImpacts) return "more than " + std::to_string(kMostImpacts) + " impacts";
+      if (t.size() >= kMaxBounces) return "more than " + std::to_string(kMaxBounces) + " impacts";
       t.push_back(next);
       speed.push_back(e * speed.back());
     }

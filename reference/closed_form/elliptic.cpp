@@ -6,7 +6,7 @@ namespace atwood::closed_form {
 
 namespace {
 
-constexpr int kMostHalvings = 500;  // two arguments that underflow to 0 do not converge: the result is then not finite
+constexpr int kMaxHalvings = 500;  // two arguments that underflow to 0 do not converge: the result is then not finite
 
 // Each duplication divides the deviations by four; the error of the series below is of their sixth power.
 template <class S> S close_enough() { return exp(S(-kDigits<S>) * S(0.6931) / 6) / 4; }
@@ -36,7 +36,7 @@ template <class S> S carlson_rf(S x, S y, S z) {
   const S spread = larger(magnitude(mean - x), larger(magnitude(mean - y), magnitude(mean - z)));
   const S x0 = x, y0 = y;
   S quarter = 1;
-  for (int k = 0; k < kMostHalvings && quarter * spread > close_enough<S>() * mean; ++k) {
+  for (int k = 0; k < kMaxHalvings && quarter * spread > close_enough<S>() * mean; ++k) {
     const S l = sqrt(x) * sqrt(y) + sqrt(x) * sqrt(z) + sqrt(y) * sqrt(z);
     x = (x + l) / 4;
     y = (y + l) / 4;
@@ -55,7 +55,7 @@ template <class S> S carlson_rj(S x, S y, S z, S p) {
   S spread = magnitude(mean - p);
   for (const S v : {x, y, z}) spread = larger(spread, magnitude(mean - v));
   S delta = (p - x) * (p - y) * (p - z), quarter = 1, sum = 0;
-  for (int k = 0; k < kMostHalvings && quarter * spread > close_enough<S>() * mean; ++k) {
+  for (int k = 0; k < kMaxHalvings && quarter * spread > close_enough<S>() * mean; ++k) {
     const S rx = sqrt(x), ry = sqrt(y), rz = sqrt(z), rp = sqrt(p);
     const S l = rx * ry + rx * rz + ry * rz, d = (rp + rx) * (rp + ry) * (rp + rz);
     const S e = quarter * quarter * quarter * delta / (d * d);

@@ -15,7 +15,7 @@ namespace atwood::closed_form {
 namespace {
 
 // Reactions of more unknowns than these are not reported: the elimination is cubic in them.
-constexpr std::size_t kMostJoints = 12;
+constexpr std::size_t kMaxJoints = 12;
 
 struct Bars {
   std::vector<std::size_t> ground;  // joints of the parallel bars to the world
@@ -151,7 +151,7 @@ template <class S> Motion<S> solve_four_bar(const Scenario& scenario, const std:
   motion.refusal = not_a_tree(scene);
   if (motion.refusal.empty()) motion.refusal = build(scene, path);
   if (!motion.refusal.empty()) return motion;
-  if (scene.joints.size() <= kMostJoints) return move_mechanism<S>(scenario, t_s, [&](S t) { return path.at(t); });
+  if (scene.joints.size() <= kMaxJoints) return move_mechanism<S>(scenario, t_s, [&](S t) { return path.at(t); });
   for (const S& t : t_s) {
     std::vector<JointState<S>> joints = path.at(t);
     auto& poses = motion.poses.emplace_back();

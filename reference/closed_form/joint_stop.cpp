@@ -10,7 +10,7 @@ namespace atwood::closed_form {
 
 namespace {
 
-constexpr std::size_t kMostImpacts = 1000000;
+constexpr std::size_t kMaxStopImpacts = 1000000;
 
 template <class S> struct Flight { S t{}, q{}, u{}; };  // from an impact, or the start
 template <class S> struct Impact {
@@ -50,7 +50,7 @@ template <class S> struct Bouncing {
       const S h = at_lower ? now.q - lower : upper - now.q, out = at_lower ? now.u : -now.u, push = at_lower ? a : -a;
       const S V = sqrt(larger(S(0), out * out - 2 * push * h)), t = now.t + (at_lower ? down : up);
       if (!(t <= t_end)) return "";
-      if (impacts.size() >= kMostImpacts) return "more than " + std::to_string(kMostImpacts) + " impacts";
+      if (impacts.size() >= kMaxStopImpacts) return "more than " + std::to_string(kMaxStopImpacts) + " impacts";
       const S back = e * V;
       impacts.push_back({t, -V, back, at_lower});
       flights.push_back({t, at_lower ? lower : upper, at_lower ? back : -back});

@@ -67,12 +67,12 @@ template <class S> Vec<S> anchor_at(const Joint& joint, int end, const std::vect
 
 // Forces that exceed this part of the largest term, unbalanced, show that a scene is not the one that a solution
 // solves.
-constexpr double kMostResidual = 0x1p-30;
+constexpr double kMaxResidual = 0x1p-30;
 
 template <class S> void add_instant(const Scene& scene, S t_s, std::vector<JointState<S>> joints, Motion<S>& motion) {
   const std::vector<BodyKinematics<S>> bodies = place_bodies(scene, joints);
   const S residual = solve_reactions(scene, bodies, t_s, joints);
-  if (!(residual <= S(kMostResidual)))
+  if (!(residual <= S(kMaxResidual)))
     motion.refusal = "the scene has forces or masses with which it does not solve the equations of motion";
   auto& poses = motion.poses.emplace_back();
   for (const BodyKinematics<S>& body : bodies) poses.push_back(body.pose);

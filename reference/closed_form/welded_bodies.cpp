@@ -134,7 +134,7 @@ template <class S> Motion<S> solve_welded_bodies(const Scenario& scenario, const
   for (const S& t : t_s) {
     for (const Assembly<S>& assembly : assemblies) place(assembly, gravity, t, bodies);
     std::vector<JointState<S>> joints = start;
-    if (!(solve_reactions(scene, bodies, t, joints) <= S(kMostResidual)))
+    if (!(solve_reactions(scene, bodies, t, joints) <= S(kMaxResidual)))
       motion.refusal = "the scene has forces with which it does not solve the equations of motion";
     if (!motion.refusal.empty()) break;
     auto& poses = motion.poses.emplace_back();

@@ -17,7 +17,7 @@ using dynamics::operator+;
 
 constexpr double kSingular = 1e-10;  // squared sine between a chosen constraint and the others
 constexpr double kRopeEnd = 1e-4;    // of a rope's free length at the start: nearer, BDF's iteration fails
-constexpr double kMostTurn = 1;      // rad between two places at which branches of angles are remembered
+constexpr double kMaxTurn = 1;       // rad between two places at which branches of angles are remembered
 
 std::string uncovered(const Scene& scene, Coverage coverage) {
   for (const std::string& why : {mechanism::unsupported(scene), dynamics::unsupported(scene)})
@@ -124,7 +124,7 @@ struct Integration {
     return least;
   }
 
-  // The time in which no body and no rope's end turns by more than kMostTurn at its present rate.
+  // The time in which no body and no rope's end turns by more than kMaxTurn at its present rate.
   double branch_span(double t_end_s) const {
     double fastest = 0;
     const auto now = motion.motions(y.data());
@@ -139,7 +139,7 @@ struct Integration {
         fastest = std::max(fastest, std::sqrt(mechanism::dot(v, v)) / margins.free_m[end]);
       }
     }
-    return fastest > 0 ? std::max(kMostTurn / fastest, 1e-7 * t_end_s) : t_end_s;
+    return fastest > 0 ? std::max(kMaxTurn / fastest, 1e-7 * t_end_s) : t_end_s;
   }
 };
 

@@ -25,7 +25,7 @@ template <class S> constexpr double kAlwaysSummedFlight = is_wide<S> ? 1e-12 : 1
 constexpr double kRestTimeTolerance = 1e-24;
 // In units of the gap's round-off: the next impact of a lower flight could not be located.
 template <class S> constexpr double kMinHeightInRoundOff = is_wide<S> ? 1e3 : 4;
-constexpr int kMostTries = 100;            // of the search for a touch
+constexpr int kMaxTries = 100;             // of the search for a touch
 constexpr double kPassageDistance = 1e-3;  // of the pair's size: a closest approach with a larger gap is no passage
 
 template <class S> S position_magnitude(const Scene& scene, const dynamics::Layout& layout, int body, const S* y) {
@@ -192,7 +192,7 @@ typename Impacts<S>::Touch Impacts<S>::locate(const Pair& pair, const S* before,
                                  : -(start.rate_m_per_s + root) / (2 * half_acceleration);
   }
   const S tolerance = gap_tolerance(pair, before) * S(is_wide<S> ? 1e-5 : 1e-2);
-  for (int tries = 0; tries < kMostTries; ++tries) {
+  for (int tries = 0; tries < kMaxTries; ++tries) {
     if (!(tau > low && tau <= high)) tau = low + (high - low) / 2;
     const std::vector<S> state = state_at(tau);
     const Gap<S> now = gap(scene_, dynamics_.layout(), pair, state.data());
@@ -202,7 +202,7 @@ typename Impacts<S>::Touch Impacts<S>::locate(const Pair& pair, const S* before,
       return {tau, pair, within_round_off};
     if (now.gap_m > 0) low = tau;
     else high = tau;
-    if (tries + 1 == kMostTries) return {tau, pair, within_round_off};
+    if (tries + 1 == kMaxTries) return {tau, pair, within_round_off};
     tau = now.rate_m_per_s < 0 ? tau - now.gap_m / now.rate_m_per_s : S(-1);
   }
   return {tau, pair, false};

@@ -17,9 +17,9 @@ using dynamics::magnitude;
 constexpr double kSingular = 1e-10;       // of the smallest scaled pivot: a squared sine of 1e-5
 constexpr double kContradiction = 1e-11;  // of the size: redundant constraints that contradict the others by more
 constexpr double kShortStep = 1e-15;      // of the run
-constexpr int kMostShortSteps = 40;
-constexpr std::int64_t kMostWork = 400'000'000;  // evaluations of the rates, times the size of the state
-constexpr double kAtStop = 1e-26;                // of the coordinate's scale: a stop's gap at a located impact
+constexpr int kMaxShortSteps = 40;
+constexpr std::int64_t kMaxRateWork = 400'000'000;  // evaluations of the rates, times the size of the state
+constexpr double kAtStop = 1e-26;                   // of the coordinate's scale: a stop's gap at a located impact
 
 std::string at_time(Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; }
 
@@ -335,8 +335,8 @@ struct Integration {
     if (!(taken > 0)) return fail_singular();
     // Steps that shrink towards a singularity would go on until the clock has no digit left.
     short_steps = taken < limit && taken < Wide(kShortStep) * run.t_end_s ? short_steps + 1 : 0;
-    if (short_steps > kMostShortSteps) return fail_singular();
-    if (stepper->evaluations > kMostWork / std::max<std::int64_t>(1, motion.size()))
+    if (short_steps > kMaxShortSteps) return fail_singular();
+    if (stepper->evaluations > kMaxRateWork / std::max<std::int64_t>(1, motion.size()))
       return fail("the truth has taken the " + std::to_string(stepper->evaluations) +
                       " evaluations of the rates that it is limited to",
                   t);

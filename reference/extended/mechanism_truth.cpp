@@ -35,7 +35,7 @@ constexpr double kLongDoubleTolerance = 3e-16, kVeryManyRatesTolerance = 1e-15, 
 constexpr double kShareOfLargest = 0.1;
 
 constexpr double kConditionTolerance = 1e-12, kPerturbation = 1e-9;
-constexpr int kMostPerturbations = 24;
+constexpr int kMaxPerturbations = 24;
 
 struct Trial {
   MechanismPath tight, loose, maximal;  // the values are those of `tight`, marked as those of `maximal`
@@ -176,7 +176,7 @@ double condition_of(const Scenario& scenario, std::int64_t samples, const Sample
   }
   each_value(scene, marks, [&](const Wide& x, ValueKind) { is_start.push_back(x != 0); });
   each_value(scene, base.samples.front(), [&](const Wide&, ValueKind kind) { is_motion.push_back(kind < force); });
-  if (std::count(is_start.begin(), is_start.end(), 1) > kMostPerturbations) return 0;
+  if (std::count(is_start.begin(), is_start.end(), 1) > kMaxPerturbations) return 0;
   const auto events_until = [](const MechanismPath& path, Wide t_s) {
     return std::count_if(path.events.begin(), path.events.end(), [&](const Event& e) { return e.t_s <= t_s; });
   };

@@ -13,7 +13,7 @@ namespace atwood::fluid_truth {
 
 namespace {
 
-constexpr double kLeastPivot = 1e-10;  // the page ends a run long before, at 0.004
+constexpr double kMinPivot = 1e-10;  // the page ends a run long before, at 0.004
 
 template <class S> struct Derivatives {  // of one field at one particle
   Vec<S> grad{};
@@ -172,7 +172,7 @@ template <class S> void Polynomial<S>::rate(S t, const S* y, S* dydt) {
         for (int k = 0; k < n; ++k) B[f][k] += w * p[k] * difference;
       }
     }
-    const Fit<S> fit(M, n, kLeastPivot);
+    const Fit<S> fit(M, n, kMinPivot);
     if (!fit.regular()) {
       const S none = std::numeric_limits<double>::quiet_NaN();
       for (int a = 0; a < d; ++a) dydt[d * i + a] = dydt[layout.velocity + d * i + a] = none;

@@ -16,7 +16,7 @@ using namespace fluid_truth;
 
 namespace {
 
-constexpr int kMostExtended = 256, kMostCvode = 2500;
+constexpr int kMaxExtended = 256, kMaxCvode = 2500;
 constexpr double kQuadSeconds = 30;
 constexpr double kSafety = 2;
 
@@ -211,9 +211,9 @@ void by_ladder(const Request& request, const ParticleData<double>& data, Truth& 
 void solve(const Request& request, Truth& truth) {
   const auto data = fluid_system<double>(request.scene, request.response)->data;
   require(data.layout.node_count == 0, "a free surface of +polynomial is not covered");
-  if (data.layout.count > kMostCvode) {
+  if (data.layout.count > kMaxCvode) {
     by_ladder(request, data, truth);
-  } else if (data.layout.count > kMostExtended) {
+  } else if (data.layout.count > kMaxExtended) {
     fill<double>(request,
                  {by_cvode(request, cvode::Family::adams, 1e-12), by_cvode(request, cvode::Family::adams, 1e-10),
                   by_cvode(request, cvode::Family::bdf, 1e-10), by_cvode(request, cvode::Family::bdf, 1e-9)},

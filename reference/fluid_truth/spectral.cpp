@@ -10,7 +10,7 @@ namespace atwood::fluid_truth {
 
 namespace {
 
-constexpr std::size_t kMostKept = 256;  // times asked for
+constexpr std::size_t kMaxKept = 256;  // times asked for
 
 // The derivative of the trigonometric interpolant at the points: sums over the modes k = 1 ... (n - 1) / 2, w = 2 pi /
 // L,
@@ -152,7 +152,7 @@ const std::vector<double>& Spectral::state_at(double t) {
     kept_.push_back(integrate(from, kept_.back(), stride_s_ * static_cast<double>(kept_.size())));
   }
   const double from = stride_s_ * static_cast<double>(last);
-  if (asked_.size() >= kMostKept) asked_.clear();
+  if (asked_.size() >= kMaxKept) asked_.clear();
   return asked_[t] = t > from ? integrate(from, kept_[last], t) : kept_[last];
 }
 

@@ -88,8 +88,8 @@ Real winding(const std::vector<std::array<Vector, 3>>& triangles, const Vector& 
 // A closed convex mesh as a solid. (Hulls are computed from all triples of points, therefore for small meshes only.)
 Shape filled(const Shape& shape) {
   const auto* mesh = std::get_if<Mesh>(&shape);
-  constexpr std::size_t kMostPoints = 64;
-  if (mesh == nullptr || mesh->points_m.size() > kMostPoints || !closed(*mesh)) return shape;
+  constexpr std::size_t kMaxPoints = 64;
+  if (mesh == nullptr || mesh->points_m.size() > kMaxPoints || !closed(*mesh)) return shape;
   const auto at = [&](int i) {
     const Real3& p = mesh->points_m[static_cast<std::size_t>(i)];
     return Vector{p[0], p[1], p[2]};

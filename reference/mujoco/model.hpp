@@ -51,6 +51,6 @@ int rows_of(const PairLaw& law, bool elliptic);
 
 // Number of pairs of bodies that can touch: the length of an explicit list.
 std::int64_t listed_pairs(const Scene& scene);
-inline constexpr std::int64_t kMostListedPairs = 5000;
+inline constexpr std::int64_t kMaxListedPairs = 5000;
 
 }  // namespace atwood::mujoco

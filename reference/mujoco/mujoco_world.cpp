@@ -361,7 +361,7 @@ std::string refusal(const Scene& scene, const Settings& settings) {
     compound = compound || std::holds_alternative<Compound>(body.shape);
   }
   if (!precedences(scene)) {
-    if (const auto pairs = listed_pairs(scene); pairs > kMostListedPairs) {
+    if (const auto pairs = listed_pairs(scene); pairs > kMaxListedPairs) {
       return "MuJoCo would need an explicit list of the friction of " + std::to_string(pairs) + " pairs";
     }
     if (compound)

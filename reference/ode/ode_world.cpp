@@ -26,7 +26,7 @@ using rivals::operator+;
 using rivals::Motion;
 using rivals::Wrench;
 
-constexpr int kMostContacts = 64;  // per pair; upper limit of the setting max_contacts
+constexpr int kMaxContacts = 64;  // per pair; upper limit of the setting max_contacts
 
 // ODE prints thousands of messages of its solver per run. They are counted instead, and reported in the run's outcome.
 std::int64_t message_count = 0;
@@ -221,7 +221,7 @@ class OdeWorld : public rivals::World {
     if (!scene_.joints.empty() && joints_->connect(first, second)) return;
     const auto still = [&](int i) { return !bodies_[i] || dBodyIsKinematic(bodies_[i]); };
     if (still(first) && still(second)) return;
-    dContactGeom found[kMostContacts];
+    dContactGeom found[kMaxContacts];
     const int n = dCollide(a, b, most_contacts_, found, sizeof(dContactGeom));
     if (n == 0) return;
     const PairLaw& law = pair_law(scene_, first, second);
@@ -310,7 +310,7 @@ std::vector<Setting> settings() {
       {"friction_direction",
        std::string("engine"),
        {one_of({"engine", "slip"}), "First axis of the friction pyramid: the engine's choice, or along the slip."}},
-      {"max_contacts", std::int64_t{8}, {between(1, kMostContacts), "Most contact points of a pair."}},
+      {"max_contacts", std::int64_t{8}, {between(1, kMaxContacts), "Most contact points of a pair."}},
       {"gyroscopic", true, {{}, "The gyroscopic term acts."}},
       {"finite_rotation", false, {{}, "Attitudes move by rotations of finite angle."}},
       {"auto_disable", false, {{}, "Slow bodies are disabled."}},

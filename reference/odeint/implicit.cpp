@@ -17,13 +17,13 @@ template <class S> using Vector = boost::numeric::ublas::vector<S>;
 template <class S> using Matrix = boost::numeric::ublas::matrix<S>;
 
 // Evaluations allowed in a step, which normally takes a few: an iteration of the library that does not end is stopped.
-constexpr int kMostEvaluations = 1000;
+constexpr int kMaxEvaluations = 1000;
 
 template <class S> struct Rate {
   const Equations<S>* equations;
   int* evaluations;  // of this step so far; null: not counted
   void operator()(const Vector<S>& x, Vector<S>& dxdt, S t) const {
-    if (evaluations != nullptr && ++*evaluations > kMostEvaluations)
+    if (evaluations != nullptr && ++*evaluations > kMaxEvaluations)
       throw stepping::Failure(Status::diverged,
                               "no end of its iteration after 1000 evaluations of f in the step to t = " +
                                   std::to_string(static_cast<double>(t)) + " s");

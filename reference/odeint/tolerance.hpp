@@ -10,7 +10,7 @@
 
 namespace atwood::odeint {
 
-inline constexpr std::int64_t kMostTrials = 2000000;  // per run
+inline constexpr std::int64_t kMaxTrials = 2000000;  // per run
 
 [[noreturn]] inline void refuse_equal_steps() {
   throw stepping::Failure(Status::unsupported, "this stepper has error control: expected a tolerance, as in `:1e-8`");
@@ -28,7 +28,7 @@ template <class S, class Controlled, class TheSystem, class State> class ByTrial
     std::int64_t steps = 0;
     const S near = 4 * std::numeric_limits<S>::epsilon() * std::fabs(to_s);
     while (to_s - t_s > near) {
-      if (++trials_ > kMostTrials) throw stepping::Failure(Status::diverged, "more than 2000000 trial steps");
+      if (++trials_ > kMaxTrials) throw stepping::Failure(Status::diverged, "more than 2000000 trial steps");
       const bool cut = t_s + dt_ > to_s;
       S dt = cut ? to_s - t_s : dt_;
       const bool done = controlled_.try_step(system_, x_, t_s, dt) == boost::numeric::odeint::success;
@@ -61,7 +61,7 @@ template <class S, class Dense, class TheSystem, class State> class ByDenseOutpu
   std::int64_t advance(S, S to_s, std::vector<S>& y) override {
     std::int64_t steps = 0;
     while (dense_.current_time() < to_s) {
-      if (++trials_ > kMostTrials) throw stepping::Failure(Status::diverged, "more than 2000000 steps");
+      if (++trials_ > kMaxTrials) throw stepping::Failure(Status::diverged, "more than 2000000 steps");
       dense_.do_step(system_);
       ++steps;
     }

@@ -15,7 +15,7 @@
 namespace atwood::rivals {
 namespace {
 
-constexpr int kMostInStack = 128, kFewestInHeap = 16;
+constexpr int kMaxInStack = 128, kMinInHeap = 16;
 constexpr double kTouching = 1e-3;  // of the smaller body's radius
 
 bool touch(const Scene& scene, int a, int b) {
@@ -54,7 +54,7 @@ SceneClass scene_class(const Scene& scene) {
   }
   const int count = static_cast<int>(movable.size());
   const bool gravity = length(scene.gravity_m_per_s2) > 0;
-  if (count > kMostInStack) return gravity ? SceneClass::heap : SceneClass::bounce;
+  if (count > kMaxInStack) return gravity ? SceneClass::heap : SceneClass::bounce;
   bool restitution = false, friction = false;
   for (const PairLaw& law : laws_in_play(scene)) {
     restitution = restitution || law.restitution > 0;
@@ -70,7 +70,7 @@ SceneClass scene_class(const Scene& scene) {
   const auto grounded = std::count_if(movable.begin(), movable.end(), [&](int i) {
     return std::any_of(fixed.begin(), fixed.end(), [&](int j) { return touch(scene, std::min(i, j), std::max(i, j)); });
   });
-  if (gravity && count >= kFewestInHeap && 2 * grounded < count) return SceneClass::heap;
+  if (gravity && count >= kMinInHeap && 2 * grounded < count) return SceneClass::heap;
   if (friction && grounded > 0 && 2 * grounded >= count) return SceneClass::friction;
   return SceneClass::bounce;
 }

@@ -24,8 +24,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kLeastLimit_s = 0.05;  // of a run, however short the search
-constexpr int kMostAtOnce = 4;          // methods between two checks of the time
+constexpr double kMinLimit_s = 0.05;  // of a run, however short the search
+constexpr int kMaxAtOnce = 4;         // methods between two checks of the time
 
 class AdviceSearch {
  public:
@@ -166,7 +166,7 @@ std::vector<Resolution> rounds_of(const Options& options, const Scenario& scenar
 
 bool AdviceSearch::run(const Candidates& candidates) {
   run_limit_s_ = std::min(options_.cell_limit_s,
-                          std::max(kLeastLimit_s, options_.search_s / static_cast<double>(candidates.firsts)));
+                          std::max(kMinLimit_s, options_.search_s / static_cast<double>(candidates.firsts)));
   std::string late;  // rounds that the search had no time for
   for (const Resolution& at : rounds_of(options_, scenario_)) {
     if (!first_round_ && over()) {
@@ -195,7 +195,7 @@ bool AdviceSearch::run(const Candidates& candidates) {
 // within twice of it.
 bool AdviceSearch::run_round(const Candidates& candidates) {
   const std::vector<std::string>& ids = candidates.ids;
-  const std::size_t jobs = static_cast<std::size_t>(std::clamp(study_options(place_, options_).jobs, 1, kMostAtOnce));
+  const std::size_t jobs = static_cast<std::size_t>(std::clamp(study_options(place_, options_).jobs, 1, kMaxAtOnce));
   std::map<std::string, std::string> out;
   const auto leave = [&](const std::string& reason, const std::string& id) {
     out[reason] += (out[reason].empty() ? "" : ", ") + id;

@@ -22,7 +22,7 @@ namespace {
 
 using Kind = BaselineChange::Kind;
 constexpr std::int64_t kAllRuns = 1'000'000;
-constexpr std::size_t kMostLines = 30;  // of worse and of better figures each
+constexpr std::size_t kMaxLines = 30;  // of worse and of better figures each
 
 bool all_of_word(const std::string& word, const char* letters) {
   return !word.empty() && word.find_first_not_of(letters) == std::string::npos;
@@ -202,13 +202,13 @@ std::string against_text(const Against& against, bool colour) {
       if (change.kind == kind) changed.push_back(&change);
     std::stable_sort(changed.begin(), changed.end(),
                      [](const auto* a, const auto* b) { return factor_of(*a) > factor_of(*b); });
-    for (std::size_t i = 0; i < changed.size() && i < kMostLines; ++i) {
+    for (std::size_t i = 0; i < changed.size() && i < kMaxLines; ++i) {
       const double factor = factor_of(*changed[i]);
       out += fmt::format("{}{:<9}{} {}{}\n", shade, word, palette.off, change_line(*changed[i]),
                          std::isfinite(factor) ? fmt::format(", {:.3g} x", factor) : "");
     }
-    if (changed.size() > kMostLines)
-      out += fmt::format("{:<9} and {} more figures: -o json:FILE has them all\n", word, changed.size() - kMostLines);
+    if (changed.size() > kMaxLines)
+      out += fmt::format("{:<9} and {} more figures: -o json:FILE has them all\n", word, changed.size() - kMaxLines);
   };
   list(Kind::regression, "worse", palette.red);
   list(Kind::improvement, "better", palette.green);

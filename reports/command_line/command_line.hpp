@@ -50,7 +50,7 @@ struct Options {
   bool no_timing = false, json = false, events = false;
   bool fresh = false, reuse = false;  // run: nothing of the store; the last completed campaign's cells
   bool check_store = false;           // doctor
-  std::int64_t max_cells = kMostCells;
+  std::int64_t max_cells = kMaxCells;
   std::string shard, costs, lease;  // run: I/N; a file of costs; a directory of chunks
   double lease_expiry_s = 600;
   bool dry_run = false;

@@ -23,7 +23,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::int64_t kRunsShown = 30;     // in text; JSON has all
 constexpr std::size_t kTrendsPrinted = 12;  // in text; JSON and HTML have all
-constexpr std::size_t kMostTrends = 2000;   // that are held at once
+constexpr std::size_t kMaxTrends = 2000;    // that are held at once
 constexpr std::int64_t kAllRuns = 1'000'000;
 
 Json json_of(const HistoryRun& run) {
@@ -92,11 +92,11 @@ std::vector<Trend> find_trends(const RunHistory& history, const Options& options
   each_trend(history, {options.metric, options.scenarios, options.methods, options.steps, options.study},
              [&](Trend&& trend) {
                trends.push_back(std::move(trend));
-               if (trends.size() > kMostTrends)
+               if (trends.size() > kMaxTrends)
                  throw InputError(
                      fmt::format("history: more than {} figures are named `{}`; expected fewer: --scenario, --method "
                                  "and --steps narrow them",
-                                 kMostTrends, one_line(options.metric)));
+                                 kMaxTrends, one_line(options.metric)));
              });
   std::stable_sort(trends.begin(), trends.end(),
                    [](const Trend& a, const Trend& b) { return a.changes.starts.size() > b.changes.starts.size(); });
@@ -125,7 +125,7 @@ std::string trend_text(const Trend& trend) {
   }
   if (!trend.changes.enough)
     return out + fmt::format("  {} run{}: change points need {} or more\n", trend.points.size(),
-                             trend.points.size() == 1 ? "" : "s", kFewestRuns);
+                             trend.points.size() == 1 ? "" : "s", kMinRuns);
   if (starts.empty()) return out + "  one level: no change point\n";
   for (std::size_t i = 0; i < starts.size(); ++i)
     out += fmt::format("  change at run {}: {} -> {}\n", trend.points[starts[i]].run,

@@ -13,8 +13,8 @@ namespace atwood {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMostDrawnBodies = 60;   // of a scene's picture
-constexpr std::size_t kMostPlayedScenes = 48;  // with methods beside the truth
+constexpr std::size_t kMaxDrawnBodies = 60;   // of a scene's picture
+constexpr std::size_t kMaxPlayedScenes = 48;  // with methods beside the truth
 
 // Titled by what it is: a narrowed run by its scene, or by how many there are.
 std::string title_of(const Options& options, const Selection& selection) {
@@ -52,8 +52,8 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
   data.verdicts = verdicts;
   data.series = load_series(options.out_dir + "/store.db", selection.cells, options.purpose);
   data.pictures = load_pictures(options.out_dir + "/store.db", selection.cells, options.purpose);
-  data.paths = load_truth_paths(options.out_dir + "/store.db", selection.cells, place.truth_worker, kMostDrawnBodies,
-                                kMostPlayedScenes, options.purpose);
+  data.paths = load_truth_paths(options.out_dir + "/store.db", selection.cells, place.truth_worker, kMaxDrawnBodies,
+                                kMaxPlayedScenes, options.purpose);
   data.laws = find_laws(data.scenarios, data.rows);
   data.bench = read_bench(options.out_dir + "/bench.json");
   data.goals = read_goal_results(options.out_dir + "/bench.json");

@@ -27,9 +27,9 @@ namespace atwood {
 namespace {
 
 // Of a plan: enough that the last ones are short, few enough that a chunk is worth a process.
-constexpr std::size_t kMostChunks = 256;
-constexpr std::size_t kMostListed = 50;  // cells named in a message
-constexpr int kMostShares = 100'000;     // shares listed by a dry run
+constexpr std::size_t kMaxChunks = 256;
+constexpr std::size_t kMaxListed = 50;  // cells named in a message
+constexpr int kMaxShares = 100'000;     // shares listed by a dry run
 
 std::string plural(std::size_t count, const char* word) {
   return fmt::format("{} {}{}", count, word, count == 1 ? "" : "s");
@@ -122,7 +122,7 @@ Ended run_chunks(const Selection& selection, const Ladders& ladders, const Optio
   const InterruptGuard guard;
   Ended ended;
   Selection part = without_cells(selection);
-  const auto all = chunks(ladders, kMostChunks);
+  const auto all = chunks(ladders, kMaxChunks);
   const std::string plan =
       content_hash({"lease 1", plan_hash(selection.cells), costs.hash, std::to_string(all.size())});
   Lease lease(options.lease, plan, all.size(), fmt::format("{}-{}", how.host, getpid()), options.lease_expiry_s);
@@ -154,9 +154,9 @@ int dry_run(const Selection& selection, const Options& options, const std::optio
   const Costs costs = costs_of(options);
   const Ladders ladders = ladders_by_cost(selection.cells, costs);
   const int count = share ? share->count : 1;
-  if (count > kMostShares)
+  if (count > kMaxShares)
     throw InputError(
-        fmt::format("--dry-run: lists every share, and there are {}; expected at most {}", count, kMostShares));
+        fmt::format("--dry-run: lists every share, and there are {}; expected at most {}", count, kMaxShares));
   const auto shares = split(ladders, count);
   std::vector<double> cost_ns(shares.size());
   std::vector<std::size_t> ladders_of(shares.size());
@@ -270,9 +270,8 @@ int command_merge(const Place& place, const Options& options) {
   if (merged.absent.empty()) return exit_pass;
   fmt::print("{} of the shards' plan {} in none of these stores:\n", plural(merged.absent.size(), "cell"),
              merged.absent.size() == 1 ? "is" : "are");
-  for (std::size_t i = 0; i < merged.absent.size() && i < kMostListed; ++i) fmt::print("  {}\n", merged.absent[i]);
-  if (merged.absent.size() > kMostListed)
-    fmt::print("  ... and {} more (--json)\n", merged.absent.size() - kMostListed);
+  for (std::size_t i = 0; i < merged.absent.size() && i < kMaxListed; ++i) fmt::print("  {}\n", merged.absent[i]);
+  if (merged.absent.size() > kMaxListed) fmt::print("  ... and {} more (--json)\n", merged.absent.size() - kMaxListed);
   return exit_pass;
 }
 

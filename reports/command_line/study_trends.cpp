@@ -12,8 +12,8 @@ namespace atwood {
 namespace {
 
 constexpr std::int64_t kRunsAsked = 400;  // of the study, whatever their part
-constexpr std::size_t kMostRuns = 60;     // whose figures are read
-constexpr std::size_t kMostPlots = 40;
+constexpr std::size_t kMaxRuns = 60;      // whose figures are read
+constexpr std::size_t kMaxPlots = 40;
 constexpr double kTimeChange = 1.25;  // as comparisons of times allow
 
 // The largest change of level, as a factor either way; infinite where a level is zero or has another sign.
@@ -35,13 +35,13 @@ std::string study_trends(const RunHistory& history, const std::string& study, co
                          const std::string& report) {
   std::vector<HistoryRun> runs = history.runs(study, kRunsAsked);
   std::erase_if(runs, [&](const HistoryRun& run) { return run.selection != selection; });
-  if (runs.size() > kMostRuns) runs.resize(kMostRuns);
+  if (runs.size() > kMaxRuns) runs.resize(kMaxRuns);
   const auto judged = std::count_if(runs.begin(), runs.end(), [](const HistoryRun& run) {
     return run.verdict == "pass" || run.verdict == "fail" || run.verdict == "no gates";
   });
   std::size_t figures = 0, small = 0;
   std::vector<std::pair<double, Trend>> changed;
-  if (judged >= static_cast<std::int64_t>(kFewestRuns))
+  if (judged >= static_cast<std::int64_t>(kMinRuns))
     each_trend(history, {.study = study, .selection = selection, .from_run = runs.back().id}, [&](Trend&& trend) {
       if (!trend.changes.enough) return;
       ++figures;
@@ -55,15 +55,15 @@ std::string study_trends(const RunHistory& history, const std::string& study, co
     return time_a != time_b ? time_b : a.first > b.first;
   });
   std::vector<Trend> shown;
-  for (std::size_t i = 0; i < changed.size() && i < kMostPlots; ++i) shown.push_back(std::move(changed[i].second));
+  for (std::size_t i = 0; i < changed.size() && i < kMaxPlots; ++i) shown.push_back(std::move(changed[i].second));
   std::string about =
-      judged < static_cast<std::int64_t>(kFewestRuns)
+      judged < static_cast<std::int64_t>(kMinRuns)
           ? fmt::format(
                 "<p>{} run{} of this study and selection {} figures: changes of level are looked "
                 "for from {} runs on.</p>\n",
-                judged, judged == 1 ? "" : "s", judged == 1 ? "has" : "have", kFewestRuns)
+                judged, judged == 1 ? "" : "s", judged == 1 ? "has" : "have", kMinRuns)
           : fmt::format("<p>{} figures were measured by {} runs or more; the level of {} changed{}.{}</p>\n", figures,
-                        kFewestRuns, changed.size() + small,
+                        kMinRuns, changed.size() + small,
                         small > 0
                             ? fmt::format("; {} of these changed a time by less than 25 % and are not plotted", small)
                             : "",

@@ -14,7 +14,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kMostStates = 2'000'000;  // bodies times instants; a state takes 208 bytes
+constexpr std::size_t kMaxStates = 2'000'000;  // bodies times instants; a state takes 208 bytes
 
 struct Columns {
   std::map<std::string, std::size_t> at;
@@ -97,9 +97,9 @@ Recording read_rows(CsvReader& file, const Columns& columns, const std::string& 
     if (!index.contains(name))
       throw InputError(fmt::format("{}: found body `{}`, which the scene does not have", where, name));
     if (run.values.empty() || t[0] != run.values.back().t_s) {
-      if ((run.values.size() + 1) * scene.bodies.size() > kMostStates)
+      if ((run.values.size() + 1) * scene.bodies.size() > kMaxStates)
         throw InputError(
-            fmt::format("{}: found more than {} states of bodies; expected fewer instants", where, kMostStates));
+            fmt::format("{}: found more than {} states of bodies; expected fewer instants", where, kMaxStates));
       if (!run.values.empty()) {
         complete(number);
         if (!(t[0] > run.values.back().t_s))

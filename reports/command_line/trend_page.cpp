@@ -152,7 +152,7 @@ std::string render_trends(const std::vector<Trend>& trends, const std::string& t
     page += fmt::format(
         "<p>A dashed line marks where the level changes (penalised least squares, exact: optimal partitioning; {} runs "
         "or more are needed). Vertical bars are a figure's own uncertainty.</p>\n",
-        kFewestRuns);
+        kMinRuns);
   for (const Trend& trend : trends) {
     const std::string name =
         escape_html(one_line(fmt::format("{}, {}, {}{}{}{}", trend.scenario, trend.method, trend.metric,

@@ -19,16 +19,16 @@ namespace atwood {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kMostScenes = 6;  // of each kind, training and held out
-constexpr double kLongestRun_s = 1;     // of the default at the coarsest rung: a search makes many
-constexpr std::int64_t kSamples = 16;   // few, so that step counts may differ by little
-constexpr double kRate_hz = 240;        // the coarsest rung, of at most so many steps:
-constexpr double kMostSteps = 3600;
+constexpr std::size_t kMaxScenes = 6;  // of each kind, training and held out
+constexpr double kLongestRun_s = 1;    // of the default at the coarsest rung: a search makes many
+constexpr std::int64_t kSamples = 16;  // few, so that step counts may differ by little
+constexpr double kRate_hz = 240;       // the coarsest rung, of at most so many steps:
+constexpr double kMaxSteps = 3600;
 constexpr double kClearlyBetter = -0.05;  // a mean gain of 5 %; a smaller one keeps the default
 // Of any figure, in its unit (m, rad, shares of the energy), in scenes of about a metre: what is under it is no
 // difference. Also above a float's round-off.
-constexpr double kLeastDifference = 1e-6;
-constexpr int kMostTries = 5;   // on the scenes held out
+constexpr double kMinDifference = 1e-6;
+constexpr int kMaxTries = 5;    // on the scenes held out
 constexpr double kSame = 0.01;  // a setting whose removal costs less is not kept
 
 using Runs =
@@ -149,12 +149,12 @@ void SettingSearch::choose_scenes(std::vector<Scenario> catalogue) {
   for (std::size_t i = catalogue.size(); i > 1; --i)
     std::swap(catalogue[i - 1], catalogue[static_cast<std::size_t>(random.next_unit() * static_cast<double>(i))]);
   std::size_t chosen = 0;
-  for (std::size_t from = 0; from < catalogue.size() && held_out_.size() < kMostScenes; from += kMostScenes) {
+  for (std::size_t from = 0; from < catalogue.size() && held_out_.size() < kMaxScenes; from += kMaxScenes) {
     std::vector<Scenario> some(
         catalogue.begin() + static_cast<std::ptrdiff_t>(from),
-        catalogue.begin() + static_cast<std::ptrdiff_t>(std::min(from + kMostScenes, catalogue.size())));
+        catalogue.begin() + static_cast<std::ptrdiff_t>(std::min(from + kMaxScenes, catalogue.size())));
     for (Scenario& scenario : some) {
-      const double steps = std::clamp(kRate_hz * scenario.t_end_s, 64.0, kMostSteps);
+      const double steps = std::clamp(kRate_hz * scenario.t_end_s, 64.0, kMaxSteps);
       scenario.samples = kSamples;
       scenario.steps = {kSamples * static_cast<std::int64_t>(std::llround(steps / static_cast<double>(kSamples)))};
     }
@@ -162,7 +162,7 @@ void SettingSearch::choose_scenes(std::vector<Scenario> catalogue) {
     for (Scenario& scenario : some) {
       if (!suits(scenario, runs)) continue;
       std::vector<Scenario>& side = chosen++ % 2 == 0 ? training_ : held_out_;
-      if (side.size() < kMostScenes) side.push_back(std::move(scenario));
+      if (side.size() < kMaxScenes) side.push_back(std::move(scenario));
     }
   }
 }
@@ -196,7 +196,7 @@ SettingSearch::Trial SettingSearch::judged(const Settings& changes, const std::m
                         metric,
                         n,
                         {},
-                        kLeastDifference + (std::isfinite(of_default->truth_bar) ? of_default->truth_bar : 0),
+                        kMinDifference + (std::isfinite(of_default->truth_bar) ? of_default->truth_bar : 0),
                         value_of(runs, method, n, metric),
                         ratio};
       for (const std::int64_t f : {1, 2, 4}) {
@@ -262,7 +262,7 @@ std::vector<TuneEvidence> SettingSearch::beside_default(const std::vector<Scenar
       if (!figure.of_default.empty() && figure.of_default[0] != 0)
         at_equal_time *= std::min(1.0, default_at_equal_time(figure) / std::fabs(figure.of_default[0]));
       evidence.push_back({scenario.id, metric, n, held_out, at_equal_time, failed ? kNone : middle(of_tuned),
-                          half_range(of_default) + bar + kLeastDifference, ratio});
+                          half_range(of_default) + bar + kMinDifference, ratio});
     }
   }
   return evidence;
@@ -341,14 +341,14 @@ TuneResult SettingSearch::run() {
     if (const TuneEvidence* worse = first_worse(outside)) {
       refused = fmt::format("; {} was worse on a scene held out: {}", words_of(trial.changes), worse_words(*worse));
       fmt::print(stderr, "  held out {}\n", refused);
-      if (result.tried_held_out < kMostTries) continue;
+      if (result.tried_held_out < kMaxTries) continue;
       break;
     }
     if (std::none_of(outside.begin(), outside.end(), [](const TuneEvidence& e) { return e.better(); })) {
       refused =
           fmt::format("; {} was better than its interval in no figure of the scenes held out", words_of(trial.changes));
       fmt::print(stderr, "  held out {}\n", refused);
-      if (result.tried_held_out < kMostTries) continue;
+      if (result.tried_held_out < kMaxTries) continue;
       break;
     }
     result.evidence = evidence;

@@ -8,18 +8,18 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kMostSamples = 121, kMostTriangles = 2000;
+constexpr std::size_t kMaxSamples = 121, kMaxTriangles = 2000;
 
 bool drawable(const Scene& scene) {
   std::size_t triangles = 0;
   for (const Body& body : scene.bodies)
     if (const auto* mesh = std::get_if<Mesh>(&body.shape)) triangles += mesh->triangles.size();
-  return triangles <= kMostTriangles;
+  return triangles <= kMaxTriangles;
 }
 
 // Every n-th sample, and the last.
 std::vector<std::size_t> kept_samples(std::size_t count) {
-  const std::size_t every = (count + kMostSamples - 1) / kMostSamples;
+  const std::size_t every = (count + kMaxSamples - 1) / kMaxSamples;
   std::vector<std::size_t> kept;
   for (std::size_t k = 0; k + 1 < count; k += every) kept.push_back(k);
   kept.push_back(count - 1);

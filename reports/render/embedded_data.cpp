@@ -61,9 +61,9 @@ std::vector<const Row*> sorted_rows(const std::vector<Row>& rows, const Detail& 
   return sorted;
 }
 
-// What is not as it was, figures that became worse first; at most kMostChanges, which a reader can read.
+// What is not as it was, figures that became worse first; at most kMaxChanges, which a reader can read.
 std::vector<BaselineChange> chosen_changes(const std::vector<BaselineChange>& all) {
-  constexpr std::size_t kMostChanges = 400;
+  constexpr std::size_t kMaxChanges = 400;
   using Kind = BaselineChange::Kind;
   std::vector<BaselineChange> changes;
   for (const Kind kind : {Kind::regression, Kind::improvement, Kind::missing, Kind::added}) {
@@ -74,7 +74,7 @@ std::vector<BaselineChange> chosen_changes(const std::vector<BaselineChange>& al
       std::stable_sort(changes.begin() + from, changes.end(),
                        [](const BaselineChange& a, const BaselineChange& b) { return a.ratio > b.ratio; });
   }
-  if (changes.size() > kMostChanges) changes.resize(kMostChanges);
+  if (changes.size() > kMaxChanges) changes.resize(kMaxChanges);
   return changes;
 }
 

@@ -16,7 +16,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kMostPairs = 40;
+constexpr std::size_t kMaxPairs = 40;
 
 using Pair = std::pair<std::string, std::string>;  // scenario, method
 
@@ -151,7 +151,7 @@ std::string claim_words(const ClaimedOrder& order) {
 
 std::string figures_table(const ReportData& data, const Palette& palette, std::size_t room) {
   const Ladders ladders = ladders_of(data.rows);
-  if (ladders.order.empty() || ladders.order.size() > kMostPairs) return fluid_text(data.rows);
+  if (ladders.order.empty() || ladders.order.size() > kMaxPairs) return fluid_text(data.rows);
   constexpr std::array<const char*, 7> heads{"method", "steps", "error", "order", "energy", "step time", "verdict"};
   std::string out;
   std::set<std::string> told;

@@ -12,7 +12,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kMost = 10;
+constexpr std::size_t kMaxLines = 10;
 
 // The rules of @actions/core: % and line ends everywhere, colons and commas in properties as well.
 std::string escaped(std::string_view text, bool property) {
@@ -75,9 +75,9 @@ std::string render_github_annotations(const ReportData& data, const std::string&
       lines.push_back(command("warning", "",
                               fmt::format("atwood: {} {} {}", order.scenario, order.method, order.metric),
                               claim_words(order)));
-  if (lines.size() > kMost) {
-    const std::size_t more = lines.size() - (kMost - 1);
-    lines.resize(kMost - 1);
+  if (lines.size() > kMaxLines) {
+    const std::size_t more = lines.size() - (kMaxLines - 1);
+    lines.resize(kMaxLines - 1);
     lines.push_back(command("error", "", "atwood", fmt::format("and {} more: {}", more, words(count(data)))));
   }
   std::string out;

@@ -159,11 +159,11 @@ void append_curve(JsonText& json, MotionBlob& blob, const char* key, const std::
   json.integer(static_cast<std::int64_t>(kept.size())).end_array();
 }
 
-constexpr std::size_t kMostEvents = 600, kMostContacts = 4000;
+constexpr std::size_t kMaxEvents = 600, kMaxContacts = 4000;
 
 void append_events(JsonText& json, const PlayedRun& run) {
   json.key("events").begin_array();
-  for (std::size_t k = 0; k < std::min(run.events.size(), kMostEvents); ++k) {
+  for (std::size_t k = 0; k < std::min(run.events.size(), kMaxEvents); ++k) {
     const Event& e = run.events[k];
     json.begin_array()
         .number(static_cast<double>(e.t_s), 9)
@@ -175,8 +175,8 @@ void append_events(JsonText& json, const PlayedRun& run) {
     json.number(static_cast<double>(e.impulse_n_N_s), 4).number(static_cast<double>(e.impulse_t_N_s), 4).end_array();
   }
   json.end_array();
-  if (run.events.size() > kMostEvents)
-    json.member_integer("events_left_out", static_cast<std::int64_t>(run.events.size() - kMostEvents));
+  if (run.events.size() > kMaxEvents)
+    json.member_integer("events_left_out", static_cast<std::int64_t>(run.events.size() - kMaxEvents));
 }
 
 // [frame, x, y, z, normal, normal force, friction], the frames evenly chosen so that not too many contacts go along.
@@ -184,7 +184,7 @@ void append_contacts(JsonText& json, const PlayedRun& run, const Samples& sample
   std::size_t all = 0;
   for (std::size_t f = 0; f < frames; ++f) all += run.values[samples[f]].contacts.size();
   if (all == 0) return;
-  const std::size_t every = std::max<std::size_t>(1, (all + kMostContacts - 1) / kMostContacts);
+  const std::size_t every = std::max<std::size_t>(1, (all + kMaxContacts - 1) / kMaxContacts);
   json.member_integer("contacts_every", static_cast<std::int64_t>(every)).key("contacts").begin_array();
   for (std::size_t f = 0; f < frames; f += every)
     for (const ContactSample& c : run.values[samples[f]].contacts) {

@@ -134,12 +134,12 @@ DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value) {
 }
 
 EnsembleDrift fit_drift_ensemble(std::span<const double> t_s, std::span<const std::vector<double>> runs) {
-  constexpr std::size_t kFewestRuns = 32;
+  constexpr std::size_t kMinRuns = 32;
   constexpr int kResamples = 1000;
   EnsembleDrift drift;
   const std::size_t n = runs.size();
-  if (n < kFewestRuns) {
-    drift.reason = std::to_string(n) + " runs, a drift at the floor needs " + std::to_string(kFewestRuns);
+  if (n < kMinRuns) {
+    drift.reason = std::to_string(n) + " runs, a drift at the floor needs " + std::to_string(kMinRuns);
     return drift;
   }
   std::vector<double> slopes;

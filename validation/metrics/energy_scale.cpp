@@ -16,8 +16,8 @@ namespace atwood::metrics {
 namespace {
 
 constexpr int kReferenceSamples = 64;
-constexpr std::int64_t kFewestSteps = 1024, kMostSteps = 65536;
-constexpr double kMostWork = 2e6;  // steps x bodies x bodies of the finest reference run
+constexpr std::int64_t kMinSteps = 1024, kMaxSteps = 65536;
+constexpr double kMaxWork = 2e6;  // steps x bodies x bodies of the finest reference run
 constexpr double kConverged = 1e-3;
 
 double scale_of(const Scene& scene, const std::vector<Sample>& samples) {
@@ -51,8 +51,8 @@ EnergyScale converged_scale(const Scenario& scenario) {
   const Scene& scene = scenario.scene;
   const double bodies = static_cast<double>(scene.bodies.size());
   std::vector<Sample> coarse;
-  for (std::int64_t steps = kFewestSteps; steps <= kMostSteps; steps *= 2) {
-    if (static_cast<double>(steps) * bodies * bodies > kMostWork) return {};
+  for (std::int64_t steps = kMinSteps; steps <= kMaxSteps; steps *= 2) {
+    if (static_cast<double>(steps) * bodies * bodies > kMaxWork) return {};
     std::vector<Sample> fine = reference_run(scenario, steps);
     const double scale = scale_of(scene, fine);
     if (!std::isfinite(scale) || !(scale > 0)) return {};
@@ -95,7 +95,7 @@ EnergyScale energy_scale(const Scenario& scenario, const Truth& truth) {
   if (!has_truth(truth)) {
     const Scene& scene = scenario.scene;
     const auto bodies = static_cast<double>(scene.bodies.size());
-    const bool moderate = static_cast<double>(kFewestSteps) * bodies * bodies <= kMostWork;
+    const bool moderate = static_cast<double>(kMinSteps) * bodies * bodies <= kMaxWork;
     if (!moderate || has_mechanism(scene) || !dynamics::unsupported(scene).empty() ||
         dynamics::contacts_possible(scene))
       return {};

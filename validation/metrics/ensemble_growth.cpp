@@ -14,7 +14,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kFewestRuns = 32, kFewestSamples = 60;
+constexpr std::size_t kMinRuns = 32, kMinSamples = 60;
 constexpr int kResamples = 400;
 
 // Slope of log root mean square over the picked runs against log t.
@@ -47,11 +47,11 @@ double degrees_of_freedom(std::span<const double> shares) {
 GrowthFit fit_growth_ensemble(std::span<const double> t_s, std::span<const std::vector<double>> runs) {
   GrowthFit fit;
   fit.law = "inconclusive";
-  if (runs.size() < kFewestRuns) {
-    fit.reason = std::to_string(runs.size()) + " runs, a law at the floor needs " + std::to_string(kFewestRuns);
+  if (runs.size() < kMinRuns) {
+    fit.reason = std::to_string(runs.size()) + " runs, a law at the floor needs " + std::to_string(kMinRuns);
     return fit;
   }
-  if (t_s.size() < kFewestSamples) {
+  if (t_s.size() < kMinSamples) {
     fit.reason = std::to_string(t_s.size()) + " samples, a law needs 60";
     return fit;
   }

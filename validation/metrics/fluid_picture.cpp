@@ -100,7 +100,7 @@ FluidPicture picture_of(const Scenario& scenario, const FieldAtParticles& exact,
   for (const Fluid& fluid : scene.fluids) spacing = std::max(spacing, fluid.spacing_m);
   PlaneSection plane = plane_of(scene, last, spacing);
   double side = spacing;
-  for (const PlaneSection all = plane; plane.which.size() > kMostDrawn; plane = thinned(all, side)) side *= 1.1;
+  for (const PlaneSection all = plane; plane.which.size() > kMaxDrawn; plane = thinned(all, side)) side *= 1.1;
   const bool heat = std::any_of(scene.fluids.begin(), scene.fluids.end(),
                                 [](const Fluid& fluid) { return fluid.heat_capacity_J_per_kg_K > 0; });
   const Drawn drawn = drawn_of(exact, run.values.size(), last.particles.size());

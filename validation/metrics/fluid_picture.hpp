@@ -10,7 +10,7 @@
 
 namespace atwood {
 
-inline constexpr std::size_t kMostDrawn = 2500;
+inline constexpr std::size_t kMaxDrawn = 2500;
 
 // One entry a particle in every list; `temperature_K` and `error` may be empty. Positions are wrapped into the periodic
 // cell. In three dimensions: the particles within half a spacing of the middle plane across z.
@@ -23,7 +23,7 @@ struct FluidPicture {
   bool empty() const { return x_m.empty(); }
 };
 
-// Of at most kMostDrawn particles all; of more, one of each square of the coarsest grid that keeps at most so many: the
+// Of at most kMaxDrawn particles all; of more, one of each square of the coarsest grid that keeps at most so many: the
 // first in the order of the scene. `error`: |v - u|, or where the exact fluid rests everywhere that of its temperature,
 // else of its pressure. Empty for a run that did not end well.
 FluidPicture picture_of(const Scenario& scenario, const FieldAtParticles& exact, const Recording& run);

@@ -10,7 +10,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kFewestFitSamples = 60;
+constexpr std::size_t kMinFitSamples = 60;
 constexpr std::size_t kWindows = 12;
 constexpr double kExponentChange = 0.2;  // along the run; laws are half a unit apart
 
@@ -91,7 +91,7 @@ bool wanders(std::span<const double> t, std::span<const double> e, const metrics
 GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error, double floor) {
   GrowthFit fit;
   fit.law = "inconclusive";
-  if (t_s.size() < kFewestFitSamples || error.size() != t_s.size()) {
+  if (t_s.size() < kMinFitSamples || error.size() != t_s.size()) {
     fit.reason = std::to_string(t_s.size()) + " samples, a law needs 60";
     return fit;
   }
@@ -164,7 +164,7 @@ namespace metrics {
 
 void append_growth(const Series& series, const GrowthFloors& floors, std::vector<Row>& rows) {
   const auto append = [&](const std::string& metric, const std::vector<double>& error, double floor) {
-    if (error.size() < kFewestFitSamples) return;
+    if (error.size() < kMinFitSamples) return;
     const GrowthFit fit = fit_growth(series.t_s, error, floor);
     const bool conclusive = fit.law != "inconclusive";
     std::string reason = conclusive ? fit.law : "inconclusive: " + fit.reason;

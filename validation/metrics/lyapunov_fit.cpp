@@ -13,11 +13,11 @@
 namespace atwood {
 
 LyapunovFit fit_lyapunov(std::span<const double> local_exponents) {
-  constexpr std::size_t kFewest = 8, kBlocks = 10;
+  constexpr std::size_t kMinExponents = 8, kBlocks = 10;
   LyapunovFit fit;
   // In the first stretches the separation turns to the direction of fastest growth: a tenth, at least one, is left out.
   const std::size_t skipped = std::max<std::size_t>(1, local_exponents.size() / 10);
-  if (local_exponents.size() < skipped + kFewest) return fit;
+  if (local_exponents.size() < skipped + kMinExponents) return fit;
   const auto used = local_exponents.subspan(skipped);
   const double n = static_cast<double>(used.size());
   double mean = 0;

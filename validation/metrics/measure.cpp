@@ -106,7 +106,7 @@ std::vector<Row> timing_rows(const Outcome& outcome, std::int64_t steps) {
             metrics::row("run-time-wasm", 1e-9 * run.value, 1e-9 * bar_of(run), reason),
             metrics::row("call-time-wasm", 1e-9 * static_cast<double>(outcome.call_ns))};
   std::vector<Row> rows{metrics::row("step-time", run.value * per_step, bar_of(run) * per_step, reason)};
-  if (ns.size() >= metrics::kFewestForP95)
+  if (ns.size() >= metrics::kMinForP95)
     rows.push_back(metrics::row("step-time-p95", metrics::nearest_rank(ns, 0.95) * per_step, 0, reason));
   rows.push_back(metrics::row("run-time", 1e-9 * run.value, 1e-9 * bar_of(run), reason));
   return rows;

@@ -15,7 +15,7 @@ namespace {
 constexpr double kFloorFactor = 30;   // errors below this many floors contain too much round-off
 constexpr double kSlopeChange = 0.2;  // asymptotic: local slopes change by less than this
 constexpr double kWidest = 1;         // a larger half-width does not distinguish neighbouring orders
-constexpr std::size_t kFewest = 4;
+constexpr std::size_t kMinFitted = 4;
 
 using metrics::fit_line;
 using metrics::Line;
@@ -41,7 +41,7 @@ bool slopes_change(std::span<const double> x, std::span<const double> y) {
   const double change = std::fabs(2 * c) * (std::fabs(x[n - 1] + x[n - 2] - x[1] - x[0]) / 2);
   if (change <= kSlopeChange) return false;
   const double left = std::max(line.residual_squares - along * c, 0.0);
-  const double freedom = static_cast<double>(n) - 3, limit = n == kFewest ? 2 : metrics::students_t(freedom, 0.975);
+  const double freedom = static_cast<double>(n) - 3, limit = n == kMinFitted ? 2 : metrics::students_t(freedom, 0.975);
   return c * c * norm > limit * limit * left / freedom;
 }
 
@@ -65,7 +65,7 @@ bool first_departs(std::span<const double> x, std::span<const double> y) {
 // as h decreases shows its negative order. Both tests compare with the scatter of the rungs themselves, so the choice
 // does not favour series of small scatter, and the interval covers as it would for a given window.
 std::size_t first_asymptotic(std::span<const double> x, std::span<const double> y) {
-  std::size_t first = x.size() - kFewest;
+  std::size_t first = x.size() - kMinFitted;
   while (first > 0) {
     const auto xs = x.subspan(first - 1), ys = y.subspan(first - 1);
     if (slopes_change(xs, ys) || first_departs(xs, ys)) break;
@@ -96,9 +96,9 @@ OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, s
       kept.push_back(i);
     }
   }
-  if (kept.size() < kFewest) {
+  if (kept.size() < kMinFitted) {
     fit.reason = std::to_string(kept.size()) + " of " + std::to_string(rungs.size()) +
-                 " rungs lie above 30 x the floor; an order needs " + std::to_string(kFewest);
+                 " rungs lie above 30 x the floor; an order needs " + std::to_string(kMinFitted);
     return fit;
   }
 

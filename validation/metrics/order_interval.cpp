@@ -21,9 +21,9 @@
 namespace atwood::metrics {
 namespace {
 
-constexpr double kSafety = 1.25;      // Roache 1994
-constexpr double kEvenWeight = 3e-3;  // rungs whose relative bar is larger weigh less, as 1 / bar^2
-constexpr double kLoose = 5;          // estimates with more than this times the line's uncertainty are not used
+constexpr double kSafety = 1.25;            // Roache 1994
+constexpr double kEvenWeight = 3e-3;        // rungs whose relative bar is larger weigh less, as 1 / bar^2
+constexpr double kMaxUncertaintyRatio = 5;  // estimates with more than this times the line's uncertainty are not used
 constexpr std::size_t kMinRungs = 4;
 
 // The most by which the rungs' bars can move sum_i weight_i y_i.
@@ -128,7 +128,7 @@ OrderInterval order_interval(std::span<const double> x, std::span<const double> 
   if (out.curved) {
     const auto take = [&](double estimate, std::span<const double> weight) {
       const double uncertainty = uncertainty_by_bars(weight, bar), shift = estimate - slope;
-      if (std::fabs(shift) <= uncertainty && uncertainty > kLoose * ladder.line_uncertainty) return;
+      if (std::fabs(shift) <= uncertainty && uncertainty > kMaxUncertaintyRatio * ladder.line_uncertainty) return;
       out.low = std::min(out.low, slope + kSafety * shift - uncertainty);
       out.high = std::max(out.high, slope + kSafety * shift + uncertainty);
     };

@@ -24,8 +24,8 @@ PairedRatio paired_ratio(std::span<const double> a, std::span<const double> b) {
   result.high = *most;
   // With fewer pairs the resampled median has too few values for an interval; the range contains the median with
   // probability 1 - 2^(1-n), 97 % for six.
-  constexpr int kFewestPairs = 9;
-  if (result.pairs < kFewestPairs) return result;
+  constexpr int kMinPairs = 9;
+  if (result.pairs < kMinPairs) return result;
   constexpr int kResamples = 2000;
   SplitMix64 random{0x70616972};
   std::vector<double> medians(kResamples);

@@ -28,7 +28,7 @@ using Wides = std::vector<Wide>;
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 constexpr double kStep = 0x1p-10;  // of the scale, and its quarters
 constexpr std::size_t kLevels = 8;
-constexpr std::size_t kMostBodies = 8;
+constexpr std::size_t kMaxBodies = 8;
 
 std::array<Wide, 3> cross(const Real3& a, const std::array<Wide, 3>& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
@@ -148,7 +148,7 @@ Row defect_row(const std::string& metric, const std::vector<Matrix>& matrices, c
 std::vector<Row> of_points(const ProbeRequest& request, const Plan& plan) {
   const Scene& scene = request.scenario.scene;
   const std::vector<int> mobile = mobile_bodies(scene);
-  if (mobile.size() > kMostBodies) throw ProbeEnds(Status::unsupported, "more than 8 bodies");
+  if (mobile.size() > kMaxBodies) throw ProbeEnds(Status::unsupported, "more than 8 bodies");
   const Recording run = good_run(request, scene, plan);
   const std::size_t half = 3 * mobile.size();
   Map map;

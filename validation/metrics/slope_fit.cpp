@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kPairsFrom = 400;
 constexpr int kGrid = 24;
-constexpr double kLeastRho = -0.5, kMostRho = 0.99;
+constexpr double kMinRho = -0.5, kMaxRho = 0.99;
 
 double mean_of(std::span<const double> x) {
   return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
@@ -97,7 +97,7 @@ double correlated_half_width(std::span<const double> x, std::span<const double> 
   std::vector<Candidate> candidates;
   double best = -1e300, widest = 0;
   for (int g = 0; g < kGrid; ++g) {
-    const double rho = kLeastRho + (kMostRho - kLeastRho) * (g + 0.5) / kGrid;
+    const double rho = kMinRho + (kMaxRho - kMinRho) * (g + 0.5) / kGrid;
     candidates.push_back(at_rho(rho, centred, spread, residual));
     best = std::max(best, candidates.back().log_weight);
   }

@@ -10,7 +10,7 @@ namespace atwood {
 
 ToleranceFit fit_tolerance(std::span<const double> rtol, std::span<const double> error, std::span<const double> floor) {
   constexpr double kFloorFactor = 30;
-  constexpr std::size_t kFewest = 4;
+  constexpr std::size_t kMinRungs = 4;
   ToleranceFit fit;
   std::vector<double> x, y;
   for (std::size_t i = 0; i < rtol.size(); ++i) {
@@ -20,7 +20,7 @@ ToleranceFit fit_tolerance(std::span<const double> rtol, std::span<const double>
     y.push_back(std::log10(error[i]));
   }
   fit.used = static_cast<int>(x.size());
-  if (x.size() < kFewest) {
+  if (x.size() < kMinRungs) {
     fit.reason = std::to_string(x.size()) + " of " + std::to_string(rtol.size()) +
                  " tolerances lie above 30 x the floor; a slope needs 4";
     return fit;

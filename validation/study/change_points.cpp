@@ -8,7 +8,7 @@ namespace atwood {
 namespace {
 
 // Differences below this are none: the tolerance of a baseline for our own engine, whose figures repeat exactly.
-constexpr double kLeastSpread = 1e-3;
+constexpr double kMinSpread = 1e-3;
 constexpr double kPenalty = 4;
 constexpr std::size_t kShortest = 2;  // runs of a segment
 
@@ -22,7 +22,7 @@ double median(std::vector<double> values) {
 double spread_of(const std::vector<double>& x) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < x.size(); ++i) steps.push_back(std::fabs(x[i] - x[i - 1]));
-  return std::max(kLeastSpread, median(steps) / (0.6745 * std::sqrt(2.0)));
+  return std::max(kMinSpread, median(steps) / (0.6745 * std::sqrt(2.0)));
 }
 
 }  // namespace
@@ -30,8 +30,7 @@ double spread_of(const std::vector<double>& x) {
 ChangePoints find_change_points(std::span<const double> values) {
   ChangePoints found;
   const std::size_t n = values.size();
-  found.enough =
-      n >= kFewestRuns && std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+  found.enough = n >= kMinRuns && std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
   if (!found.enough) return found;
   found.logarithmic = std::all_of(values.begin(), values.end(), [](double x) { return x > 0; });
   double largest = 0;

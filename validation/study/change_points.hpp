@@ -17,10 +17,10 @@
 
 namespace atwood {
 
-inline constexpr std::size_t kFewestRuns = 8;  // of fewer the spread is not known well enough
+inline constexpr std::size_t kMinRuns = 8;  // of fewer the spread is not known well enough
 
 struct ChangePoints {
-  bool enough = false;              // kFewestRuns values or more, all of them finite
+  bool enough = false;              // kMinRuns values or more, all of them finite
   std::vector<std::size_t> starts;  // the index of the first value of each new level, ascending
   bool logarithmic = false;         // levels are of ln |x|: all values are positive
   double spread = 0, penalty = 0;   // in those units, or relative to the largest |x|

@@ -98,7 +98,7 @@ std::string slip_of_time(double t, double due, std::size_t k, std::int64_t sampl
 constexpr double kQuickestStepNs = 0.1;
 
 // No engine steps faster than this.
-constexpr double kLeastStepNs = 0.3;
+constexpr double kMinStepNs = 0.3;
 
 std::string slip_of_busy(double sum, double steps, double wall_ns, bool foreign) {
   const auto would_fill = [&](double unit_ns) {
@@ -250,7 +250,7 @@ void check_busy(const std::vector<std::int64_t>& busy_ns, int repeats, std::int6
     throw wire::Garbage("busy_ns of " + std::to_string(busy_ns.front()) + " for " + std::to_string(steps) +
                         " steps; nanoseconds were expected: is it in " + unit + "?");
   const double step_ns = sum / (static_cast<double>(steps) * repeats);
-  if (foreign && step_ns < kLeastStepNs)
+  if (foreign && step_ns < kMinStepNs)
     throw wire::Garbage("busy_ns of " + std::to_string(busy_ns.front()) + " for " + std::to_string(steps) +
                         " steps is " + format_double(step_ns) +
                         " ns a step; at least 0.3 ns were expected: is busy_ns in another unit?");

@@ -16,7 +16,7 @@ namespace atwood {
 namespace {
 
 constexpr double kLimitS = 10;
-constexpr int kMostFailures = 2;  // ids of one engine that crash or time out; those after them are not tried
+constexpr int kMaxFailures = 2;  // ids of one engine that crash or time out; those after them are not tried
 
 // A ball over a floor with restitution, the same without, and a point in free fall: every engine that moves bodies runs
 // one of the three.
@@ -126,7 +126,7 @@ class Judge {
   // Values that crash the engine or take too long are not refused here: the run itself reports each of them.
   std::string refused_value(std::size_t worker, const MethodId& id) {
     int& failures = failures_[worker];
-    if (failures >= kMostFailures) return "";
+    if (failures >= kMaxFailures) return "";
     MethodId plain = id;
     plain.overrides.clear();
     const SmallScene* scene = scene_for(worker, plain);

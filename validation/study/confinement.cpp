@@ -32,7 +32,7 @@ namespace {
 constexpr const char* kScratchPrefix = "atwood-worker-";
 constexpr std::time_t kStaleAfterS = 60;
 constexpr int kKeptCapability = 1;  // CAP_DAC_OVERRIDE: a worker of root still reads what root may read
-constexpr int kMostCapabilities = 64;
+constexpr int kMaxCapabilities = 64;
 // Not inherited: they would lead programs past HOME and TMPDIR.
 constexpr std::array kDroppedVariables = {"HOME=",
                                           "TMPDIR=",
@@ -109,7 +109,7 @@ void drop_capabilities() {
     sets[0].inheritable = sets[1].inheritable = 0;
     syscall(SYS_capset, &header, sets);
   }
-  for (int capability = 0; capability < kMostCapabilities; ++capability)
+  for (int capability = 0; capability < kMaxCapabilities; ++capability)
     if (capability != kKeptCapability) prctl(PR_CAPBSET_DROP, capability, 0, 0, 0);
 }
 

@@ -21,7 +21,7 @@
 namespace atwood {
 namespace {
 
-constexpr unsigned kMostReaders = 4;        // connections that visit_ladders reads by
+constexpr unsigned kMaxReaders = 4;         // connections that visit_ladders reads by
 constexpr std::size_t kLaddersAtOnce = 32;  // of a connection
 
 bool failed(Status status) { return status == Status::crashed || status == Status::timeout; }
@@ -313,7 +313,7 @@ void visit_ladders(const std::string& store_path, const std::vector<Cell>& cells
   index.clear();
   if (!store_exists(store_path)) return;
   // Several connections read ahead, a batch of ladders each; the batches are visited in their order.
-  std::vector<std::unique_ptr<Store>> stores(std::clamp(std::thread::hardware_concurrency(), 1U, kMostReaders));
+  std::vector<std::unique_ptr<Store>> stores(std::clamp(std::thread::hardware_concurrency(), 1U, kMaxReaders));
   stores.front() = std::make_unique<Store>(store_path, Store::Mode::read);
   if (stores.front()->empty()) return;
   const Campaigns campaigns = latest_campaigns(*stores.front(), cells, purpose);

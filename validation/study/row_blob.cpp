@@ -12,7 +12,7 @@ namespace atwood {
 namespace {
 
 constexpr int kLevel = 3;
-constexpr unsigned long long kLargest = 1'000'000'000, kMostExpansion = 32'768;
+constexpr unsigned long long kLargest = 1'000'000'000, kMaxExpansion = 32'768;
 // Bits of the first byte of a row: which of the optional numbers it has.
 constexpr std::uint8_t kTime = 1, kSpacing = 2, kSoundSpeed = 4;
 
@@ -49,8 +49,8 @@ std::string pack_rows(const std::vector<Row>& rows) {
 
 std::vector<Row> unpack_rows(std::string_view bytes) {
   BlobReader reader{bytes};
-  constexpr std::size_t kLeastRow = 1 + 2 * 8 + 5 * 4;
-  std::vector<Row> rows(reader.count(kLeastRow));
+  constexpr std::size_t kMinRow = 1 + 2 * 8 + 5 * 4;
+  std::vector<Row> rows(reader.count(kMinRow));
   for (Row& row : rows) {
     const auto has = reader.get<std::uint8_t>();
     if ((has & kTime) != 0) row.t_s = reader.get<double>();
@@ -110,7 +110,7 @@ std::string expanded(std::string_view frame) {
   const unsigned long long size = ZSTD_getFrameContentSize(frame.data(), frame.size());
   // A block of at least four bytes holds at most 128 KiB, so that a short frame cannot ask for much.
   if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR || size > kLargest ||
-      size / kMostExpansion > frame.size())
+      size / kMaxExpansion > frame.size())
     throw BadBlob("a stored blob is no Zstandard frame");
   thread_local const std::unique_ptr<ZSTD_DCtx, std::size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
   if (context == nullptr) throw std::bad_alloc();

@@ -36,7 +36,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kMostDamagedNamed = 20;
+constexpr std::size_t kMaxDamagedNamed = 20;
 
 Outcome outcome_of(Status status, const std::string& reason) {
   Outcome outcome;
@@ -120,13 +120,13 @@ void StudyRun::forget_damaged() {
     if (what.empty()) continue;
     store_.rebuild();
     store_.forget({keys});
-    if (++count <= kMostDamagedNamed && options_.notice)
+    if (++count <= kMaxDamagedNamed && options_.notice)
       options_.notice("store " + options_.store_path + ": " + what + " of the cell " + cell.scenario->id + ", " +
                       cell.method + ", " + std::to_string(cell.plan.steps) + " steps " +
                       (what == "the rows" || what == "the times" ? "are" : "is") + " damaged; the cell runs again");
   }
-  if (count > kMostDamagedNamed && options_.notice)
-    options_.notice("store " + options_.store_path + ": ... and " + std::to_string(count - kMostDamagedNamed) +
+  if (count > kMaxDamagedNamed && options_.notice)
+    options_.notice("store " + options_.store_path + ": ... and " + std::to_string(count - kMaxDamagedNamed) +
                     " more damaged cells run again");
 }
 

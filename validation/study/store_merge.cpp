@@ -22,7 +22,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kMostConflicts = 20;
+constexpr std::size_t kMaxConflicts = 20;
 
 // A copy of an entry.
 using Entry = std::vector<std::variant<std::nullptr_t, std::int64_t, double, std::string>>;
@@ -152,8 +152,8 @@ class Merge {
 
   void conflict(const std::string& what, std::size_t a, const std::string& of_a, std::size_t b,
                 const std::string& of_b) {
-    if (merged_.conflicts.size() == kMostConflicts) merged_.conflicts.push_back("... and more");
-    if (merged_.conflicts.size() > kMostConflicts) return;
+    if (merged_.conflicts.size() == kMaxConflicts) merged_.conflicts.push_back("... and more");
+    if (merged_.conflicts.size() > kMaxConflicts) return;
     merged_.conflicts.push_back(
         printable(what + ": " + stores_[a]->path + " has " + of_a + "; " + stores_[b]->path + " has " + of_b));
   }

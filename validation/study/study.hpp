@@ -102,13 +102,12 @@ struct Cell {
 inline Resolution resolution_of(const Cell& cell) { return {cell.spacing_m, cell.sound_speed_m_per_s}; }
 // Whether a name of `scenarios` in a study, a glob over ids or "tag:NAME", means this scenario.
 bool names_scenario(const std::string& name, const Scenario& scenario);
-inline constexpr std::int64_t kMostCells = 100'000;
+inline constexpr std::int64_t kMaxCells = 100'000;
 // InputError: a count of steps that samples do not divide, a swept setting that no method of its block has, more than
 // `most_cells`, which is found before they are made. `arithmetic`: what decides the last bits on this machine.
 std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& catalogue,
                              const std::vector<Worker>& workers, const std::string& cpu,
-                             std::int64_t most_cells = kMostCells,
-                             const std::string& arithmetic = machine_arithmetic());
+                             std::int64_t most_cells = kMaxCells, const std::string& arithmetic = machine_arithmetic());
 
 // InputError for a wrong setting in a method id: each setting must be one of the method or of its response, with a
 // value that the engine accepts in a scene that it supports. For cells that a glob gave: only where all of them are

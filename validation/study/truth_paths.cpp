@@ -93,7 +93,7 @@ std::pair<bool, int> rank_of(const Cell& cell) {
 // Of each engine one cell of the scenario, ours first.
 std::vector<const Cell*> played_cells(const std::vector<Cell>& cells, const std::string& scenario) {
   constexpr double kRate = 240;  // steps a second
-  constexpr std::size_t kMostMethods = 3;
+  constexpr std::size_t kMaxMethods = 3;
   const auto away = [](const Cell& cell) {
     return std::abs(std::log(static_cast<double>(cell.plan.steps) / (kRate * cell.plan.t_end_s)));
   };
@@ -113,7 +113,7 @@ std::vector<const Cell*> played_cells(const std::vector<Cell>& cells, const std:
   }
   std::stable_partition(chosen.begin(), chosen.end(),
                         [](const Cell* cell) { return engine_name(cell->method) == "atwood"; });
-  if (chosen.size() > kMostMethods) chosen.resize(kMostMethods);
+  if (chosen.size() > kMaxMethods) chosen.resize(kMaxMethods);
   return chosen;
 }
 

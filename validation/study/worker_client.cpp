@@ -13,7 +13,7 @@ namespace atwood {
 namespace {
 
 constexpr double kHelloLimitS = 10;
-constexpr std::size_t kMostEvents = 1000000;
+constexpr std::size_t kMaxEvents = 1000000;
 
 Clock::time_point in_seconds(double seconds) {
   return Clock::now() + std::chrono::microseconds(static_cast<std::int64_t>(std::min(seconds, 1e9) * 1e6));
@@ -31,7 +31,7 @@ void append_events(const wire::Answer& answer, std::size_t bodies, std::vector<E
     const bool of_world = event.body_a == -1;  // the stop of a joint to the world
     if ((!known(event.body_a) && !of_world) || !known(event.body_b))
       throw wire::Garbage("an event names a body that the scene has not");
-    if (events.size() >= kMostEvents) throw wire::Garbage("more than a million events");
+    if (events.size() >= kMaxEvents) throw wire::Garbage("more than a million events");
     events.push_back(event);
   }
 }

@@ -7,7 +7,7 @@ namespace atwood::event {
 
 namespace {
 
-constexpr int kFewPairs = 3;  // with at most this many pairs all of them are examined in every step
+constexpr int kMaxPairsWithoutBroadPhase = 3;  // with at most this many pairs all of them are examined in every step
 
 // A bound of a body's path in the trial step: of the cubic Hermite interpolant by its control polygon.
 template <class S> S excursion(const Bodies<S>& bodies, const StateBuffers<S>& states, int body, S h_s) {
@@ -72,7 +72,7 @@ template <class S>
 bool find_near(const Bodies<S>& bodies, Proximity<S>& proximity, const StateBuffers<S>& states, Report& report, S h_s) {
   proximity.near.clear();
   const int count = static_cast<int>(proximity.pairs.size());
-  const bool few = count <= kFewPairs;
+  const bool few = count <= kMaxPairsWithoutBroadPhase;
   if (!few)
     for (std::size_t i = 0; i < bodies.bounding_radius.size(); ++i)
       proximity.excursions[i] = excursion(bodies, states, static_cast<int>(i), h_s);
@@ -97,7 +97,7 @@ bool find_near(const Bodies<S>& bodies, Proximity<S>& proximity, const StateBuff
 }
 
 template <class S> void advance_travel(Proximity<S>& proximity) {
-  if (static_cast<int>(proximity.pairs.size()) <= kFewPairs) return;
+  if (static_cast<int>(proximity.pairs.size()) <= kMaxPairsWithoutBroadPhase) return;
   for (std::size_t i = 0; i < proximity.travel.size(); ++i)
     proximity.travel[i] += proximity.excursions[i];  // of the whole trial step, which bounds that of a part
 }

@@ -22,13 +22,13 @@ using namespace atwood;
 
 namespace {
 
-constexpr rlim_t kMostBytes = rlim_t{512} << 20;
+constexpr rlim_t kMaxBytes = rlim_t{512} << 20;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kLimitMemory = false;  // sanitizers reserve terabytes of addresses
-constexpr int kMostSeconds = 20;      // and are slow
+constexpr int kMaxSeconds = 20;       // and are slow
 #else
 constexpr bool kLimitMemory = true;
-constexpr int kMostSeconds = 2;
+constexpr int kMaxSeconds = 2;
 #endif
 
 // 0: no limit.
@@ -55,7 +55,7 @@ bool replay(const fuzz::Target& target, const fs::path& path) {
   std::ostringstream bytes;
   bytes << in.rdbuf();
   std::snprintf(g_now, sizeof g_now, "%s", path.c_str());
-  limit_seconds(kMostSeconds);
+  limit_seconds(kMaxSeconds);
   try {
     target.read(bytes.str());
   } catch (const std::exception& error) {
@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   for (const int signal : {SIGABRT, SIGSEGV, SIGFPE, SIGBUS, SIGILL, SIGPROF}) std::signal(signal, name_input);
-  if (const rlimit most{kMostBytes, kMostBytes}; kLimitMemory) setrlimit(RLIMIT_AS, &most);
+  if (const rlimit most{kMaxBytes, kMaxBytes}; kLimitMemory) setrlimit(RLIMIT_AS, &most);
   bool good = true;
   for (const fuzz::Target& target : fuzz::all_targets()) {
     if (argc > 2 && std::strcmp(argv[2], target.name) != 0) continue;

@@ -294,7 +294,7 @@ TEST_CASE("pictures: of many particles one in each square of a grid, at most so 
     for (int j = 0; j < 100; ++j) sample.particles.emplace_back().p_m = {Wide(i) + 0.5, Wide(j) + 0.5, 0};
   const FluidPicture picture = picture_of(s, {}, run);
   CHECK(picture.particles == 10000);
-  CHECK(picture.x_m.size() <= kMostDrawn);
+  CHECK(picture.x_m.size() <= kMaxDrawn);
   CHECK(picture.x_m.size() > 2000);
   CHECK(picture.side_m == Approx(2).epsilon(0.1));
   // Both directions are thinned alike: as many different places along x as along y.

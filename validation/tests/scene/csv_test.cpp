@@ -47,7 +47,7 @@ TEST_CASE("empty lines and comments are left out, and lines are counted from 1")
 }
 
 TEST_CASE("a row of too many cells is refused with its line") {
-  CHECK(rows_of(std::string(CsvReader::kMostCells - 1, ','))[0].size() == CsvReader::kMostCells);
-  CHECK_THROWS_WITH(rows_of("a\n" + std::string(CsvReader::kMostCells, ',')),
+  CHECK(rows_of(std::string(CsvReader::kMaxCells - 1, ','))[0].size() == CsvReader::kMaxCells);
+  CHECK_THROWS_WITH(rows_of("a\n" + std::string(CsvReader::kMaxCells, ',')),
                     "t.csv:2:1: found more than 4096 cells; expected fewer");
 }
