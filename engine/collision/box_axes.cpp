@@ -25,10 +25,10 @@ template <class S> EdgeAxis<S> edge_axis(const BoxPair<S>& pair, int i, int j, S
   const int i1 = next_axis(i), i2 = next_axis(i1), j1 = next_axis(j), j2 = next_axis(j1);
   const S inverse = S(1) / sine, c1 = -R[i2][j] * inverse, c2 = R[i1][j] * inverse;
   const S offset = pair.t_a[i1] * c1 + pair.t_a[i2] * c2;
-  const S reach_a = pair.h_a[i1] * real::abs(c1) + pair.h_a[i2] * real::abs(c2);
-  const S reach_b = pair.h_b[j1] * real::abs(c1 * R[i1][j1] + c2 * R[i2][j1]) +
-                    pair.h_b[j2] * real::abs(c1 * R[i1][j2] + c2 * R[i2][j2]);
-  return {c1, c2, real::abs(offset) - reach_a - reach_b, offset};
+  const S extent_a = pair.h_a[i1] * real::abs(c1) + pair.h_a[i2] * real::abs(c2);
+  const S extent_b = pair.h_b[j1] * real::abs(c1 * R[i1][j1] + c2 * R[i2][j1]) +
+                     pair.h_b[j2] * real::abs(c1 * R[i1][j2] + c2 * R[i2][j2]);
+  return {c1, c2, real::abs(offset) - extent_a - extent_b, offset};
 }
 
 // False: some face shows more than `limit`.

@@ -90,9 +90,10 @@ template <class S> bool parallel_edges(const BoxPair<S>& pair, const EdgeContact
   const bool like = (a.radius > S(0)) == (b.radius > S(0)), from_a = like ? a_lies_first(at.normal_W) : b.radius > S(0);
   const ParallelEdge<S>&base = from_a ? a : b, &other = from_a ? b : a;
   const Vec3<S> n_W = from_a ? at.normal_W : -at.normal_W;
-  const S cosine = pair.R[i][j], reach = other.half_length * real::abs(cosine),
+  const S cosine = pair.R[i][j], half_extent = other.half_length * real::abs(cosine),
           middle = base.coordinate - cosine * other.coordinate;
-  const S from = real::max(-base.half_length, middle - reach), to = real::min(base.half_length, middle + reach);
+  const S from = real::max(-base.half_length, middle - half_extent),
+          to = real::min(base.half_length, middle + half_extent);
 
   out = {};
   out.normal_W = at.normal_W;

@@ -44,11 +44,11 @@ template <class S> class BoundingSpheres final : public BroadPhase<S> {
 // |x| + |y| + |z| <= sqrt(3) sqrt(x^2 + y^2 + z^2) (Cauchy and Schwarz, with equality on the diagonals); the few units
 // in the last place cover the rounding of both sides, so that every pair that passes spheres_overlap passes this test
 // too.
-template <class S> std::int64_t manhattan_pairs(Items<S> items, S reach, std::vector<BodyPair>& pairs) {
-  const S wide = reach * (S(1) + S(8) * std::numeric_limits<S>::epsilon());
-  return every_pair<S>(items, pairs, [wide](const BroadItem<S>& a, const BroadItem<S>& b) {
+template <class S> std::int64_t manhattan_pairs(Items<S> items, S radii, std::vector<BodyPair>& pairs) {
+  const S widened = radii * (S(1) + S(8) * std::numeric_limits<S>::epsilon());
+  return every_pair<S>(items, pairs, [widened](const BroadItem<S>& a, const BroadItem<S>& b) {
     const Vec3<S> d = b.center - a.center;
-    return std::abs(d.x) + std::abs(d.y) + std::abs(d.z) <= wide * (a.radius + b.radius);
+    return std::abs(d.x) + std::abs(d.y) + std::abs(d.z) <= widened * (a.radius + b.radius);
   });
 }
 

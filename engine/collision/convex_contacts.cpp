@@ -39,10 +39,10 @@ void convex_contacts(const Geometry<S>& a, const Transform<S>& pose_a, const Geo
   ConvexPart<S> part_a, part_b;
   if (!convex_part(a, part_a) || !convex_part(b, part_b)) return;
   const Transform<S> b_in_a = relative_transform(pose_a, pose_b);
-  const S reach = margin + part_a.radius + part_b.radius;
+  const S max_distance = margin + part_a.radius + part_b.radius;
   if (norm(b_in_a.p_W) > (size_of(part_a) + size_of(part_b) + margin) * (S(1) + S(8) * real::epsilon<S>())) return;
-  const NearestFeatures<S> features = nearest_features(part_a, part_b, b_in_a, reach);
-  if (features.out_of_range || features.gap > reach) return;
+  const NearestFeatures<S> features = nearest_features(part_a, part_b, b_in_a, max_distance);
+  if (features.out_of_range || features.gap > max_distance) return;
   Manifold<S> manifold;
   contact_points(part_a, part_b, b_in_a, features, margin, manifold);
   if (manifold.count == 0) return;

@@ -23,16 +23,16 @@ template <class S> S farthest(const std::vector<Real3>& points) {
   return most;
 }
 
-template <class S> Aabb<S> around(const Vec3<S>& center, const Vec3<S>& reach) {
+template <class S> Aabb<S> around(const Vec3<S>& center, const Vec3<S>& half_extent) {
   const auto low = [](S p, S r) { return p - r - S(2) * real::epsilon<S>() * (real::abs(p) + r); };
   const auto high = [](S p, S r) { return p + r + S(2) * real::epsilon<S>() * (real::abs(p) + r); };
-  return {{low(center.x, reach.x), low(center.y, reach.y), low(center.z, reach.z)},
-          {high(center.x, reach.x), high(center.y, reach.y), high(center.z, reach.z)}};
+  return {{low(center.x, half_extent.x), low(center.y, half_extent.y), low(center.z, half_extent.z)},
+          {high(center.x, half_extent.x), high(center.y, half_extent.y), high(center.z, half_extent.z)}};
 }
 
 template <class S> Vec3<S> magnitude(const Vec3<S>& v) { return {real::abs(v.x), real::abs(v.y), real::abs(v.z)}; }
 
-template <class S> Vec3<S> box_reach(const Vec3<S>* axis_W, const Vec3<S>& h) {
+template <class S> Vec3<S> box_half_extents(const Vec3<S>* axis_W, const Vec3<S>& h) {
   return h.x * magnitude(axis_W[0]) + h.y * magnitude(axis_W[1]) + h.z * magnitude(axis_W[2]);
 }
 
@@ -128,7 +128,7 @@ template <class S> Aabb<S> bounds(const Geometry<S>& g, const Transform<S>& pose
   switch (g.kind) {
     case ShapeKind::sphere: return around(pose.p_W, {g.radius, g.radius, g.radius});
     case ShapeKind::rectangle:
-    case ShapeKind::box: return around(pose.p_W, box_reach(axis, g.half_extents));
+    case ShapeKind::box: return around(pose.p_W, box_half_extents(axis, g.half_extents));
     case ShapeKind::capsule:
       return around(pose.p_W, g.half_length * magnitude(axis[2]) + Vec3<S>{g.radius, g.radius, g.radius});
     case ShapeKind::cylinder: {  // a disc of unit normal z reaches sqrt(1 - z_k^2) = |(x_k, y_k)| along world axis k
@@ -143,7 +143,7 @@ template <class S> Aabb<S> bounds(const Geometry<S>& g, const Transform<S>& pose
       Aabb<S> all;
       for (std::size_t i = 0; i < g.parts.size(); ++i) {
         const Transform<S> part = part_transform(pose, g.parts[i]);
-        const Aabb<S> box = around(part.p_W, box_reach(part.axis_W, g.parts[i].half_extents));
+        const Aabb<S> box = around(part.p_W, box_half_extents(part.axis_W, g.parts[i].half_extents));
         if (i == 0) all = box;
         else join(all, box);
       }

@@ -43,14 +43,14 @@ template <class S> Vec3<S> lowest_of(const ConvexPart<S>& part, const Transform<
 template <class S>
 void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S radius, S margin,
                           std::vector<Manifold<S>>& out) {
-  const S reach = radius + margin;
+  const S max_distance = radius + margin;
   const S tolerance = S(32) * real::epsilon<S>() * (norm(center) + radius);
   const std::size_t from = out.size();
-  const Aabb<S> box = grown(Aabb<S>{center, center}, reach * (S(1) + S(8) * real::epsilon<S>()) + tolerance);
+  const Aabb<S> box = grown(Aabb<S>{center, center}, max_distance * (S(1) + S(8) * real::epsilon<S>()) + tolerance);
   bool behind = false;  // some near triangle has the centre on its inner side
   each_triangle(mesh, box, [&](int t) {
     TrianglePoint<S> at = closest_on_triangle(mesh, t, center, tolerance);
-    if (at.distance > reach) return;
+    if (at.distance > max_distance) return;
     const Vec3<S> away = center - at.x;
     const Vec3<S>& face = mesh.triangles[t].normal;
     if (mesh.closed && dot(away, pseudonormal(mesh, t, at)) < S(0)) return static_cast<void>(behind = true);
@@ -78,7 +78,7 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPart<S>& b, c
                           std::vector<Manifold<S>>& out) {
   const Aabb<S> box = grown(bounds_of(b, b_in_mesh), margin);
   const std::size_t from = out.size();
-  const S reach = margin + b.radius;
+  const S max_distance = margin + b.radius;
   const S round_off =
       S(64) * real::epsilon<S>() * (mesh.bounding_radius + norm(b_in_mesh.p_W) + norm(box.high - box.low));
   int closest_t = -1;  // the nearest triangle: the fallback if every contact is left to neighbours
@@ -100,8 +100,8 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPart<S>& b, c
   each_triangle(mesh, box, [&](int t) {
     const ConvexPart<S> triangle = part_of(mesh, t);
     if (!overlap(box, bounds_of(triangle, Transform<S>{}))) return;
-    NearestFeatures<S> features = nearest_features(triangle, b, b_in_mesh, reach);
-    if (features.out_of_range || features.gap > reach) return;
+    NearestFeatures<S> features = nearest_features(triangle, b, b_in_mesh, max_distance);
+    if (features.out_of_range || features.gap > max_distance) return;
     if (closest_t < 0 || features.gap < closest_features.gap) closest_t = t, closest_features = features;
     const Vec3<S>& face = mesh.triangles[t].normal;
     const Vec3<S> found = features.normal;

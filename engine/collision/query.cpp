@@ -45,8 +45,8 @@ std::vector<QueryBody> query_bodies(const Scene& scene) {
 
 bool spheres_apart(const QueryBody& a, const QueryBody& b, double margin) {
   if (a.shape.kind == ShapeKind::plane || b.shape.kind == ShapeKind::plane) return false;
-  const double reach = a.shape.bounding_radius + b.shape.bounding_radius + margin;
-  return norm(b.pose.p_W - a.pose.p_W) > reach * (1 + 8 * real::epsilon<double>());
+  const double max_distance = a.shape.bounding_radius + b.shape.bounding_radius + margin;
+  return norm(b.pose.p_W - a.pose.p_W) > max_distance * (1 + 8 * real::epsilon<double>());
 }
 
 // Triangles and parts that share a corner each find the same contact: it is reported once.

@@ -119,13 +119,13 @@ void sphere_shape_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::
 }  // namespace
 
 // ---- sphere against sphere ----------------------------------------------------------------------------------------
-// Most tests of a pile of spheres are this one. Far apart is decided without a root: |t|^2 > (1 + 8 eps) reach^2 holds
-// only if |t| > reach in spite of every rounding; the root decides the rest.
+// Most tests of a pile of spheres are this one. Far apart is decided without a root: |t|^2 > (1 + 8 eps) max_distance^2
+// holds only if |t| > max_distance in spite of every rounding; the root decides the rest.
 template <class S>
 void sphere_sphere_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   const Vec3<S> t = b.pose.p_W - a.pose.p_W;
-  const S radii = a.shape.radius + b.shape.radius, reach = radii + margin;
-  if (dot(t, t) > (S(1) + S(8) * real::epsilon<S>()) * (reach * reach)) return;
+  const S radii = a.shape.radius + b.shape.radius, max_distance = radii + margin;
+  if (dot(t, t) > (S(1) + S(8) * real::epsilon<S>()) * (max_distance * max_distance)) return;
   Vec3<S> normal{S(0), S(0), a.shape.radius < b.shape.radius ? S(-1) : S(1)};  // of concentric spheres: any way will do
   const S gap = length_and_direction(t, normal) - radii;
   if (!(gap <= margin)) return;

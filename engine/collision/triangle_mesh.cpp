@@ -101,8 +101,8 @@ EdgeKind kind_of(const Source& source, int t, int k, int next) {
   for (const int c : source.corner[next]) {
     if (c == source.corner[t][k] || c == source.corner[t][(k + 1) % 3]) continue;
     const Long3 out = wide(source.points[c]) - from;
-    const long double height = dot(source.normal[t], out), reach = norm(cross(unit_of(to - from), out));
-    if (std::abs(height) <= kFlat * reach)
+    const long double height = dot(source.normal[t], out), lever = norm(cross(unit_of(to - from), out));
+    if (std::abs(height) <= kFlat * lever)
       return dot(source.normal[t], source.normal[next]) > 0 ? EdgeKind::flat : EdgeKind::concave;
     return height < 0 ? EdgeKind::convex : EdgeKind::concave;
   }

@@ -106,11 +106,11 @@ template <class S> void Neighbours<S>::build(const S* x, int count, Team* team) 
   }
 }
 
-// Rows of cells as wide as the reach, the cells along a row a quarter of it; wider where that would be many more cells
-// than points, however far these are apart.
+// Rows of cells as wide as the list radius, the cells along a row a quarter of it; wider where that would be many more
+// cells than points, however far these are apart.
 template <class S> auto Neighbours<S>::make_grid() const -> Grid {
   Grid grid;
-  const S reach = support_ + skin_;
+  const S list_radius = support_ + skin_;
   const int count = static_cast<int>(order_.size());
   S extent[3]{};
   for (int axis = 0; axis < dimensions_; ++axis) {
@@ -125,8 +125,8 @@ template <class S> auto Neighbours<S>::make_grid() const -> Grid {
     grid.origin[axis] = least;
     extent[axis] = most - least;
   }
-  S width[3] = {reach, reach, reach};
-  width[dimensions_ - 1] = reach / S(4);
+  S width[3] = {list_radius, list_radius, list_radius};
+  width[dimensions_ - 1] = list_radius / S(4);
   for (;;) {
     S cells = S(1);
     for (int axis = 0; axis < dimensions_; ++axis) cells = cells * (extent[axis] / width[axis] + S(1));
@@ -183,11 +183,12 @@ template <class S> void Neighbours<S>::sort_into_cells(const Grid& grid, Team* t
   });
 }
 
-// The cells of an axis that come within `reach` of x: `count` of them from `first` on, an index that continues beyond
-// the period. All cells of the period, where there are not more: then some may be within reach on both sides.
-template <class S> ATWOOD_INLINE auto Neighbours<S>::Grid::band(S x, S reach, int axis) const -> Band {
+// The cells of an axis that come within `list_radius` of x: `count` of them from `first` on, an index that continues
+// beyond the period. All cells of the period, where there are not more: then some may be within it on both sides.
+template <class S> ATWOOD_INLINE auto Neighbours<S>::Grid::band(S x, S list_radius, int axis) const -> Band {
   const int count = cells[axis];
-  const S low = (x - reach - origin[axis]) * per_metre[axis], high = (x + reach - origin[axis]) * per_metre[axis];
+  const S low = (x - list_radius - origin[axis]) * per_metre[axis],
+          high = (x + list_radius - origin[axis]) * per_metre[axis];
   if (period[axis] == S(0)) {
     const int from = low > S(0) ? std::min(static_cast<int>(low), count - 1) : 0;
     const int to = high < S(count) ? std::max(static_cast<int>(high), 0) : count - 1;
@@ -221,7 +222,7 @@ template <class S>
 template <int d>
 ATWOOD_INLINE bool Neighbours<S>::fill_lists(const Grid& grid, int first_slot, int last_slot) {
   const int count = static_cast<int>(order_.size());
-  std::vector<int> near(count + 1);  // slots within reach of a point
+  std::vector<int> near(count + 1);  // slots within the list radius of a point
   const SlotRanges around = slots_around(grid, first_slot, last_slot);
   for (int j = 0; j < count; ++j) {
     const int own = slot_of_[j];
@@ -237,9 +238,9 @@ ATWOOD_INLINE bool Neighbours<S>::fill_lists(const Grid& grid, int first_slot, i
   return true;
 }
 
-// Slots that hold all points within reach of those of [first_slot, last_slot). Cells are as wide as the reach along
-// axis 0, or wider: they are those of the same sheets of cells across axis 0 and of two beside, the second for
-// round-off.
+// Slots that hold all points within the list radius of those of [first_slot, last_slot). Cells are as wide as the list
+// radius along axis 0, or wider: they are those of the same sheets of cells across axis 0 and of two beside, the second
+// for round-off.
 template <class S>
 auto Neighbours<S>::slots_around(const Grid& grid, int first_slot, int last_slot) const -> SlotRanges {
   const int sheets = grid.cells[0], sheet_size = grid.cells[1] * grid.cells[2], count = static_cast<int>(order_.size());
@@ -253,15 +254,15 @@ auto Neighbours<S>::slots_around(const Grid& grid, int first_slot, int last_slot
   return around;
 }
 
-// The slots of [first_slot, last_slot) within reach of point j, itself included; returns how many.
+// The slots of [first_slot, last_slot) within the list radius of point j, itself included; returns how many.
 template <class S>
 template <int d>
 ATWOOD_INLINE int Neighbours<S>::find_near(const Grid& grid, int j, int first_slot, int last_slot, int* near) const {
   constexpr int along = d - 1, across = d - 2;  // the rows; axis 0 of three stacks them in layers
-  const S *const x = &wrapped_[std::size_t(j) * d], reach = support_ + skin_;
+  const S *const x = &wrapped_[std::size_t(j) * d], list_radius = support_ + skin_;
   const int rows = grid.cells[across], length = grid.cells[along];
-  const Band near_layers = d == 3 ? grid.band(x[0], reach, 0) : Band{0, 1, false};
-  const Band near_rows = grid.band(x[across], reach, across);
+  const Band near_layers = d == 3 ? grid.band(x[0], list_radius, 0) : Band{0, 1, false};
+  const Band near_rows = grid.band(x[across], list_radius, across);
   int found = 0;
   S image[3];  // of the point, where the cells are near to
   for (int u = near_layers.first; u < near_layers.first + near_layers.count; ++u) {
@@ -274,7 +275,7 @@ ATWOOD_INLINE int Neighbours<S>::find_near(const Grid& grid, int j, int first_sl
       if (cell_begin_[row] >= last_slot || cell_begin_[row + length] <= first_slot) continue;
       image[across] = x[across] - grid.shift(v, across);
       const S aside = near_rows.whole_period ? S(0) : grid.distance(x[across], v, across);
-      const S left2 = reach * reach - apart * apart - aside * aside;
+      const S left2 = list_radius * list_radius - apart * apart - aside * aside;
       if (left2 < S(0)) continue;
       const Band cells = grid.band(x[along], real::sqrt(left2), along);
       const bool any_image = cells.whole_period || near_rows.whole_period || near_layers.whole_period;
@@ -293,7 +294,8 @@ ATWOOD_INLINE int Neighbours<S>::find_near(const Grid& grid, int j, int first_sl
   return found;
 }
 
-// Appends the slots of [begin, end) within reach of x, after the `found` first ones; returns how many there are then.
+// Appends the slots of [begin, end) within the list radius of x, after the `found` first ones; returns how many there
+// are then.
 template <class S>
 template <int d, bool nearest>
 ATWOOD_INLINE int Neighbours<S>::append_near(const S* x, int begin, int end, int* near, int found) const {

@@ -63,7 +63,7 @@ template <class S> class Neighbours {
   struct Grid {
     int cells[3] = {1, 1, 1};
     S origin[3]{}, per_metre[3]{}, period[3]{};
-    Band band(S x, S reach, int axis) const;
+    Band band(S x, S list_radius, int axis) const;
     S distance(S x, int cell, int axis) const;
     // A cell of a band: its index in the period, and where the period that holds it begins.
     int within(int cell, int axis) const {

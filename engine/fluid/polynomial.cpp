@@ -109,20 +109,20 @@ Polynomial<S>::Polynomial(const Scene& scene, const PolynomialOptions& options)
   shift_factor_ =
       S(-60) * S(options_.shift) * S(shift_speed(scene, options_)) * near.support * volume * near.slope_factor;
   for (int c = 0; c < d; ++c) gravity_[c] = S(scene.gravity_m_per_s2[c]);
-  S reach = std::max(support_, near.support);
+  S support = std::max(support_, near.support);
   if (!scene.fluid_boundaries.empty()) {
     walls_ = std::make_unique<PolynomialWalls<S>>(scene, set_, options_.kernel, options_.degree, support_);
     unsupported_ = walls_->unsupported();
-    reach = std::max(reach, walls_->widest_support());
+    support = std::max(support, walls_->widest_support());
   }
   surface_ = std::make_unique<PolynomialSurface<S>>(scene, set_, options_.kernel, support_);
   if (!surface_->unsupported().empty()) unsupported_ = surface_->unsupported();
   if (surface_->count() == 0) surface_.reset();
   if (surface_ != nullptr) {
-    reach = std::max(reach, surface_->reach());
+    support = std::max(support, surface_->support());
     set_.layout.surface_nodes = surface_->count();
   }
-  lists_ = std::make_unique<Neighbours<S>>(scene.domain, reach, S(options_.skin) * reach);
+  lists_ = std::make_unique<Neighbours<S>>(scene.domain, support, S(options_.skin) * support);
   system_.size = set_.layout.size();
   system_.context = this;
   system_.rate_of = rate_of;
@@ -189,7 +189,7 @@ void Polynomial<S>::rate_of_particles(S t_s, const S* y, S* dydt, int first_slot
 
     S u[3]{}, divergence{}, gradient2{};
     for (int c = 0; c < d; ++c) {
-      u[c] = shift_factor_ * fit.submerged * fit.crowding[c];
+      u[c] = shift_factor_ * fit.depth_factor * fit.shift_sum[c];
       divergence += fit.gradient[c][c];
     }
     const auto along_u = [&](int f) {  // (u . grad) f

@@ -106,11 +106,11 @@ template <int d, class S, class Lanes, class V>
 ATWOOD_INLINE void stage_neighbours(const PolynomialFits<S>& fits, const Neighbours<S>& lists,
                                     const NeighbourBlock& block, const S* records, const SlotWeight<S>* weights,
                                     const int* own_row, const V& inverse_support, const Lanes& lanes,
-                                    const Stage<V>& stage, V* crowding, V& submerged) {
+                                    const Stage<V>& stage, V* shift_sum, V& depth_factor) {
   V own[kFitRecord], other[kFitRecord];
   lanes.read(records, own_row, own);
   const V per_height = inverse_support + inverse_support;  // 1 / H
-  const S per_reach = S(1) / (S(2) * fits.spacing);
+  const S per_two_spacings = S(1) / (S(2) * fits.spacing);
   for (int n = 0; n < block.longest; ++n) {
     lanes.read(records, block.entries + n * kLaneCount, other);
     V x[d], r2{};
@@ -121,18 +121,18 @@ ATWOOD_INLINE void stage_neighbours(const PolynomialFits<S>& fits, const Neighbo
     }
     const V r = lanes.root_of(r2), w = kernel_value<S>(fits.shape, V(r * inverse_support));
     stage.weight[n] = r2 > V{} ? w : V{};  // a lane's own slot fills its list up
-    const V u = positive_part(V(S(1) - r * per_reach));
+    const V u = positive_part(V(S(1) - r * per_two_spacings));
     V near = u * u * u;
     if (weights != nullptr) {
       const int* const row = block.entries + n * kLaneCount;
       stage.weight[n] = stage.weight[n] * lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].fit; });
-      near = near * lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].crowding; });
-      const V g = positive_part(V(S(1) - r2 * (per_reach * per_reach)));
-      submerged = submerged -
-                  submerged * g * g * g * lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].surface; });
+      near = near * lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].shift_sum; });
+      const V g = positive_part(V(S(1) - r2 * (per_two_spacings * per_two_spacings)));
+      depth_factor = depth_factor - depth_factor * g * g * g *
+                                        lanes.gather([&](int k) ATWOOD_INLINED { return weights[row[k]].surface; });
     }
     for (int c = 0; c < d; ++c) {
-      crowding[c] = crowding[c] + near * x[c];
+      shift_sum[c] = shift_sum[c] + near * x[c];
       stage.z[n * d + c] = x[c] * per_height;
     }
     for (int f = 0; f < fits.fields; ++f) stage.field[f * stage.rows + n] = other[d + f] - own[d + f];
@@ -201,9 +201,9 @@ ATWOOD_INLINE void fit_block(const PolynomialFits<S>& fits, const Neighbours<S>&
           per_height = inverse_support + inverse_support;
   const int rows = block.longest;
   const Stage<V> stage{rows, scratch, scratch + rows * d, scratch + rows * (d + 1)};
-  V crowding[d]{}, submerged = V{} + S(1);
-  stage_neighbours<d>(fits, lists, block, records, weights, own_row, inverse_support, lanes, stage, crowding,
-                      submerged);
+  V shift_sum[d]{}, depth_factor = V{} + S(1);
+  stage_neighbours<d>(fits, lists, block, records, weights, own_row, inverse_support, lanes, stage, shift_sum,
+                      depth_factor);
 
   V moments[MonomialRows<d, 2 * p>::count], L[n][n], m[n];
   monomial_sums<d, 2 * p>(
@@ -244,8 +244,8 @@ ATWOOD_INLINE void fit_block(const PolynomialFits<S>& fits, const Neighbours<S>&
     lanes.each(V(residual * per_weight), [&](int k, S value) ATWOOD_INLINED { out[first + k].change[f] = value; });
   }
   for (int axis = 0; axis < d; ++axis)
-    lanes.each(crowding[axis], [&](int k, S value) ATWOOD_INLINED { out[first + k].crowding[axis] = value; });
-  lanes.each(submerged, [&](int k, S value) ATWOOD_INLINED { out[first + k].submerged = value; });
+    lanes.each(shift_sum[axis], [&](int k, S value) ATWOOD_INLINED { out[first + k].shift_sum[axis] = value; });
+  lanes.each(depth_factor, [&](int k, S value) ATWOOD_INLINED { out[first + k].depth_factor = value; });
   lanes.each(least_pivot, [&](int k, S value) ATWOOD_INLINED { out[first + k].least_pivot = value; });
 }
 

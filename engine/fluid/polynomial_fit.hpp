@@ -21,15 +21,15 @@ inline constexpr int kMaxFields = 5;
 
 // How much a slot counts in the fits and in the sum for shifting of its neighbours, and whether it is a node of the
 // free surface (1) or not (0).
-template <class S> struct SlotWeight { S fit, crowding, surface; };
+template <class S> struct SlotWeight { S fit, shift_sum, surface; };
 
 // What the fits of a slot give. Field f is component f of velocity, density (f = d), temperature (f = d + 1).
 template <class S> struct Fit {
   S gradient[kMaxFields][3];
   S laplacian[kMaxFields];
   S change[kMaxFields];  // G f of docs/fluids.md
-  S crowding[3];         // sum of (1 - r / (2 D))^3 (x_j - x_i) [m]
-  S submerged;           // product of 1 - (1 - (r / (2 D))^2)^3 over the nodes of the free surface within 2 D
+  S shift_sum[3];        // sum of (1 - r / (2 D))^3 (x_j - x_i) [m]
+  S depth_factor;        // product of 1 - (1 - (r / (2 D))^2)^3 over the nodes of the free surface within 2 D
   S least_pivot;         // of the Cholesky factors of M, scaled to a unit diagonal; <= 0 or NaN: singular
 };
 

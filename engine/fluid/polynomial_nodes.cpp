@@ -72,11 +72,11 @@ bool NodeFits<S>::around(const Neighbours<S>& lists, const S* records, int slot,
       if (lists.period(c) > S(0)) z[c] = nearest_image(z[c], lists.period(c));
       r2 += z[c] * z[c];
     }
-    const S s = real::sqrt(r2) / reach;
+    const S s = real::sqrt(r2) / support;
     if (!(s < S(1))) continue;
     weights.slots.push_back(other);
     weights.distance.push_back(axis < 0 ? S(0) : sign * z[axis]);
-    for (int c = 0; c < d; ++c) z[c] = z[c] / (S(0.5) * reach);
+    for (int c = 0; c < d; ++c) z[c] = z[c] / (S(0.5) * support);
     monomials(d, degree, z, p);
     basis.insert(basis.end(), p, p + count);
     w.push_back(kernel_value<S>(shape, s));

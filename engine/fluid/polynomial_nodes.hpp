@@ -24,7 +24,7 @@ template <class S> struct NodeFits {
   KernelShape shape = KernelShape::wendland_c2;
   int dimensions = 2, degree = 2;  // of the polynomial
   int particles = 0;               // points of the lists below this count; others are nodes and dummies
-  S reach{};                       // [m]
+  S support{};                     // [m]
 
   // Of the node in a slot, whose normal is along an axis with a sign (axis < 0: free alone). False: too few particles,
   // or they do not determine the polynomial.

@@ -23,7 +23,7 @@ template <class S> class PolynomialSurface {
   const std::string& unsupported() const { return unsupported_; }
   int count() const { return static_cast<int>(start_.size()) / dimensions_; }
   const std::vector<S>& start() const { return start_; }  // positions at t = 0
-  S reach() const { return fits_.reach; }
+  S support() const { return fits_.support; }
   // Records and weights of the nodes' slots, from those of the particles; rates: velocities of the nodes. `first`: the
   // nodes' first point in the lists. False: some node has too few particles around it, named by fault().
   bool fill(const Neighbours<S>& lists, int first, S* records, SlotWeight<S>* weights, S* rates);

@@ -24,7 +24,7 @@ template <class S> class PolynomialWalls {
   // Nodes, then dummies that only shifting sees. Point w of the walls is point `particles + w` of the lists.
   int count() const { return static_cast<int>(positions_.size()) / dimensions_; }
   const std::vector<S>& positions() const { return positions_; }
-  S widest_support() const { return fits_.reach; }
+  S widest_support() const { return fits_.support; }
   // R at a position (wrapped or not): wider near walls, where half of the neighbours is missing.
   S support_at(const S* x) const;
   // Records and weights of the slots of walls, from those of the particles.

@@ -26,16 +26,16 @@ struct Symbol {
 
 // Waves of lengths down to two spacings along the first axis and the diagonal.
 std::vector<Symbol> symbols(const Kernel<double>& kernel, double spacing) {
-  const int d = kernel.dimensions, reach = static_cast<int>(std::ceil(kernel.support / spacing));
+  const int d = kernel.dimensions, cells = static_cast<int>(std::ceil(kernel.support / spacing));
   const double pi = std::acos(-1.0), volume = std::pow(spacing, d);
   std::vector<Symbol> found;
   for (const bool diagonal : {false, true})
     for (int wave = 1; wave <= kWaves; ++wave) {
       const double k = pi * wave / (kWaves * spacing);
       double sine = 0, cosine = 0;
-      for (int a = -reach; a <= reach; ++a)
-        for (int b = -reach; b <= reach; ++b)
-          for (int c = d == 3 ? -reach : 0; c <= (d == 3 ? reach : 0); ++c) {
+      for (int a = -cells; a <= cells; ++a)
+        for (int b = -cells; b <= cells; ++b)
+          for (int c = d == 3 ? -cells : 0; c <= (d == 3 ? cells : 0); ++c) {
             const double phase = k * spacing * (diagonal ? a + b + c : a);
             const double F = kernel.slope_over_distance(spacing * std::sqrt(double(a * a + b * b + c * c)));
             sine += volume * F * spacing * a * std::sin(phase);

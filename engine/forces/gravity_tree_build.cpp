@@ -138,8 +138,8 @@ template <class S> void GravityTree<S>::find_centre(int n) {
   for (int axis = 0; axis < 3; ++axis) {
     const S centre = total > S(0) ? weighted[axis] / total : (box.low[axis] + box.high[axis]) / S(2);
     moments_[n].centre[axis] = centre;
-    const S reach = real::max(centre - box.low[axis], box.high[axis] - centre);
-    radius2 += reach * reach;
+    const S half_extent = real::max(centre - box.low[axis], box.high[axis] - centre);
+    radius2 += half_extent * half_extent;
   }
   moments_[n].radius = std::sqrt(radius2);
 }

@@ -97,9 +97,9 @@ template <class S> void ImplicitRungeKutta<S>::guess(const Group& group, S t_s, 
   }
   for (int i = 0; i < size_; ++i)
     for (int g = 0; g < n; ++g) {
-      S reach = S(0);
-      for (int j = 0; j < n; ++j) reach += a_[(group.first + g) * s + group.first + j];
-      group_z_[i * n + g] = known_[i * n + g] + step_s_ * reach * slope_[i];
+      S row_sum = S(0);
+      for (int j = 0; j < n; ++j) row_sum += a_[(group.first + g) * s + group.first + j];
+      group_z_[i * n + g] = known_[i * n + g] + step_s_ * row_sum * slope_[i];
     }
 }
 

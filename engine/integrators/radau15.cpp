@@ -130,7 +130,7 @@ template <class S> void Radau15<S>::predict(S h_s, Record* from, S offset) {
   }
   const S ratio = h_s / from->h_s;
   alignas(LaneBlock<S>) S weight[kNodes] = {};
-  if (offset == S(1)) radau::weigh_last_error(table_, ratio, from->reach, reach_, weight);
+  if (offset == S(1)) radau::weigh_last_error(table_, ratio, from->extrapolation, extrapolation_, weight);
   in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
     radau::extrapolate(rates_, table_, offset, ratio, weight, lanes_of(from->rate), lanes_of(from->prediction_error),
                        out);
@@ -269,7 +269,7 @@ template <class S> bool Radau15<S>::step(S t_s, S h_s, const S* y, S* y_new) {
 template <class S> bool Radau15<S>::step_general(S t_s, S h_s, const S* y, S* y_new, Record* from, S offset) {
   if (from == nullptr) std::fill(compensation_.begin(), compensation_.end(), S(0));
   else compensation_ = offset == S(1) ? from->compensation_new : from->compensation;
-  reach_ = {};
+  extrapolation_ = {};
   predict(h_s, from, offset);
   set_base(t_s, h_s, y);
   if (options_.sequential) start_nodes(t_s, y, from != nullptr);
@@ -286,7 +286,7 @@ template <class S> bool Radau15<S>::step_general(S t_s, S h_s, const S* y, S* y_
     });
   else std::fill(prediction_error, prediction_error + size_ * kNodes, S(0));
   record.rate.swap(rate_);
-  record.reach = reach_;
+  record.extrapolation = extrapolation_;
   return true;
 }
 
@@ -307,14 +307,14 @@ template <class S> bool Radau15<S>::step_fused(S h_s, const S* y, S* y_new, Reco
                          .compensation = record.compensation.data(),
                          .rate_from = known ? lanes_of(from->rate) : nullptr,
                          .error_from = known ? lanes_of(from->prediction_error) : nullptr,
-                         .reach_from = known ? &from->reach : nullptr,
+                         .extrapolation_from = known ? &from->extrapolation : nullptr,
                          .offset = offset,
                          .ratio = known ? h_s / from->h_s : 1,
                          .y_new = y_new,
                          .compensation_new = record.compensation_new.data(),
                          .rate = lanes_of(record.rate),
                          .prediction_error = lanes_of(record.prediction_error),
-                         .reach = &record.reach,
+                         .extrapolation = &record.extrapolation,
                          .contraction = contraction_};
     step_gravitating_bodies(width_, *bodies_, step);
     this->system_.evaluations += kNodes * step.report.iterations;
@@ -322,7 +322,7 @@ template <class S> bool Radau15<S>::step_fused(S h_s, const S* y, S* y_new, Reco
       record.valid = false;  // it has lost its remainders
       return false;
     }
-    if (!known || offset != 1) record.reach = {};
+    if (!known || offset != 1) record.extrapolation = {};
     contraction_ = step.contraction;
     roughness_ = step.rate_size > 0 ? step.last_coefficient / step.rate_size : 0;
     return true;

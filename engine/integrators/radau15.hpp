@@ -27,7 +27,7 @@ template <class S> const RadauTable<S>& radau_table();
 
 // How far the rates of a step were extrapolated: prod_k (tau - c_k) at its nodes, tau and c_k in units of the step
 // before, of which it is `growth` times the length.
-template <class S> struct RadauReach {
+template <class S> struct RadauExtrapolation {
   S growth = S(1);
   alignas(kLaneCount * sizeof(S)) S product[kRadauNodes] = {S(1), S(1), S(1), S(1), S(1), S(1), S(1), S(1)};
 };
@@ -66,7 +66,7 @@ template <class S> class Radau15 final : public Stepper<S> {
     std::vector<S> y, y_new, compensation,
         compensation_new;                 // compensation: remainders of the compensated sums
     LaneArray<S> rate, prediction_error;  // the rates at the nodes, and the error of their prediction
-    RadauReach<S> reach;
+    RadauExtrapolation<S> extrapolation;
   };
   // Largest absolute values of the components of one kind
   struct Scale {
@@ -115,7 +115,7 @@ template <class S> class Radau15 final : public Stepper<S> {
   std::vector<Kind> kinds_;
   std::vector<S> weight_;     // of rates_: h / scale, from a change of the rate to a relative change of the state
   std::vector<Scale> scale_;  // of kinds_
-  RadauReach<S> reach_;       // of the present step
+  RadauExtrapolation<S> extrapolation_;  // of the present step
   LaneArray<S> state_, base_, rate_, rate_before_, predicted_, ends_;
   std::vector<S> node_state_, node_rate_;
   S t_nodes_[kRadauNodes];

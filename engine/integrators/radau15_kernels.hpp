@@ -141,8 +141,8 @@ template <class S> ATWOOD_INLINE Pack<S> polynomial(const Columns<S>& powers, co
 //   weight = (h / h_before)^8 prod_k (tau - c_k) / prod_k (tau_before - c_k)
 // at most 1: beyond, a longer extrapolation leaves the range of the leading order.
 template <class S>
-ATWOOD_INLINE void weigh_last_error(const RadauTable<S>& table, S ratio, const RadauReach<S>& before,
-                                    RadauReach<S>& now, S* weight) {
+ATWOOD_INLINE void weigh_last_error(const RadauTable<S>& table, S ratio, const RadauExtrapolation<S>& before,
+                                    RadauExtrapolation<S>& now, S* weight) {
   const S g2 = before.growth * before.growth, g4 = g2 * g2, g8 = g4 * g4;
   now.growth = ratio;
   ATWOOD_INDEPENDENT

@@ -63,7 +63,8 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
     if (step_.rate_from == nullptr) return for_rows([&](int r, int) ATWOOD_INLINED { store<double>(P{}, rate_[r]); });
     const P tau = step_.offset + step_.ratio * load(table_.c);
     alignas(P) double weight[kNodes] = {};
-    if (step_.offset == 1) radau::weigh_last_error(table_, step_.ratio, *step_.reach_from, *step_.reach, weight);
+    if (step_.offset == 1)
+      radau::weigh_last_error(table_, step_.ratio, *step_.extrapolation_from, *step_.extrapolation, weight);
     const Columns<double> powers(table_.power, 1.0);
     for_rows([&](int r, int i) ATWOOD_INLINED {
       const std::ptrdiff_t at = (i + 3) * kNodes;

@@ -42,14 +42,14 @@ struct GravitatingStep {
   const double *y, *compensation;
   // the rates of the step from which those of this one are extrapolated, and their errors then; null: none
   const double *rate_from, *error_from;
-  const RadauReach<double>* reach_from;
+  const RadauExtrapolation<double>* extrapolation_from;
   double offset, ratio;  // of the start and the length of this step, in units of that one
   double *y_new, *compensation_new, *rate, *prediction_error;
-  RadauReach<double>* reach;    // written where offset is 1
-  double contraction;           // before, and after
-  double rate_size = 0;         // largest rate, as the first sweep knew it
-  double last_coefficient = 0;  // largest last coefficient of the rates' polynomials
-  SolveReport report = {};      // the rates at the nodes; its residual is the change that remains
+  RadauExtrapolation<double>* extrapolation;  // written where offset is 1
+  double contraction;                         // before, and after
+  double rate_size = 0;                       // largest rate, as the first sweep knew it
+  double last_coefficient = 0;                // largest last coefficient of the rates' polynomials
+  SolveReport report = {};                    // the rates at the nodes; its residual is the change that remains
 };
 void step_gravitating_bodies(VectorWidth width, const GravitatingBodies& bodies, GravitatingStep& step);
 

@@ -300,8 +300,9 @@ double pressure_of(const Fluid& fluid, double density_kg_per_m3) {
 RegionBounds bounds_of(const Fluid& fluid) {
   if (const auto* box = std::get_if<BoxRegion>(&fluid.region)) return {box->min_m, box->max_m};
   RegionBounds bounds;
-  const auto around = [&](const Real3& center, const Real3& reach) {
-    for (std::size_t i = 0; i < 3; ++i) bounds.min_m[i] = center[i] - reach[i], bounds.max_m[i] = center[i] + reach[i];
+  const auto around = [&](const Real3& center, const Real3& half_extents) {
+    for (std::size_t i = 0; i < 3; ++i)
+      bounds.min_m[i] = center[i] - half_extents[i], bounds.max_m[i] = center[i] + half_extents[i];
   };
   if (const auto* ball = std::get_if<BallRegion>(&fluid.region))
     around(ball->center_m, {ball->radius_m, ball->radius_m, ball->radius_m});

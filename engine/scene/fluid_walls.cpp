@@ -70,7 +70,8 @@ std::vector<double> ticks(double first, double pitch, double last) {
   return at;
 }
 
-void fill_plane(const Scene& scene, const Body& body, const Plane& plane, double reach, std::vector<Real3>& points) {
+void fill_plane(const Scene& scene, const Body& body, const Plane& plane, double max_depth,
+                std::vector<Real3>& points) {
   const int normal = axis_of(plane), d = scene.domain.dimensions;
   if (normal < 0 || normal >= d)
     throw std::invalid_argument("the plane of the boundary `" + body.name +
@@ -83,7 +84,7 @@ void fill_plane(const Scene& scene, const Body& body, const Plane& plane, double
   for (int c = 0; c < d; ++c) {
     if (c == normal) {
       at[c].clear();
-      for (int layer = 0; layer * spacing < reach; ++layer)
+      for (int layer = 0; layer * spacing < max_depth; ++layer)
         at[c].push_back(sign * (plane.offset_m - (layer + 0.5) * spacing));
     } else if (const double period = scene.domain.periodic_m[c]; period > 0) {
       const double pitch = period / std::max(1.0, std::round(period / spacing));
@@ -95,7 +96,7 @@ void fill_plane(const Scene& scene, const Body& body, const Plane& plane, double
           low = std::min(low, other->offset_m * other->normal[c]);
           high = std::max(high, other->offset_m * other->normal[c]);
         }
-      const double beyond = kBeyond * widest + reach;
+      const double beyond = kBeyond * widest + max_depth;
       const double anchor = lattice_corner(scene.fluids.front(), first)[c];
       const double steps = std::ceil((anchor - (low - beyond)) / spacing);
       at[c] = ticks(anchor + (0.5 - steps) * spacing, spacing, high + beyond);
@@ -142,7 +143,7 @@ double depth_in_body_m(const Body& body, int dimensions, const Real3& x) {
   return -std::numeric_limits<double>::infinity();
 }
 
-std::vector<WallPoint> wall_points(const Scene& scene, double reach) {
+std::vector<WallPoint> wall_points(const Scene& scene, double max_depth) {
   const int d = scene.domain.dimensions;
   const double spacing = scene.fluids.front().spacing_m;
   std::vector<WallPoint> walls;
@@ -150,7 +151,7 @@ std::vector<WallPoint> wall_points(const Scene& scene, double reach) {
     const Body& body = scene.bodies[scene.fluid_boundaries[b].body];
     std::vector<Real3> points;  // in the body's axes, except of planes
     const bool plane = std::holds_alternative<Plane>(body.shape);
-    if (plane) fill_plane(scene, body, std::get<Plane>(body.shape), reach, points);
+    if (plane) fill_plane(scene, body, std::get<Plane>(body.shape), max_depth, points);
     else if (const auto* box = std::get_if<Box>(&body.shape)) fill_box(*box, d, spacing, points);
     else if (const auto* ball = std::get_if<Sphere>(&body.shape)) fill_ball(*ball, d, spacing, points);
     else
@@ -159,7 +160,7 @@ std::vector<WallPoint> wall_points(const Scene& scene, double reach) {
     for (const Real3& x : points) {
       const Real3 world = plane ? x : to_world(body, x);
       const double depth = depth_in_body_m(body, d, world);
-      if (!plane && !(depth > 0 && depth < reach)) continue;
+      if (!plane && !(depth > 0 && depth < max_depth)) continue;
       bool taken = false;
       for (std::size_t earlier = 0; earlier < b && !taken; ++earlier)
         taken = depth_in_body_m(scene.bodies[scene.fluid_boundaries[earlier].body], d, world) > 0;

@@ -1,13 +1,13 @@
 // Points that stand for the solids behind the boundaries of fluids, for methods that fill walls with particles.
 //
 // D is the spacing of the first fluid. A plane, whose normal is along an axis: layers at the depths (l + 1/2) D for
-// l = 0, 1, ... while l D < reach, each a square lattice of spacing D whose points stand at (i + 1/2) D from the corner
-// of the first fluid's region, of another region than a box that of the box around its particles with D / 2 around each
-// (along a periodic axis: at (i + 1/2) L / n, n = round(L / D)). It extends along each open axis over all fluids and
-// all planes across that axis, and beyond by four times the largest extent of the fluids and the reach. A box: cells of
-// edges 2 a / n, n = max(1, round(2 a / D)), along its own axes, those whose centre is less than `reach` below the
-// surface. A ball (a circle in two dimensions): a square lattice through its centre moved by D / 2, those inside and
-// less than `reach` deep. In two dimensions all points have z = 0.
+// l = 0, 1, ... while l D < max_depth, each a square lattice of spacing D whose points stand at (i + 1/2) D from the
+// corner of the first fluid's region, of another region than a box that of the box around its particles with D / 2
+// around each (along a periodic axis: at (i + 1/2) L / n, n = round(L / D)). It extends along each open axis over all
+// fluids and all planes across that axis, and beyond by four times the largest extent of the fluids and max_depth. A
+// box: cells of edges 2 a / n, n = max(1, round(2 a / D)), along its own axes, those whose centre is less than
+// `max_depth` below the surface. A ball (a circle in two dimensions): a square lattice through its centre moved by D /
+// 2, those inside and less than `max_depth` deep. In two dimensions all points have z = 0.
 #pragma once
 
 #include <string>
@@ -24,7 +24,7 @@ struct WallPoint {
 
 // Fluids must have their particles. Throws std::invalid_argument with the reason for a shape or a plane that it does
 // not fill.
-std::vector<WallPoint> wall_points(const Scene& scene, double reach_m);
+std::vector<WallPoint> wall_points(const Scene& scene, double max_depth_m);
 
 // A point of the world in axes of the body at its initial pose, from its centre of mass.
 Real3 to_body(const Body& body, const Real3& x_m);

@@ -279,14 +279,14 @@ template <class S> void update_candidate_pairs(World<S>& world, S h_s) {
 
 template <class S> bool may_miss_a_pair(const World<S>& world, int body, S rest_s) {
   const Bodies<S>& bodies = world.bodies;
-  const auto reach = [&](int i, S size) {
+  const auto path = [&](int i, S size) {
     if (!bodies.moves[i]) return S(0);
     const S *v = bodies.velocity[i].at, *shift = bodies.impact_shift[i].at;
     const S along = norm(load3(shift)) + rest_s * norm(load3(v));
     return is_sphere(world, i) ? along : along + size * (norm(load3(shift + 3)) + rest_s * norm(load3(v + 3)));
   };
   const Vec3<S> p = load3(bodies.pose[body].at);
-  const S size = size_of(world, body), own = reach(body, size);
+  const S size = size_of(world, body), own = path(body, size);
   if (norm(p - world.position_at_detection[body]) + world.rotation_path[body] + own <= world.margin[body]) return false;
   const auto is_candidate = [&](int other) {
     const auto holds = [&](const CandidatePair& pair) {
@@ -302,7 +302,7 @@ template <class S> bool may_miss_a_pair(const World<S>& world, int body, S rest_
     if (i == body || other.kind == ShapeKind::none || are_joined(world, body, i)) continue;
     const S distance = other.kind == ShapeKind::plane
                            ? dot(other.normal_W, p) - other.offset
-                           : norm(load3(bodies.pose[i].at) - p) - size_of(world, i) - reach(i, size_of(world, i));
+                           : norm(load3(bodies.pose[i].at) - p) - size_of(world, i) - path(i, size_of(world, i));
     if (distance <= size + own && !is_candidate(i)) return true;
   }
   return false;

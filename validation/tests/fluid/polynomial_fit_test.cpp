@@ -183,7 +183,7 @@ TEST_CASE("Lanes and the scalar loop give the same bits") {
           CHECK(a.change[f] == b.change[f]);
           for (int c = 0; c < dimensions; ++c) CHECK(a.gradient[f][c] == b.gradient[f][c]);
         }
-        for (int c = 0; c < dimensions; ++c) CHECK(a.crowding[c] == b.crowding[c]);
+        for (int c = 0; c < dimensions; ++c) CHECK(a.shift_sum[c] == b.shift_sum[c]);
       }
       CHECK(compared > cloud.count / 8);
     }
