@@ -120,7 +120,7 @@ void sphere_shape_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::
 
 // ---- sphere against sphere ----------------------------------------------------------------------------------------
 // Most tests of a pile of spheres are this one. Far apart is decided without a root: |t|^2 > (1 + 8 eps) max_distance^2
-// holds only if |t| > max_distance in spite of every rounding; the root decides the rest.
+// holds only if |t| > max_distance in spite of every rounding; the root decides all other cases.
 template <class S>
 void sphere_sphere_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   const Vec3<S> t = b.pose.p_W - a.pose.p_W;

@@ -72,7 +72,7 @@ template <class S> std::string particle_name(const ParticleSet<S>& set, const Sc
          scene.fluids[set.fluid_of[particle]].name + "`";
 }
 
-template <class S> std::string place_words(const S* x_m, int dimensions) {
+template <class S> std::string position_text(const S* x_m, int dimensions) {
   std::string text = "[";
   for (int c = 0; c < dimensions; ++c) text += (c > 0 ? ", " : "") + format_double(static_cast<double>(x_m[c]));
   return text + "] m";
@@ -84,7 +84,7 @@ template <class S> std::string place_words(const S* x_m, int dimensions) {
   template void initial_particles<S>(const ParticleSet<S>&, const Scene&, S*);                        \
   template void write_particles<S>(const ParticleSet<S>&, const Scene&, const S*, const S*, Sample&); \
   template std::string particle_name<S>(const ParticleSet<S>&, const Scene&, int);                    \
-  template std::string place_words<S>(const S*, int);
+  template std::string position_text<S>(const S*, int);
 ATWOOD_PARTICLE_SET(float)
 ATWOOD_PARTICLE_SET(double)
 ATWOOD_PARTICLE_SET(long double)

@@ -37,6 +37,6 @@ void write_particles(const ParticleSet<S>& set, const Scene& scene, const S* y, 
 template <class S> std::string particle_name(const ParticleSet<S>& set, const Scene& scene, int particle);
 
 // "[0.5, 0.25] m"
-template <class S> std::string place_words(const S* x_m, int dimensions);
+template <class S> std::string position_text(const S* x_m, int dimensions);
 
 }  // namespace atwood::fluid

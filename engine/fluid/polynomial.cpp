@@ -307,7 +307,7 @@ template <class S> std::string Polynomial<S>::fault(const S* y) const {
     const std::string through = walls_->crossed(y + at.positions() + std::ptrdiff_t(i) * at.dimensions);
     if (!through.empty())
       return particle_name(set_, scene_, i) + " went through the boundary `" + through + "` at " +
-             place_words(y + at.positions() + std::ptrdiff_t(i) * at.dimensions, at.dimensions);
+             position_text(y + at.positions() + std::ptrdiff_t(i) * at.dimensions, at.dimensions);
   }
   return "";
 }

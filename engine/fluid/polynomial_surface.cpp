@@ -62,12 +62,12 @@ bool PolynomialSurface<S>::fill(const Neighbours<S>& lists, int first, S* record
 
 template <class S> std::string PolynomialSurface<S>::fault(const S* x) const {
   if (alone_)
-    return "too few particles are near the free surface at " + place_words(alone_at_, dimensions_) +
+    return "too few particles are near the free surface at " + position_text(alone_at_, dimensions_) +
            " to determine its velocity; +polynomial has no breaking surfaces";
   const S torn = S(kMaxSpacingsStretched) * spacing_;
   for (const auto& [a, b] : near_)
     if (distance2(x + a * dimensions_, x + b * dimensions_, dimensions_) > torn * torn)
-      return "the free surface at " + place_words(x + a * dimensions_, dimensions_) +
+      return "the free surface at " + position_text(x + a * dimensions_, dimensions_) +
              " is stretched: two of its nodes that began beside each other are more than " +
              format_double(kMaxSpacingsStretched) + " spacings apart; +polynomial has no breaking surfaces";
   return "";

@@ -287,17 +287,17 @@ template <class S> bool RelaxationRungeKutta<S>::step(S t_s, S h_s, const S* y, 
   std::copy(y, y + size_, y_new);
   S done_s = S(0);
   for (int part = 0; part < 2; ++part) {
-    const S rest_s = h_s - done_s;
-    if (real::abs(rest_s) <= real::epsilon<S>() / S(4) * real::abs(h_s)) break;
-    classical_.evaluate(t_s + done_s, rest_s, y_new, d_.data());
+    const S remaining_s = h_s - done_s;
+    if (real::abs(remaining_s) <= real::epsilon<S>() / S(4) * real::abs(h_s)) break;
+    classical_.evaluate(t_s + done_s, remaining_s, y_new, d_.data());
     // A second step of delta h changes the energy by delta^6 c at most. Where that is below round-off its factor gamma
     // would be a quotient of round-off errors, and the end time wrong by it.
-    const S delta = rest_s / h_s, delta2 = delta * delta;
+    const S delta = remaining_s / h_s, delta2 = delta * delta;
     S gamma = S(1);
     const bool relaxes = part == 0 || delta2 * delta2 * delta2 > real::epsilon<S>();
     if (relaxes && !find_gamma(y_new, gamma)) return false;
     for (int i = 0; i < size_; ++i) y_new[i] = compensation_.add(i, y_new[i], gamma * d_[i]);
-    done_s = part == 0 ? gamma * h_s : done_s + gamma * rest_s;
+    done_s = part == 0 ? gamma * h_s : done_s + gamma * remaining_s;
   }
   if (compensation_.on()) project_compensated(this->system_, compensation_, y_new, d_.data());
   else this->system_.project(y_new);

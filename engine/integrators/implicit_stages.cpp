@@ -24,13 +24,13 @@ template <class S> constexpr S kHuge = S(1e30f);
 
 // With a constant ratio of successive changes the further changes are a geometric series; whether its sum is below a
 // thousandth of an ulp.
-template <class S> bool rest_negligible(S now, S before) {
+template <class S> bool further_changes_are_negligible(S now, S before) {
   if (now == S(0)) return true;
   return before < kHuge<S> && now <= before / S(2) && now * (now / before) * S(2) < real::epsilon<S>() / S(1024);
 }
 
 // The sum of that series, as a residual.
-template <class S> S sum_of_rest(S now, S before) { return now == S(0) ? now : now * (now / before) * S(2); }
+template <class S> S sum_of_further_changes(S now, S before) { return now == S(0) ? now : now * (now / before) * S(2); }
 
 }  // namespace
 
@@ -109,8 +109,8 @@ template <class S> auto StageSolver<S>::sweep(S* z, S* k) -> Progress {
     }
     const S now = relative_size(change_.data(), z);
     if (!(now < kHuge<S>)) return end(Progress::failed, SolveEnd::capped, n + 1, now);
-    if (rest_negligible(now, before))
-      return end(Progress::solved, SolveEnd::converged, n + 1, sum_of_rest(now, before));
+    if (further_changes_are_negligible(now, before))
+      return end(Progress::solved, SolveEnd::converged, n + 1, sum_of_further_changes(now, before));
     if (now >= before / S(2)) {
       if (now <= S(256) * real::epsilon<S>()) return end(Progress::solved, SolveEnd::stagnated, n + 1, now);
       if (n > 2) return end(Progress::slow, SolveEnd::capped, n + 1, now);
@@ -166,9 +166,9 @@ template <class S> auto StageSolver<S>::newton(S* z, S* k) -> Progress {
     for (std::size_t i = 0; i < change_.size(); ++i) z[i] += change_[i];
     now = relative_size(change_.data(), z);
     if (!(now < kHuge<S>)) return end(Progress::failed, SolveEnd::capped, iteration + 1, now);
-    const bool converged = rest_negligible(now, before);
+    const bool converged = further_changes_are_negligible(now, before);
     solved = converged || (now >= before / S(2) && now <= S(4096) * real::epsilon<S>());
-    if (converged) end(Progress::solved, SolveEnd::converged, iteration + 1, sum_of_rest(now, before));
+    if (converged) end(Progress::solved, SolveEnd::converged, iteration + 1, sum_of_further_changes(now, before));
     else if (solved) end(Progress::solved, SolveEnd::stagnated, iteration + 1, now);
     factor = now > before / S(16);
     if (!solved && !fresh && now > before / S(2))  // the old Jacobian failed: undo the step, continue with a new one

@@ -152,17 +152,17 @@ const Keys<PairLaw>& compliance_keys() {
 
 void fail_body(Reading& r, const Value& table, const char* at, const std::string& message) {
   const Value* value = table.find(at);
-  fail(r, value ? value->place : table.place, message + " in " + r.where);
+  fail(r, value ? value->location : table.location, message + " in " + r.where);
 }
 
 void check_plane(Reading& r, const Value& table, BodyDraft& body) {
   if (!std::holds_alternative<Plane>(body.shape) || r.form != Form::file) return;
   if (table.find("fixed") && !body.fixed)
-    fail(r, table.find("fixed")->place,
+    fail(r, table.find("fixed")->location,
          "`fixed` in " + r.where + " is false for a plane; expected true (a plane never moves)");
   for (const char* unused : {"position_m", "orientation_wxyz", "axis_angle_deg", "euler_xyz_deg"})
     if (const Value* value = table.find(unused))
-      fail(r, value->place,
+      fail(r, value->location,
            std::string("`") + unused + "` in " + r.where +
                " is given for a plane, which lies in world axes; expected `normal` and `offset_m` alone");
   body.fixed = true;
@@ -173,7 +173,7 @@ void check_fixed(Reading& r, const Value& table, BodyDraft& body) {
   if (slides && !r.has_fluids) {  // of walls of fluids: check_sliding_walls()
     const bool linear = body.velocity_m_per_s != Real3{};
     const char* which = linear ? "velocity_m_per_s" : "angular_velocity_body_rad_per_s";
-    fail(r, table.find(which)->place,
+    fail(r, table.find(which)->location,
          std::string("`") + which + "` in " + r.where + " is not 0 for a fixed body; expected 0 (it never moves)");
   }
   if (r.form == Form::file) body.mass_kg = 0, body.inertia_kg_m2 = {};
@@ -183,10 +183,10 @@ void check_fixed(Reading& r, const Value& table, BodyDraft& body) {
 void resolve_mass(Reading& r, const Value& table, BodyDraft& body) {
   const Value* mass = table.find("mass_kg");
   if (mass && body.density_kg_per_m3)
-    fail(r, table.find("density_kg_per_m3")->place,
+    fail(r, table.find("density_kg_per_m3")->location,
          "`density_kg_per_m3` in " + r.where + " is given beside `mass_kg`; expected one of the two");
   if (!mass && !body.density_kg_per_m3)
-    fail(r, table.place,
+    fail(r, table.location,
          "missing key `mass_kg` in " + r.where + "; expected a mass above 0, `density_kg_per_m3`, or `fixed = true`");
   if (mass && !(body.mass_kg > 0)) {
     r.key = "mass_kg";
@@ -196,12 +196,12 @@ void resolve_mass(Reading& r, const Value& table, BodyDraft& body) {
   MassProperties unit;
   std::string problem;
   if (shape) problem = mass_properties(body.shape, unit);
-  const Place shape_at = shape ? shape->place : table.place;
+  const SourceLocation shape_at = shape ? shape->location : table.location;
   if (body.density_kg_per_m3) {
     if (problem.empty() && !(unit.volume_m3 > 0))
       problem = "has no volume, so a density gives no mass; expected `mass_kg`";
     if (!shape)
-      fail(r, table.find("density_kg_per_m3")->place,
+      fail(r, table.find("density_kg_per_m3")->location,
            "`density_kg_per_m3` in " + r.where + " is given without a shape; expected `mass_kg`");
     if (!problem.empty()) fail(r, shape_at, "the shape in " + r.where + " " + problem);
     body.mass_kg = *body.density_kg_per_m3 * unit.volume_m3;
@@ -213,7 +213,7 @@ void resolve_mass(Reading& r, const Value& table, BodyDraft& body) {
     for (std::size_t i = 0; i < 9; ++i) body.inertia_kg_m2[i] = body.mass_kg * unit.inertia_per_kg_m2[i];
   }
   if (!std::isfinite(body.mass_kg) || !(body.mass_kg > 0))
-    fail(r, table.place,
+    fail(r, table.location,
          "the mass of " + r.where + " comes out as " + describe(Value(body.mass_kg)) +
              "; expected a finite number above 0");
 }
@@ -238,14 +238,14 @@ void check_contact_law(Reading& r, const Value& table, const PairLaw& law) {
   for (std::size_t k = 1; k < keys.size(); ++k) {
     const ContactLaw owner = k < 4 ? ContactLaw::linear : ContactLaw::hertz;
     if (const Value* given = table.find(keys[k].name); given && law.contact_law != owner)
-      fail(r, given->place,
+      fail(r, given->location,
            "`" + keys[k].name + "` in " + r.where + " is given beside the contact law " + named +
                "; expected it with `" + kContactLaws[static_cast<std::size_t>(owner)] + "` only");
   }
   const bool lacks = (law.contact_law == ContactLaw::linear && !(law.stiffness_N_per_m > 0)) ||
                      (law.contact_law == ContactLaw::hertz && !(law.modulus_Pa > 0));
   if (lacks)
-    fail(r, table.find("contact_law")->place,
+    fail(r, table.find("contact_law")->location,
          std::string("missing key `") + (law.contact_law == ContactLaw::linear ? "stiffness_N_per_m" : "modulus_Pa") +
              "` in " + r.where + "; expected it with the contact law " + named);
 }
@@ -331,13 +331,13 @@ void finish_body(Reading& r, const Value& table, BodyDraft& body) {
   }
   const Value* given = table.find("inertia_kg_m2");
   if (!given && !rotates(body) && table.find("shape") && r.form == Form::file)
-    fail(r, table.find("shape")->place,
+    fail(r, table.find("shape")->location,
          "the inertia of " + r.where + " comes out as 0; expected a body of ordinary size");
   if (rotates(body))
     if (const std::string problem = inertia_problem(body.inertia_kg_m2); !problem.empty())
-      fail(r, given ? given->place : table.place, "`inertia_kg_m2` in " + r.where + " " + problem);
+      fail(r, given ? given->location : table.location, "`inertia_kg_m2` in " + r.where + " " + problem);
   if (!rotates(body) && body.angular_velocity_body_rad_per_s != Real3{})
-    fail(r, table.find("angular_velocity_body_rad_per_s")->place,
+    fail(r, table.find("angular_velocity_body_rad_per_s")->location,
          "`angular_velocity_body_rad_per_s` in " + r.where +
              " is not 0 for a point mass; expected a shape or `inertia_kg_m2`");
 }

@@ -15,27 +15,27 @@ constexpr double kMinSpacingsOfWall = 2;  // a thinner solid cannot keep particl
 
 std::string number_words(double x) { return describe(Value(x)); }
 
-Place place_of(const Value& table, const char* key) {
+SourceLocation location_of(const Value& table, const char* key) {
   const Value* found = table.find(key);
-  return found ? found->place : table.place;
+  return found ? found->location : table.location;
 }
 
 // ---- parameters of fields ----------------------------------------------------------------------------------------
 void check_field(Reading& r, const Value& table, const char* key, const Fluid& fluid, InitialField& field) {
   if (field.name.empty()) return;
   const FieldInfo& info = *find_field(field.name);
-  const Place place = place_of(table, key);
+  const SourceLocation location = location_of(table, key);
   const std::string whose = "of the field `" + field.name + "` in " + r.where;
   if (info.needs_heat && !(fluid.heat_capacity_J_per_kg_K > 0))
-    fail(r, place,
+    fail(r, location,
          "the field `" + field.name + "` in " + r.where +
              " is a temperature; expected `heat_capacity_J_per_kg_K` above 0 beside it");
   if (field.name == "elliptic-drop" && !std::holds_alternative<BallRegion>(fluid.region))
-    fail(r, place, "the field `elliptic-drop` in " + r.where + " starts as a circle; expected `region.circle`");
+    fail(r, location, "the field `elliptic-drop` in " + r.where + " starts as a circle; expected `region.circle`");
   if (field.name == "square-patch" && !std::holds_alternative<BoxRegion>(fluid.region))
-    fail(r, place, "the field `square-patch` in " + r.where + " is a square's; expected `region.box`");
+    fail(r, location, "the field `square-patch` in " + r.where + " is a square's; expected `region.box`");
   if ((field.name == "mms-3d") != (r.scene->domain.dimensions == 3) && field.name.starts_with("mms-"))
-    fail(r, place,
+    fail(r, location,
          "the field `" + field.name + "` in " + r.where + " has " + (field.name == "mms-3d" ? "three" : "two") +
              " dimensions; the domain has " + std::to_string(r.scene->domain.dimensions) + "; expected the same");
   for (const FieldParameter& parameter : info.parameters) {
@@ -43,11 +43,11 @@ void check_field(Reading& r, const Value& table, const char* key, const Fluid& f
     const double value =
         found == field.parameters.end() ? default_parameter(*r.scene, fluid, field, parameter) : found->second;
     if (std::isnan(value))
-      fail(r, place,
+      fail(r, location,
            "the parameter `" + parameter.name + "` " + whose +
                " is not given, and the domain has no such period; expected it: " + parameter.doc);
     if ((parameter.positive && !(value > 0)) || (parameter.whole && value != std::floor(value)))
-      fail(r, place,
+      fail(r, location,
            "the parameter `" + parameter.name + "` " + whose + " is " + number_words(value) + "; expected " +
                (parameter.whole ? "a whole number above 0" : "a number above 0"));
     field.parameters[parameter.name] = value;
@@ -56,28 +56,28 @@ void check_field(Reading& r, const Value& table, const char* key, const Fluid& f
 
 // ---- regions -----------------------------------------------------------------------------------------------------
 void check_region(Reading& r, const Value& table, const Fluid& fluid) {
-  const Place place = place_of(table, "region");
+  const SourceLocation location = location_of(table, "region");
   const auto d = static_cast<std::size_t>(r.scene->domain.dimensions);
   const bool points = std::holds_alternative<PointsRegion>(fluid.region);
   const bool round =
       std::holds_alternative<BallRegion>(fluid.region) || std::holds_alternative<EllipsoidRegion>(fluid.region);
   if (points != (fluid.arrangement == Arrangement::file))
-    fail(r, place,
+    fail(r, location,
          points ? "`region.file` in " + r.where + " comes with another arrangement; expected \"file\""
                 : "`arrangement` in " + r.where + " is \"file\"; expected `region.file` with it");
   if (fluid.arrangement == Arrangement::rings && (!round || d == 3))
-    fail(r, place, "`arrangement` in " + r.where + " is \"rings\"; expected a circle or an ellipse with it");
+    fail(r, location, "`arrangement` in " + r.where + " is \"rings\"; expected a circle or an ellipse with it");
   if (points && fluid.particles.position_m.empty()) return;
   const RegionBounds bounds = bounds_of(fluid);
   for (std::size_t i = 0; i < d; ++i) {
     const std::string axis(1, "xyz"[i]);
     if (!points && !(bounds.min_m[i] < bounds.max_m[i]))
-      fail(r, place,
+      fail(r, location,
            "the region of " + r.where + " reaches from " + number_words(bounds.min_m[i]) + " to " +
                number_words(bounds.max_m[i]) + " m along " + axis + "; expected a positive extent");
     const double period = r.scene->domain.periodic_m[i], slack = 1e-12 * period;
     if (period > 0 && (bounds.min_m[i] < -slack || bounds.max_m[i] > period + slack))
-      fail(r, place,
+      fail(r, location,
            "the region of " + r.where + " reaches from " + number_words(bounds.min_m[i]) + " to " +
                number_words(bounds.max_m[i]) + " m along " + axis +
                ", outside the domain; expected it within the period, 0 to " + number_words(period) + " m");
@@ -125,17 +125,17 @@ void take_ladder(Reading& r, const Value& table, const char* key, const std::vec
                  const char* ladder_key, double Fluid::*member, Fluid& fluid) {
   const Value* given = table.find(key);
   if (given && !ladder.empty())
-    fail(r, given->place,
+    fail(r, given->location,
          std::string("found `") + key + "` in " + r.where + " beside `" + ladder_key +
              "` in [run]; expected one of them");
   if (!given && ladder.empty())
-    fail(r, table.place,
+    fail(r, table.location,
          std::string("missing key `") + key + "` in " + r.where + "; expected it, or `" + ladder_key + "` in [run]");
   if (!given) fluid.*member = ladder.front();
 }
 
 void check_ladders(Reading& r, const Value& run, const Scenario& scenario) {
-  const auto refuse = [&](const char* key, const std::string& what) { fail(r, place_of(run, key), what); };
+  const auto refuse = [&](const char* key, const std::string& what) { fail(r, location_of(run, key), what); };
   const auto& spacings = scenario.spacings_m;
   const auto& speeds = scenario.sound_speeds_m_per_s;
   for (std::size_t i = 1; i < spacings.size(); ++i)
@@ -172,7 +172,7 @@ void check_walls(Reading& r, const Value* boundaries, const Scenario& scenario) 
     const Body& body = scene.bodies[static_cast<std::size_t>(scene.fluid_boundaries[i].body)];
     const double thickness = thickness_m(body, scene.domain.dimensions);
     if (thickness >= kMinSpacingsOfWall * coarsest * (1 - 1e-12)) continue;
-    fail(r, place_of((*boundaries->list())[i], "body"),
+    fail(r, location_of((*boundaries->list())[i], "body"),
          "the boundary `" + body.name + "` is " + number_words(thickness) + " m thick and leaks at a spacing of " +
              number_words(coarsest) + " m; expected at least two spacings, " +
              number_words(kMinSpacingsOfWall * coarsest) + " m, or a plane");
@@ -184,23 +184,23 @@ void check_walls(Reading& r, const Value* boundaries, const Scenario& scenario) 
 void check_fluid(Reading& r, const Value& table, Fluid& fluid) {
   if (const Value* exponent = table.find("tait_exponent");
       exponent && fluid.equation_of_state != EquationOfState::tait && r.form == Form::file)
-    fail(r, exponent->place,
+    fail(r, exponent->location,
          "`tait_exponent` in " + r.where +
              " is given beside a linear equation of state; expected `equation_of_state = \"tait\"`");
   if (fluid.arrangement == Arrangement::disturbed && !table.find("disturbance")) fluid.disturbance = 0.2;
   if (const Value* disturbance = table.find("disturbance"); disturbance && fluid.arrangement != Arrangement::disturbed)
-    fail(r, disturbance->place,
+    fail(r, disturbance->location,
          "`disturbance` in " + r.where + " is given; expected it with `arrangement = \"disturbed\"` only");
   if (!(fluid.heat_capacity_J_per_kg_K > 0))
     for (const char* heat : {"conductivity_W_per_m_K", "viscous_heat", "expansion_per_K", "viscosity_decay_per_K"})
       if (const Value* given = table.find(heat))
-        fail(r, given->place,
+        fail(r, given->location,
              std::string("`") + heat + "` in " + r.where +
                  " is given without a temperature; expected `heat_capacity_J_per_kg_K` above 0");
   if (!fluid.initial.name.empty())
     for (const char* uniform : {"velocity_m_per_s", "velocity_gradient_per_s"})
       if (const Value* given = table.find(uniform))
-        fail(r, given->place,
+        fail(r, given->location,
              std::string("found `") + uniform + "` beside `initial` in " + r.where + "; expected one of them");
   check_region(r, table, fluid);
   check_field(r, table, "initial", fluid, fluid.initial);
@@ -209,41 +209,42 @@ void check_fluid(Reading& r, const Value& table, Fluid& fluid) {
 
 void check_boundary(Reading& r, const Value& table, const FluidBoundary& boundary) {
   if (boundary.temperature_K && boundary.heat_flux_W_per_m2)
-    fail(r, place_of(table, "heat_flux_W_per_m2"),
+    fail(r, location_of(table, "heat_flux_W_per_m2"),
          "found `heat_flux_W_per_m2` beside `temperature_K` in " + r.where + "; expected at most one");
   for (const FluidBoundary& earlier : r.scene->fluid_boundaries)
     if (earlier.body == boundary.body)
-      fail(r, place_of(table, "body"),
+      fail(r, location_of(table, "body"),
            "found a second [[fluid_boundary]] of the body `" +
                r.scene->bodies[static_cast<std::size_t>(boundary.body)].name + "`; expected one");
   const Body& body = r.scene->bodies[static_cast<std::size_t>(boundary.body)];
   if (std::holds_alternative<std::monostate>(body.shape))
-    fail(r, place_of(table, "body"),
+    fail(r, location_of(table, "body"),
          "the body `" + body.name + "` in " + r.where + " has no shape; expected one whose surface bounds the fluid");
 }
 
 void check_probe(Reading& r, const Value& table, const FluidProbe& probe) {
   const bool of_body = probe.kind == ProbeKind::force_on_body, placed = !of_body && probe.kind != ProbeKind::front;
   if (placed && !table.find("position_m"))
-    fail(r, table.place, "missing key `position_m` in " + r.where + "; expected where the probe measures");
+    fail(r, table.location, "missing key `position_m` in " + r.where + "; expected where the probe measures");
   const Domain& domain = r.scene->domain;
   for (int axis = 0; placed && axis < domain.dimensions; ++axis) {
     const double at = probe.position_m[axis], period = domain.periodic_m[axis];
     if (period > 0 && !(at >= 0 && at <= period))
-      fail(r, place_of(table, "position_m"),
+      fail(r, location_of(table, "position_m"),
            "`position_m` in " + r.where + " is " + describe(Value(at)) + " along " + "xyz"[axis] +
                ", outside the period; expected 0 to " + describe(Value(period)));
   }
   if (of_body != (probe.body >= 0))
-    fail(r, of_body ? table.place : place_of(table, "body"),
+    fail(r, of_body ? table.location : location_of(table, "body"),
          of_body ? "missing key `body` in " + r.where + "; expected the body of the force"
                  : "found `body` in " + r.where + "; expected it with kind \"force-on-body\" only");
   for (const FluidProbe& earlier : r.scene->probes)
     if (earlier.name == probe.name)
-      fail(r, table.place, "found the name `" + probe.name + "` a second time in [[probe]]; expected each name once");
+      fail(r, table.location,
+           "found the name `" + probe.name + "` a second time in [[probe]]; expected each name once");
 }
 
-void check_sliding_walls(Reading& r, Place at) {
+void check_sliding_walls(Reading& r, SourceLocation at) {
   const Scene& scene = *r.scene;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
@@ -267,7 +268,7 @@ void check_plane_scene(Reading& r, const Value& at) {
   const Scene& scene = *r.scene;
   if (scene.domain.dimensions != 2) return;
   const auto refuse = [&](const std::string& what, double found) {
-    fail(r, at.place, what + " is " + number_words(found) + " along z; expected 0: the domain has two dimensions");
+    fail(r, at.location, what + " is " + number_words(found) + " along z; expected 0: the domain has two dimensions");
   };
   if (scene.gravity_m_per_s2[2] != 0) refuse("`gravity_m_per_s2` in [world]", scene.gravity_m_per_s2[2]);
   for (const Body& body : scene.bodies) {
@@ -278,12 +279,12 @@ void check_plane_scene(Reading& r, const Value& at) {
     if (body.velocity_m_per_s[2] != 0) refuse("`velocity_m_per_s`" + whose, body.velocity_m_per_s[2]);
     const Real3& w = body.angular_velocity_body_rad_per_s;
     if (w[0] != 0 || w[1] != 0)
-      fail(r, at.place,
+      fail(r, at.location,
            "`angular_velocity_body_rad_per_s`" + whose +
                " turns out of the plane; expected a turn about z: the domain has two dimensions");
     const Real4& q = body.orientation_wxyz;
     if (q[1] != 0 || q[2] != 0)
-      fail(r, at.place,
+      fail(r, at.location,
            "`orientation_wxyz`" + whose + " is turned out of the plane; expected a turn about z in two dimensions");
   }
 }
@@ -294,15 +295,15 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
   if (!draft.fluid) {
     for (const char* other : {"domain", "fluid_boundary", "probe"})
       if (const Value* found = document.find(other))
-        fail(r, found->place, std::string("found `") + other + "` without [[fluid]]; expected a fluid with it");
+        fail(r, found->location, std::string("found `") + other + "` without [[fluid]]; expected a fluid with it");
     for (const char* ladder : {"spacings_m", "sound_speeds_m_per_s"})
       if (const Value* found = draft.run->find(ladder))
-        fail(r, found->place,
+        fail(r, found->location,
              std::string("found `") + ladder + "` in [run] without [[fluid]]; expected a fluid with it");
     return;
   }
   if (!draft.domain)
-    fail(r, draft.fluid->place, "found [[fluid]] without [domain]; expected its dimensions and periods");
+    fail(r, draft.fluid->location, "found [[fluid]] without [domain]; expected its dimensions and periods");
   r.where = "[domain]";
   r.key.clear();
   if (const Value* dimensions = draft.domain->find("dimensions"))  // what vectors of [domain] may be follows from it
@@ -314,7 +315,7 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
     read_table(r, table, fluid_keys(), {}, fluid);
     for (const Fluid& earlier : scene.fluids)
       if (earlier.name == fluid.name)
-        fail(r, place_of(table, "name"),
+        fail(r, location_of(table, "name"),
              "found the name `" + fluid.name + "` a second time in [[fluid]]; expected each once");
     take_ladder(r, table, "spacing_m", scenario.spacings_m, "spacings_m", &Fluid::spacing_m, fluid);
     take_ladder(r, table, "sound_speed_m_per_s", scenario.sound_speeds_m_per_s, "sound_speeds_m_per_s",
@@ -324,7 +325,7 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
     check_fluid(r, table, fluid);
     if (const std::string gap = unfilled(fluid, scene.domain.dimensions, fluid.spacing_m);
         !gap.empty() && scenario.spacings_m.empty())
-      fail(r, place_of(table, "spacing_m"),
+      fail(r, location_of(table, "spacing_m"),
            "`spacing_m` in " + r.where + " is " + number_words(fluid.spacing_m) +
                ", which does not fill its region: " + gap + "; expected a spacing that divides it");
     scene.fluids.push_back(std::move(fluid));
@@ -342,7 +343,7 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
     check_probe(r, table, probe);
     scene.probes.push_back(std::move(probe));
   });
-  check_sliding_walls(r, draft.domain->place);
+  check_sliding_walls(r, draft.domain->location);
   check_plane_scene(r, *draft.domain);
   r.where = "[run]";
   check_ladders(r, *draft.run, scenario);
@@ -350,7 +351,7 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
   try {
     place_particles(scene);
   } catch (const InputError& error) {
-    fail(r, draft.fluid->list()->front().place, error.what());
+    fail(r, draft.fluid->list()->front().location, error.what());
   }
 }
 

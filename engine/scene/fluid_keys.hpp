@@ -23,7 +23,7 @@ void check_fluid(Reading& r, const Value& table, Fluid& fluid);
 void check_boundary(Reading& r, const Value& table, const FluidBoundary& boundary);
 void check_probe(Reading& r, const Value& table, const FluidProbe& probe);
 // A fixed body has a velocity only as the wall of a fluid, whose surface slides in itself.
-void check_sliding_walls(Reading& r, Place at);
-void check_plane_scene(Reading& r, const Value& place);  // what moves stays in the plane of two dimensions
+void check_sliding_walls(Reading& r, SourceLocation at);
+void check_plane_scene(Reading& r, const Value& location);  // what moves stays in the plane of two dimensions
 
 }  // namespace atwood

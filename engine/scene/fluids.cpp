@@ -96,11 +96,11 @@ Key<Fluid> region_key() {
     const Value& inner = members->front().value;
     const bool flat = r.scene->domain.dimensions == 2;
     if (std::find(kRegions.begin(), kRegions.end(), kind) == kRegions.end())
-      fail(r, members->front().place,
+      fail(r, members->front().location,
            "unknown region `" + kind + "` in " + r.where + "; expected one of " + listed(kRegions) +
                did_you_mean(kind, kRegions));
     if ((flat && (kind == "ball" || kind == "ellipsoid")) || (!flat && (kind == "circle" || kind == "ellipse")))
-      fail(r, members->front().place,
+      fail(r, members->front().location,
            "the region `" + kind + "` in " + r.where + " has " + (flat ? "three" : "two") +
                " dimensions; expected one of " + (flat ? "two: box, circle, ellipse" : "three: box, ball, ellipsoid"));
     const std::string outer = r.where;
@@ -165,7 +165,7 @@ void read_field(Reading& r, const Value& v, bool sources, InitialField& out) {
   for (const Member& member : *v.table()) {
     if (member.key == "field") continue;
     if (std::find(known.begin(), known.end(), member.key) == known.end())
-      fail(r, member.place,
+      fail(r, member.location,
            "unknown parameter `" + member.key + "` of the field `" + out.name + "` in " + r.where +
                "; expected one of " + listed(known) + did_you_mean(member.key, known));
     r.key = member.key;
@@ -250,7 +250,7 @@ Value numbers(const std::vector<double>& from) {
 
 const Value& part(Reading& r, const Value& v, const char* name) {
   const Value* found = v.find(name);
-  if (!found) fail(r, v.place, std::string("missing key `") + name + "` in `particles` of " + r.where);
+  if (!found) fail(r, v.location, std::string("missing key `") + name + "` in `particles` of " + r.where);
   r.key = name;
   return *found;
 }

@@ -19,7 +19,7 @@ Value renamed(Reading& r, const Value& v, const std::string& other, const std::s
   for (Member& member : std::get<Value::Table>(table.data)) {
     if (member.key != other) continue;
     if (v.find(own))
-      fail(r, member.place,
+      fail(r, member.location,
            "`" + other + "` in " + r.where + " is given beside `" + own + "`; expected one of the two");
     member.key = own;
   }
@@ -104,17 +104,18 @@ void check_spring(Reading& r, const Value& v, Spring& spring) {
   const Value& names = *v.find("bodies");
   const std::size_t count = spring.bodies.size();
   if (count > 2)
-    fail(r, names.place,
+    fail(r, names.location,
          "`bodies` in " + r.where + " names " + std::to_string(count) + " bodies; expected one and `anchor_m`, or two");
   const Value* anchor = v.find("anchor_m");
   if (count == 1 && !anchor)
-    fail(r, v.place,
+    fail(r, v.location,
          "missing key `anchor_m` in " + r.where + "; expected the other end of the spring, as there is one body");
   if (count == 2 && anchor && r.form == Form::file)
-    fail(r, anchor->place, "`anchor_m` in " + r.where + " is given beside two bodies; expected it with one body only");
+    fail(r, anchor->location,
+         "`anchor_m` in " + r.where + " is given beside two bodies; expected it with one body only");
   if (spring.points_body_m.empty()) spring.points_body_m.resize(count);
   if (spring.points_body_m.size() != count)
-    fail(r, v.find("points_body_m")->place,
+    fail(r, v.find("points_body_m")->location,
          "`points_body_m` in " + r.where + " is a list of " + std::to_string(spring.points_body_m.size()) +
              "; expected one point for each of " + std::to_string(count) + " bodies");
 }
@@ -122,7 +123,7 @@ void check_spring(Reading& r, const Value& v, Spring& spring) {
 void check_mutual_gravity(Reading& r, const Value& v, MutualGravity& gravity) {
   for (const int body : gravity.bodies)
     if (const Body& b = r.scene->bodies[static_cast<std::size_t>(body)]; b.fixed)
-      fail(r, v.find("bodies")->place,
+      fail(r, v.find("bodies")->location,
            "`bodies` in " + r.where + " names the fixed body `" + b.name +
                "`, which has no mass; expected free bodies (a fixed centre is an attractor)");
 }
@@ -130,7 +131,7 @@ void check_mutual_gravity(Reading& r, const Value& v, MutualGravity& gravity) {
 void check_frame(Reading& r, const Value& v, RotatingFrame&) {
   for (const Body& body : r.scene->bodies)
     if (!body.fixed && rotates(body))
-      fail(r, v.place,
+      fail(r, v.location,
            "found the body `" + body.name + "`, which rotates, in a scene with " + r.where +
                "; expected point masses only (no shape, no inertia)");
 }
@@ -146,7 +147,7 @@ Key<Potential> parameters() {
     if (!members) fail_value(r, v, "a table of numbers");
     for (const Member& member : *members) {
       if (r.form == Form::file)
-        fail(r, member.place,
+        fail(r, member.location,
              "unknown parameter `" + member.key + "` in " + r.where + "; expected none for " + out.name);
       out.parameters[member.key] = read_number(r, member.value, any_number());
     }
@@ -248,7 +249,7 @@ std::vector<Alternative<Force>> loads() {
 // The word under a tag key; fails with the expected words.
 std::string read_tag(Reading& r, const Value& v, const std::string& tag_key, const std::vector<std::string>& words) {
   const Value* found = v.find(tag_key);
-  if (!found) fail(r, v.place, "missing key `" + tag_key + "` in " + r.where + "; expected one of " + listed(words));
+  if (!found) fail(r, v.location, "missing key `" + tag_key + "` in " + r.where + "; expected one of " + listed(words));
   r.key = tag_key;
   std::string word;
   choice_of(words).read(r, *found, word);
@@ -261,7 +262,7 @@ std::string read_tag(Reading& r, const Value& v, const std::string& tag_key, con
 void check_intervals(const Reading& r, const Value& table, const std::vector<Interval>& on_s) {
   for (std::size_t i = 1; i < on_s.size(); ++i)
     if (on_s[i].from_s < on_s[i - 1].to_s)
-      fail(r, table.find("on_s")->place,
+      fail(r, table.find("on_s")->location,
            "`on_s` in " + r.where + " has an interval that starts at " + describe(Value(on_s[i].from_s)) +
                ", before the one ahead ends at " + describe(Value(on_s[i - 1].to_s)) +
                "; expected intervals in order, apart");
@@ -318,7 +319,7 @@ void read_forces(Reading& r, const Value& table, std::vector<Force>& out) {
     for (Member& member : std::get<Value::Table>(each.data)) {
       if (member.key != key) continue;
       member.value = Value(r.scene->bodies[static_cast<std::size_t>(body)].name);
-      member.value.place = named->place;
+      member.value.location = named->location;
     }
     out.push_back(read_force(r, each));
     r.where = outer;

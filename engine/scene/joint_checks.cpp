@@ -24,9 +24,9 @@ Real3 rotate(const Real4& q, const Real3& v) {
 
 const Body& body_of(const Reading& r, int index) { return r.scene->bodies[static_cast<std::size_t>(index)]; }
 
-Place place_of(const Value& table, const char* key) {
+SourceLocation location_of(const Value& table, const char* key) {
   const Value* found = table.find(key);
-  return found ? found->place : table.place;
+  return found ? found->location : table.location;
 }
 
 // ---- which keys a kind takes ----------------------------------------------------------------------------------------
@@ -63,7 +63,7 @@ void check_keys_of_kind(Reading& r, const Value& table, const JointDraft& joint)
     if (!given || std::find(kinds.begin(), kinds.end(), joint.kind) != kinds.end()) continue;
     std::vector<std::string> words;
     for (const JointKind kind : kinds) words.emplace_back(to_word(kind));
-    fail(r, given->place,
+    fail(r, given->location,
          std::string("`") + name + "` in " + r.where + " is given for the kind " + to_word(joint.kind) +
              "; expected it with " + listed(words) + " only");
   }
@@ -71,7 +71,7 @@ void check_keys_of_kind(Reading& r, const Value& table, const JointDraft& joint)
   const char* needed = universal ? "axes_body" : "axis_body";
   const bool takes = universal || (joint.kind != JointKind::fixed && joint.kind != JointKind::ball);
   if (takes && !table.find(needed))
-    fail(r, table.place,
+    fail(r, table.location,
          std::string("missing key `") + needed + "` in " + r.where + "; expected " +
              (universal ? "the axis in the parent and the axis in the child" : "the axis in the child's axes"));
 }
@@ -81,7 +81,7 @@ void check_universal(Reading& r, const Value& table, const JointDraft& joint) {
   if (joint.kind != JointKind::universal) return;
   const double cosine = dot(joint.axes_body[0], rotate(joint.frame_wxyz, joint.axes_body[1]));
   if (std::abs(cosine) > kOrthogonal)
-    fail(r, place_of(table, "axes_body"),
+    fail(r, location_of(table, "axes_body"),
          "`axes_body` in " + r.where + " has axes with a cosine of " + describe(Value(cosine)) +
              " between them (the second turned by frame_wxyz); expected orthogonal axes (within 1e-9)");
 }
@@ -90,7 +90,7 @@ void check_universal(Reading& r, const Value& table, const JointDraft& joint) {
 void check_count(Reading& r, const Value& table, const char* key, const std::vector<double>& values,
                  std::size_t expected) {
   if (values.empty() || values.size() == expected) return;
-  fail(r, table.find(key)->place,
+  fail(r, table.find(key)->location,
        std::string("`") + key + "` in " + r.where + (values.size() == 1 ? " is a number" : " is a list of two") +
            "; expected " + (expected == 1 ? "a number" : "a list of two, about the first and the second axis"));
 }
@@ -103,13 +103,13 @@ void check_closing_start(Reading& r, const Value& table, const JointDraft& joint
                           "rate_m_per_s", "angular_velocity_body_rad_per_s"}) {
     const Value* given = table.find(key);
     if (!given || !joint.closes_loop || (driven && std::string(key) == "offset_m")) continue;
-    fail(r, given->place,
+    fail(r, given->location,
          std::string("`") + key + "` in " + r.where +
              " is given for a joint that closes a loop; expected none: it follows from the bodies");
   }
   for (const char* key : {"assemble", "hold"})
     if (const Value* given = table.find(key); given && !joint.closes_loop)
-      fail(r, given->place,
+      fail(r, given->location,
            std::string("`") + key + "` in " + r.where + " is given without closes_loop; expected it with " +
                "closes_loop = true only");
 }
@@ -134,7 +134,7 @@ void read_start(Reading& r, const Value& table, JointDraft& joint) {
 void read_resolved_start(Reading& r, const Value& table, JointDraft& joint) {
   const auto take = [&](const char* key, const std::vector<double>& from, int count, auto& out) {
     if (static_cast<int>(from.size()) != count)
-      fail(r, place_of(table, key),
+      fail(r, location_of(table, key),
            std::string("`") + key + "` in " + r.where + " is a list of " + std::to_string(from.size()) + "; expected " +
                std::to_string(count) + " numbers for the kind " + to_word(joint.kind));
     std::copy(from.begin(), from.end(), out.begin());
@@ -145,7 +145,7 @@ void read_resolved_start(Reading& r, const Value& table, JointDraft& joint) {
   double square = 0;
   for (const double x : joint.coordinates) square += x * x;
   if (!(std::abs(std::sqrt(square) - 1) <= 1e-9))
-    fail(r, place_of(table, "coordinates"), "`coordinates` in " + r.where + " is no unit quaternion; expected one");
+    fail(r, location_of(table, "coordinates"), "`coordinates` in " + r.where + " is no unit quaternion; expected one");
 }
 
 // ---- limits, driven joints ---------------------------------------------------------------------------------------
@@ -153,11 +153,11 @@ void read_limits(Reading& r, const Value& table, JointDraft& joint) {
   const std::optional<Real2>& limits = joint.kind == JointKind::hinge ? joint.limits_rad : joint.limits_m;
   const char* key = joint.kind == JointKind::hinge ? "limits_rad" : "limits_m";
   if (!limits && joint.stop_restitution)
-    fail(r, table.find("stop_restitution")->place,
+    fail(r, table.find("stop_restitution")->location,
          "`stop_restitution` in " + r.where + " is given without limits; expected it beside limits_rad or limits_m");
   if (!limits) return;
   if (!((*limits)[0] < (*limits)[1]))
-    fail(r, table.find(key)->place,
+    fail(r, table.find(key)->location,
          std::string("`") + key + "` in " + r.where + " is [" + describe(Value((*limits)[0])) + ", " +
              describe(Value((*limits)[1])) + "]; expected the smaller value first");
   joint.limits = JointLimits{(*limits)[0], (*limits)[1], joint.stop_restitution.value_or(0)};
@@ -167,11 +167,11 @@ void read_driven(Reading& r, const Value& table, JointDraft& joint) {
   joint.driven_rate = joint.kind == JointKind::hinge ? joint.driven_rate_rad_per_s : joint.driven_rate_m_per_s;
   if (!joint.driven_rate) return;
   if (joint.limits)
-    fail(r, place_of(table, joint.kind == JointKind::hinge ? "limits_rad" : "limits_m"),
+    fail(r, location_of(table, joint.kind == JointKind::hinge ? "limits_rad" : "limits_m"),
          "found limits in " + r.where + " beside a driven rate; expected one of the two: a driven joint does not stop");
   const char* rate = joint.kind == JointKind::hinge ? "rate_rad_per_s" : "rate_m_per_s";
   if (const Value* given = table.find(rate); given && joint.rates[0] != *joint.driven_rate)
-    fail(r, given->place,
+    fail(r, given->location,
          std::string("`") + rate + "` in " + r.where + " is " + describe(*given) + " beside a driven rate of " +
              describe(Value(*joint.driven_rate)) + "; expected the driven rate alone");
   joint.rates[0] = *joint.driven_rate;
@@ -179,7 +179,7 @@ void read_driven(Reading& r, const Value& table, JointDraft& joint) {
 
 void check_ends(Reading& r, const Value& table, const JointDraft& joint) {
   const Value& bodies = *table.find("bodies");
-  const Place child_at = bodies.list() ? (*bodies.list())[1].place : bodies.place;
+  const SourceLocation child_at = bodies.list() ? (*bodies.list())[1].location : bodies.location;
   if (joint.parent == joint.child)
     fail(r, child_at,
          "`bodies` in " + r.where + " names `" + body_of(r, joint.child).name + "` twice; expected two bodies");
@@ -189,7 +189,7 @@ void check_ends(Reading& r, const Value& table, const JointDraft& joint) {
              " is fixed; expected a body that moves (a fixed body can be the parent)");
   for (const int body : {joint.parent, joint.child})
     if (body >= 0 && body_of(r, body).release_s > 0)
-      fail(r, bodies.place,
+      fail(r, bodies.location,
            "the body `" + body_of(r, body).name + "` of " + r.where +
                " has a release_s; expected a body that moves from the start");
 }
@@ -227,7 +227,7 @@ void choose_axes(Reading& r, const Value& table, Rope& rope) {
     const Real3 in = minus(pulley.axle_m, before), out = minus(after, pulley.axle_m), bend = cross(in, out);
     const double sine = std::sqrt(dot(bend, bend) / (dot(in, in) * dot(out, out)));
     if (!(sine > 1e-6))
-      fail(r, table.find("over_m")->place,
+      fail(r, table.find("over_m")->location,
            "pulley " + std::to_string(k) + " of " + r.where +
                " has no side: the rope runs straight by its axle; expected `axis`, a unit vector: the rope runs on the "
                "side where axis x (point - axle) points along it");
@@ -240,23 +240,23 @@ void choose_axes(Reading& r, const Value& table, Rope& rope) {
 void finish_rope(Reading& r, const Value& table, Rope& rope) {
   const Value& bodies = *table.find("bodies");
   if (rope.bodies[0] == rope.bodies[1])
-    fail(r, bodies.place, "`bodies` in " + r.where + " names one body twice; expected two bodies");
+    fail(r, bodies.location, "`bodies` in " + r.where + " names one body twice; expected two bodies");
   if (body_of(r, rope.bodies[0]).fixed && body_of(r, rope.bodies[1]).fixed)
-    fail(r, bodies.place, "both bodies of " + r.where + " are fixed; expected one that moves");
+    fail(r, bodies.location, "both bodies of " + r.where + " are fixed; expected one that moves");
   for (std::size_t i = 0; i < 2; ++i) {
     const Body& body = body_of(r, rope.bodies[i]);
     if (body.release_s > 0)
       fail(
-          r, bodies.place,
+          r, bodies.location,
           "the body `" + body.name + "` of " + r.where + " has a release_s; expected a body that moves from the start");
     if (!body.fixed && !rotates(body) && rope.points_body_m[i] != Real3{})
-      fail(r, place_of(table, "points_body_m"),
+      fail(r, location_of(table, "points_body_m"),
            "`points_body_m` in " + r.where + " holds the point mass `" + body.name +
                "` beside its centre; expected [0, 0, 0], or a shape or `inertia_kg_m2` for the body");
   }
   for (std::size_t k = 0; k < rope.over.size(); ++k)
     if (rope.over[k].radius_m == 0 && rope.over[k].inertia_kg_m2 > 0)
-      fail(r, place_of(table, "over_m"),
+      fail(r, location_of(table, "over_m"),
            "pulley " + std::to_string(k) + " of " + r.where +
                " has an inertia and no radius; expected a radius above 0: the rope turns it");
   if (r.form == Form::file) choose_axes(r, table, rope);

@@ -83,24 +83,24 @@ template <class T> void check_target(Reading& r, const Value& table, const T& fo
   const std::string named = "the joint `" + joint.name + "`";
   const Value& at = *table.find("joint");
   if (joint.kind == JointKind::fixed)
-    fail(r, at.place, "`joint` in " + r.where + " names " + named + ", which is fixed; expected one that moves");
+    fail(r, at.location, "`joint` in " + r.where + " names " + named + ", which is fixed; expected one that moves");
   if (joint.driven_rate)
-    fail(r, at.place,
+    fail(r, at.location,
          "`joint` in " + r.where + " names " + named + ", whose motion is prescribed, so that it would never act; " +
              "expected a joint without a driven rate");
   if (force.coordinate >= rate_count(joint.kind) || (joint.kind == JointKind::ball && table.find("coordinate")))
-    fail(r, table.find("coordinate")->place,
+    fail(r, table.find("coordinate")->location,
          "`coordinate` in " + r.where + " is given for " + named + ", a " + to_word(joint.kind) +
              "; expected it with cylindrical and universal joints only");
   const bool offset = is_offset(joint, force.coordinate);
   for (const char* name : {"stiffness_N_m_per_rad", "rest_rad", "damping_N_m_s_per_rad", "torque_N_m"})
     if (const Value* given = table.find(name); given && offset)
-      fail(r, given->place,
+      fail(r, given->location,
            std::string("`") + name + "` in " + r.where + " is given for an offset of " + named +
                "; expected newtons and metres: stiffness_N_per_m, rest_m, damping_N_s_per_m, force_N");
   for (const char* name : {"stiffness_N_per_m", "rest_m", "damping_N_s_per_m", "force_N"})
     if (const Value* given = table.find(name); given && !offset)
-      fail(r, given->place,
+      fail(r, given->location,
            std::string("`") + name + "` in " + r.where + " is given for an angle of " + named +
                "; expected radians: stiffness_N_m_per_rad, rest_rad, damping_N_m_s_per_rad, torque_N_m");
 }
@@ -113,13 +113,13 @@ JointSpring read_spring(Reading& r, const Value& table) {
   if (joint.kind == JointKind::ball && r.form == Form::file)
     for (const char* name : {"stiffness_N_m_per_rad", "rest_rad"})
       if (const Value* given = table.find(name))
-        fail(r, given->place,
+        fail(r, given->location,
              std::string("`") + name + "` in " + r.where + " is given for the ball joint `" + joint.name +
                  "`, which has no angle; expected damping_N_m_s_per_rad alone");
   const bool offset = is_offset(joint, spring.coordinate);
   if (r.form == Form::file && !table.find(offset ? "stiffness_N_per_m" : "stiffness_N_m_per_rad") &&
       !table.find(offset ? "damping_N_s_per_m" : "damping_N_m_s_per_rad"))
-    fail(r, table.place,
+    fail(r, table.location,
          std::string("found neither a stiffness nor a damping in ") + r.where + "; expected " +
              (offset ? "stiffness_N_per_m or damping_N_s_per_m" : "stiffness_N_m_per_rad or damping_N_m_s_per_rad"));
   return spring;
@@ -131,12 +131,12 @@ JointTorque read_torque(Reading& r, const Value& table) {
   check_target(r, table, torque);
   const Joint& joint = joint_of(*r.scene, torque.joint);
   if (joint.kind == JointKind::ball)
-    fail(r, table.find("joint")->place,
+    fail(r, table.find("joint")->location,
          "`joint` in " + r.where + " names the ball joint `" + joint.name +
              "`, which has no angle to turn; expected a hinge, slider, cylindrical or universal joint");
   const char* needed = is_offset(joint, torque.coordinate) ? "force_N" : "torque_N_m";
   if (!table.find(needed))
-    fail(r, table.place, std::string("missing key `") + needed + "` in " + r.where + "; expected its size");
+    fail(r, table.location, std::string("missing key `") + needed + "` in " + r.where + "; expected its size");
   check_intervals(r, table, torque.on_s);
   return torque;
 }
@@ -163,7 +163,7 @@ bool is_joint_force(const Value& table) {
 JointForce read_joint_force(Reading& r, const Value& table) {
   if (!is_joint_force(table)) {
     const Value* kind = table.find("kind");
-    fail(r, kind ? kind->place : table.place,
+    fail(r, kind ? kind->location : table.location,
          "found no kind of a force along a joint in " + r.where + "; expected one of " + listed(kForceKinds));
   }
   const std::string outer = r.where;

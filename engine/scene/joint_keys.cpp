@@ -59,7 +59,7 @@ int read_end(Reading& r, const Value& v, bool may_be_world) {
   if (word && *word == "world") {
     if (!may_be_world) fail_value(r, v, "the name of a body: the world is the parent, the first of the two");
     if (r.bodies.contains(*word))
-      fail(r, v.place,
+      fail(r, v.location,
            "`bodies` in " + r.where + " says \"world\", and a body has that name; expected another name for it");
     return -1;
   }

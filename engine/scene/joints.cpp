@@ -25,16 +25,16 @@ std::string title(const char* kind, const std::string& name) { return std::strin
 
 const Body& body_of(const Reading& r, int index) { return r.scene->bodies[static_cast<std::size_t>(index)]; }
 
-Place place_of(const Value& table, const char* key) {
+SourceLocation location_of(const Value& table, const char* key) {
   const Value* found = table.find(key);
-  return found ? found->place : table.place;
+  return found ? found->location : table.location;
 }
 
 template <class T>
 void require_new_name(Reading& r, const Value& table, const std::vector<T>& earlier, const std::string& name) {
   for (const T& each : earlier)
     if (each.name == name)
-      fail(r, place_of(table, "name"), "found the name `" + name + "` a second time; expected each name once");
+      fail(r, location_of(table, "name"), "found the name `" + name + "` a second time; expected each name once");
 }
 
 // ---- reading ------------------------------------------------------------------------------------------------------
@@ -50,9 +50,9 @@ Joint read_joint(Reading& r, const Value& table, const Value*& hold) {
   read_table(r, table, joint_keys(), {}, joint);
   finish_joint(r, table, joint);
   if (!r.joints.emplace(joint.name, static_cast<int>(r.scene->joints.size())).second)
-    fail(r, place_of(table, "name"), "found the name `" + joint.name + "` a second time; expected each name once");
+    fail(r, location_of(table, "name"), "found the name `" + joint.name + "` a second time; expected each name once");
   if (r.scene->joints.size() >= kMaxJoints)
-    fail(r, table.place, "found more than " + std::to_string(kMaxJoints) + " joints; expected fewer");
+    fail(r, table.location, "found more than " + std::to_string(kMaxJoints) + " joints; expected fewer");
   hold = joint.hold_names;
   return joint;
 }
@@ -105,9 +105,10 @@ void read_mechanisms(Reading& r, const FileDraft& draft, Mechanisms& mechanisms)
 [[noreturn]] void fail_at(Reading& r, const Mechanisms& mechanisms, const MechanismError& error) {
   const auto j = static_cast<std::size_t>(error.joint);
   const auto i = static_cast<std::size_t>(std::max(error.rope, 0));
-  const Place at = error.joint >= 0            ? place_of(*mechanisms.joints[j], "bodies")
-                   : !mechanisms.ropes.empty() ? place_of(*mechanisms.ropes[i], error.rope >= 0 ? "over_m" : "bodies")
-                                               : Place{};
+  const SourceLocation at = error.joint >= 0 ? location_of(*mechanisms.joints[j], "bodies")
+                            : !mechanisms.ropes.empty()
+                                ? location_of(*mechanisms.ropes[i], error.rope >= 0 ? "over_m" : "bodies")
+                                : SourceLocation{};
   fail(r, at, error.what());
 }
 
@@ -123,7 +124,7 @@ void check_placed_bodies(Reading& r, const FileDraft& draft, const std::vector<i
     for (const char* key : {"position_m", "orientation_wxyz", "axis_angle_deg", "euler_xyz_deg", "velocity_m_per_s",
                             "angular_velocity_body_rad_per_s"})
       if (const Value* given = table.find(key))
-        fail(r, given->place,
+        fail(r, given->location,
              std::string("`") + key + "` in [[body]] `" + *name->text() + "` is given beside the joint `" +
                  r.scene->joints[static_cast<std::size_t>(joint)].name +
                  "`, which places it; expected the joint's coordinates and rates alone");
@@ -131,7 +132,7 @@ void check_placed_bodies(Reading& r, const FileDraft& draft, const std::vector<i
   for (const auto& [name, copies] : r.grids)
     for (int body = copies.first; body < copies.first + copies.count; ++body)
       if (placing[static_cast<std::size_t>(body)] >= 0)
-        fail(r, draft.joint->place,
+        fail(r, draft.joint->location,
              "the joint `" + r.scene->joints[static_cast<std::size_t>(placing[static_cast<std::size_t>(body)])].name +
                  "` places the body `" + body_of(r, body).name +
                  "`, which a grid places; expected a body that no grid copies");
@@ -151,7 +152,7 @@ void check_inertia(Reading& r, const Mechanisms& mechanisms, const std::vector<i
       if (held && (b == joint.parent || slides)) continue;
       const Value& bodies = *mechanisms.joints[j]->find("bodies");
       fail(
-          r, (*bodies.list())[b == joint.child ? 1 : 0].place,
+          r, (*bodies.list())[b == joint.child ? 1 : 0].location,
           "the body `" + body_of(r, b).name + "` of " + title("joint", joint.name) +
               " is a point mass, whose inertia is 0, and turns; expected a shape or `inertia_kg_m2` (a small one, if it "
               "is to act as a point), or a slider from the world");
@@ -173,7 +174,7 @@ void check_rope_cycles(Reading& r, const Mechanisms& mechanisms) {
     if (body_of(r, a).fixed || body_of(r, b).fixed) continue;
     const int root_a = find_root(parent, a), root_b = find_root(parent, b);
     if (root_a == root_b)
-      fail(r, mechanisms.ropes[i]->find("bodies")->place,
+      fail(r, mechanisms.ropes[i]->find("bodies")->location,
            title("rope", r.scene->ropes[i].name) + " closes a cycle of ropes between `" + body_of(r, a).name +
                "` and `" + body_of(r, b).name + "`; expected ropes that make no cycle");
     parent[static_cast<std::size_t>(root_a)] = root_b;
@@ -201,7 +202,7 @@ void check_holds(Reading& r, const Mechanisms& mechanisms, const std::vector<int
              std::find(joint.hold.begin(), joint.hold.end(), at) != joint.hold.end();
     };
     if (!floats && std::all_of(chain.begin(), chain.end(), held))
-      fail(r, place_of(*mechanisms.joints[j], "hold"),
+      fail(r, location_of(*mechanisms.joints[j], "hold"),
            "`hold` in " + title("joint", joint.name) +
                " keeps every joint of the loop, so that nothing can close it; expected fewer joints");
   }
@@ -248,7 +249,7 @@ void check_closing_angles(Reading& r, const Value& table, const Joint& joint, co
     const auto at = static_cast<std::size_t>(k);
     const auto follows = static_cast<double>(placed.q[at]);
     if (std::abs(joint.coordinates[at] - follows) > kClosingAngle)
-      fail(r, given->place,
+      fail(r, given->location,
            "`angle_rad` of " + title("joint", joint.name) + " is " + describe(Value(joint.coordinates[at])) +
                ", and its bodies stand at " + describe(Value(follows)) +
                "; expected their angle, up to whole turns (within 1e-6)");
@@ -263,18 +264,18 @@ void check_gaps(Reading& r, const Mechanisms& mechanisms, const MechanismStart& 
     const LoopGap gap = joint_gap(*r.scene, placed, static_cast<int>(j));
     const char* expected = "; expected at most 1e-9, or assemble = true, which moves the start onto the loop";
     if (!(gap.gap <= kClosed))
-      fail(r, place_of(*mechanisms.joints[j], "bodies"),
+      fail(r, location_of(*mechanisms.joints[j], "bodies"),
            "the loop of " + title("joint", joint.name) + " does not close: it is open by " + describe(Value(gap.gap)) +
                " of the mechanism's size, or rad" + expected);
     if (!(gap.rate <= kClosed))
-      fail(r, place_of(*mechanisms.joints[j], "bodies"),
+      fail(r, location_of(*mechanisms.joints[j], "bodies"),
            "the loop of " + title("joint", joint.name) + " does not stay closed: it opens at a rate of " +
                describe(Value(gap.rate)) + " of the mechanism's speed" + expected);
   }
   for (std::size_t i = 0; i < mechanisms.ropes.size(); ++i) {
     const LoopGap gap = rope_gap(*r.scene, placed, static_cast<int>(i));
     if (!(gap.rate <= kClosed))
-      fail(r, place_of(*mechanisms.ropes[i], "bodies"),
+      fail(r, location_of(*mechanisms.ropes[i], "bodies"),
            title("rope", r.scene->ropes[i].name) + " changes its length at a rate of " + describe(Value(gap.rate)) +
                " of the mechanism's speed; expected velocities that keep it (within 1e-9)");
   }
@@ -314,7 +315,7 @@ void note_changes(Reading& r, const Mechanisms& mechanisms, const Scene& before,
     if (joint.closes_loop) names += (names.empty() ? "`" : ", `") + joint.name + "`";
   for (const Rope& rope : before.ropes) names += (names.empty() ? "`" : ", `") + rope.name + "`";
   const Value& first = mechanisms.joints.empty() ? *mechanisms.ropes.front() : *mechanisms.joints.front();
-  r.notes.push_back(place_words(r, first.place) + "the start was moved onto the constraints of " + names +
+  r.notes.push_back(location_text(r, first.location) + "the start was moved onto the constraints of " + names +
                     " by the least change in the mass metric: coordinates by at most " + describe(Value(most)) + " (" +
                     where + "), rates by at most " + describe(Value(most_rate)) + " (" + where_rate + ")");
 }
@@ -325,7 +326,7 @@ void check_limits(Reading& r, const Mechanisms& mechanisms) {
     if (!joint.limits) continue;
     const double at = joint.coordinates[0], slack = kOutside * std::max(1.0, std::abs(at));
     if (at < joint.limits->lower - slack || at > joint.limits->upper + slack)
-      fail(r, place_of(*mechanisms.joints[j], joint.kind == JointKind::hinge ? "limits_rad" : "limits_m"),
+      fail(r, location_of(*mechanisms.joints[j], joint.kind == JointKind::hinge ? "limits_rad" : "limits_m"),
            title("joint", joint.name) + " starts at " + describe(Value(at)) + ", outside its limits of " +
                describe(Value(joint.limits->lower)) + " to " + describe(Value(joint.limits->upper)) +
                "; expected a start between them");
@@ -363,7 +364,7 @@ void check_finite(Reading& r, const Mechanisms& mechanisms) {
     for (const double x : {body.position_m[0], body.position_m[1], body.position_m[2], body.velocity_m_per_s[0],
                            body.velocity_m_per_s[1], body.velocity_m_per_s[2]})
       if (!std::isfinite(x))
-        fail(r, (mechanisms.joints.empty() ? mechanisms.ropes : mechanisms.joints).front()->place,
+        fail(r, (mechanisms.joints.empty() ? mechanisms.ropes : mechanisms.joints).front()->location,
              "the joints place the body `" + body.name + "` where numbers end; expected ordinary lengths and rates");
 }
 
@@ -372,7 +373,7 @@ void check_finite(Reading& r, const Mechanisms& mechanisms) {
 void resolve_mechanisms(Reading& r, const FileDraft& draft) {
   if (!draft.joint && !draft.rope) return;
   if (draft.fluid)
-    fail(r, (draft.joint ? draft.joint : draft.rope)->place,
+    fail(r, (draft.joint ? draft.joint : draft.rope)->location,
          "found joints or ropes beside a fluid; expected one of the two: mechanisms in fluids are not simulated");
   Mechanisms mechanisms;
   read_mechanisms(r, draft, mechanisms);
@@ -421,7 +422,7 @@ void read_resolved_joints(Reading& r, const Value& list) {
   try {
     joints_from_root(*r.scene);
   } catch (const MechanismError& error) {
-    fail(r, list.place, error.what());
+    fail(r, list.location, error.what());
   }
 }
 

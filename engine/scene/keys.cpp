@@ -9,19 +9,19 @@
 namespace atwood {
 
 // ---- messages ---------------------------------------------------------------------------------------------------
-std::string place_words(const Reading& reading, Place place) {
+std::string location_text(const Reading& reading, SourceLocation location) {
   std::string at = reading.name;
-  if (place.line > 0) at += ":" + std::to_string(place.line) + ":" + std::to_string(place.column);
+  if (location.line > 0) at += ":" + std::to_string(location.line) + ":" + std::to_string(location.column);
   return at + ": ";
 }
 
-void fail(const Reading& reading, Place place, const std::string& message) {
-  throw InputError(place_words(reading, place) + message);
+void fail(const Reading& reading, SourceLocation location, const std::string& message) {
+  throw InputError(location_text(reading, location) + message);
 }
 
 void fail_value(const Reading& reading, const Value& found, const std::string& expected) {
   const std::string key = reading.key.empty() ? reading.where : "`" + reading.key + "` in " + reading.where;
-  fail(reading, found.place, key + " is " + describe(found) + "; expected " + expected);
+  fail(reading, found.location, key + " is " + describe(found) + "; expected " + expected);
 }
 
 std::string listed(const std::vector<std::string>& names) {
@@ -218,11 +218,11 @@ template <std::size_t N> static Codec<std::array<double, N>> unit(const char* wh
     const bool of_file = r.form == Form::file;
     const std::string found = "`" + r.key + "` in " + r.where + " has length " + describe(Value(length));
     if (!(std::abs(length - 1) <= (of_file ? 1e-3 : 1e-9)))
-      fail(r, v.place,
+      fail(r, v.location,
            found + "; expected " + what + " of length 1 (within " + (of_file ? "1e-3, which is normalised)" : "1e-9)"));
     if (!of_file) return;
     for (double& x : out) x /= length;
-    if (std::abs(length - 1) > 1e-9) r.notes.push_back(place_words(r, v.place) + found + "; it was normalised");
+    if (std::abs(length - 1) > 1e-9) r.notes.push_back(location_text(r, v.location) + found + "; it was normalised");
   };
   return c;
 }
@@ -238,7 +238,7 @@ Codec<Interval> interval() {
     Real2 ends{};
     pair.read(r, v, ends);
     if (!(ends[0] < ends[1]))
-      fail(r, v.place,
+      fail(r, v.location,
            "`" + r.key + "` in " + r.where + " has the interval [" + describe(Value(ends[0])) + ", " +
                describe(Value(ends[1])) + "]; expected [from, to] with from < to");
     out = {ends[0], ends[1]};

@@ -33,9 +33,9 @@ struct Reading {
   bool has_fluids = false;                        // the scene has, or may have: a fixed body may slide in its surface
 };
 
-std::string place_words(const Reading& reading, Place place);  // "t.toml:12:8: "
+std::string location_text(const Reading& reading, SourceLocation location);  // "t.toml:12:8: "
 
-[[noreturn]] void fail(const Reading& reading, Place place, const std::string& message);
+[[noreturn]] void fail(const Reading& reading, SourceLocation location, const std::string& message);
 // "`mass_kg` in [[body]] `bat` is -1; expected ..."
 [[noreturn]] void fail_value(const Reading& reading, const Value& found, const std::string& expected);
 std::string listed(const std::vector<std::string>& names);
@@ -94,7 +94,7 @@ void read_table(Reading& r, const Value& table, const Keys<T>& keys, const std::
     bool known = false;
     for (const std::string& name : names) known = known || name == member.key;
     if (!known)
-      fail(r, member.place,
+      fail(r, member.location,
            "unknown key `" + member.key + "` in " + r.where + "; expected one of " + listed(names) +
                did_you_mean(member.key, names));
   }
@@ -103,7 +103,7 @@ void read_table(Reading& r, const Value& table, const Keys<T>& keys, const std::
     if (!belongs(k.in, r.form)) continue;
     r.key = k.name;
     if (const Value* value = table.find(k.name)) k.read(r, *value, out);
-    else if (k.required) fail(r, table.place, "missing key `" + k.name + "` in " + r.where + "; expected " + k.doc);
+    else if (k.required) fail(r, table.location, "missing key `" + k.name + "` in " + r.where + "; expected " + k.doc);
   }
   r.key = outer_key;
 }

@@ -63,7 +63,7 @@ std::string path_in_folder(Reading& r, const Value& file) {
   if (error || fs::path(*given).is_absolute() || inside.empty() || *inside.begin() == "..")
     fail_value(r, file, "a file inside the scene's folder " + folder.string());
   if (fs::exists(full, error) && !fs::is_regular_file(full, error))
-    fail(r, file.place,
+    fail(r, file.location,
          "`" + r.key + "` in " + r.where + ": " + *given + " is " +
              (fs::is_fifo(full, error)        ? "a pipe"
               : fs::is_directory(full, error) ? "a folder"

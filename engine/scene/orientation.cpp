@@ -100,7 +100,8 @@ Codec<Real4> axis_angle_degrees() {
       fail_value(r, v, "{ axis = [x, y, z], angle_deg = ... } or [x, y, z, degrees]");
     }
     if (read.axis == Real3{})
-      fail(r, v.place, "the axis of `" + r.key + "` in " + r.where + " is [0, 0, 0]; expected an axis that is not 0");
+      fail(r, v.location,
+           "the axis of `" + r.key + "` in " + r.where + " is [0, 0, 0]; expected an axis that is not 0");
     out = axis_angle_quaternion(read.axis, read.angle_deg);
   };
   return c;
@@ -123,7 +124,7 @@ void require_one_orientation(const Reading& r, const Value& table) {
   for (const Member& member : *table.table()) {
     if (member.key != "orientation_wxyz" && member.key != "axis_angle_deg" && member.key != "euler_xyz_deg") continue;
     if (first != nullptr)
-      fail(r, member.place,
+      fail(r, member.location,
            "`" + member.key + "` in " + r.where + " is given beside `" + first->key +
                "`; expected one of orientation_wxyz, axis_angle_deg and euler_xyz_deg");
     first = &member;

@@ -31,9 +31,9 @@ void resolve_materials(Reading& r, const FileDraft& draft) {
       read_table(r, member.value, material_keys(), {}, material);
       r.key = "name";
       Value name(member.key);
-      name.place = member.place;
+      name.location = member.location;
       name_text().read(r, name, material.name);
-      add_material(r, member.place, std::move(material));
+      add_material(r, member.location, std::move(material));
     }
 }
 
@@ -58,7 +58,7 @@ void resolve_pairs(Reading& r, const FileDraft& draft) {
       PairLaw& law = scene.pairs[i];
       if (law.a != contact.a || law.b != contact.b) continue;
       if (given[i])
-        fail(r, table.find("between")->place,
+        fail(r, table.find("between")->location,
              "found a pair of materials a second time in [[contact]]; expected each pair once");
       given[i] = true;
       PairLaw made = contact.compliance;
@@ -89,13 +89,13 @@ std::vector<WrittenGrid> read_grids(Reading& r, const FileDraft& draft) {
     for (const std::int64_t n : grid.counts) {
       product *= static_cast<std::size_t>(n);
       if (product > kMaxBodies || copies + product > kMaxBodies)
-        fail(r, counts.place,
+        fail(r, counts.location,
              "`counts` in [[grid]] makes more than " + std::to_string(kMaxBodies) + " bodies; expected fewer");
     }
     copies += product;
     for (const WrittenGrid& earlier : grids)
       if (earlier.grid.body == grid.body)
-        fail(r, table.find("body")->place, "found a second [[grid]] of the body `" + grid.body + "`; expected one");
+        fail(r, table.find("body")->location, "found a second [[grid]] of the body `" + grid.body + "`; expected one");
     grids.push_back({std::move(grid), &table});
   });
   return grids;
@@ -116,10 +116,10 @@ void expand(Reading& r, const WrittenGrid& written, const Body& body) {
           copy.position_m[axis] += static_cast<double>(at[axis]) * grid.spacing_m[axis];
           copy.position_m[axis] += grid.jitter_m * (2 * random.next_unit() - 1);
           if (!std::isfinite(copy.position_m[axis]))
-            fail(r, written.table->place,
+            fail(r, written.table->location,
                  "found a [[grid]] whose positions are not finite; expected ordinary spacing and jitter");
         }
-        add_body(r, written.table->place, std::move(copy));
+        add_body(r, written.table->location, std::move(copy));
       }
   r.grids[body.name] = {first, static_cast<int>(r.scene->bodies.size()) - first};
 }
@@ -138,29 +138,29 @@ void resolve_bodies(Reading& r, const Value& document, const FileDraft& draft) {
     for (std::size_t g = 0; g < grids.size(); ++g)
       if (grids[g].grid.body == body.name) {
         if (used[g])
-          fail(r, table.find("name")->place,
+          fail(r, table.find("name")->location,
                "found the name `" + body.name + "` a second time; expected each name once");
         copied = used[g] = true;
         expand(r, grids[g], body);
       }
-    if (!copied) add_body(r, table.find("name")->place, std::move(body));
+    if (!copied) add_body(r, table.find("name")->location, std::move(body));
   });
   for (std::size_t g = 0; g < grids.size(); ++g)
     if (!used[g]) {
       const Value& at = *grids[g].table->find("body");
-      fail(r, at.place,
+      fail(r, at.location,
            "`body` in [[grid]] is " + describe(at) + "; expected the name of a [[body]]" +
                did_you_mean(grids[g].grid.body, names));
     }
   if (r.scene->bodies.empty() && !draft.fluid)
-    fail(r, document.place, "found no [[body]]; expected at least one, or `problem`, or a [[fluid]]");
+    fail(r, document.location, "found no [[body]]; expected at least one, or `problem`, or a [[fluid]]");
 }
 
 // Position: the three unknowns. Velocity: their rates, Lorenz 1963 with sigma = 10, rho = 28, beta = 8/3.
 void resolve_problem(Reading& r, const Value& document, const FileDraft& draft) {
   for (const char* other : {"world", "material", "contact", "body", "grid", "force", "joint", "rope", "fluid"})
     if (const Value* value = document.find(other))
-      fail(r, value->place,
+      fail(r, value->location,
            std::string("found `") + other + "` beside `problem`; expected neither world nor bodies nor forces");
   Body body;
   body.name = r.scene->problem;
@@ -170,9 +170,9 @@ void resolve_problem(Reading& r, const Value& document, const FileDraft& draft) 
   body.velocity_m_per_s = {10 * (y - x), x * (28 - z) - y, x * y - 8 * z / 3};
   for (const double rate : body.velocity_m_per_s)
     if (!std::isfinite(rate))
-      fail(r, document.find("initial_state")->place,
+      fail(r, document.find("initial_state")->location,
            "`initial_state` has rates that are not finite; expected a state of ordinary size");
-  add_body(r, document.place, std::move(body));
+  add_body(r, document.location, std::move(body));
 }
 
 }  // namespace
@@ -187,7 +187,7 @@ void resolve(Reading& r, const Value& document, FileDraft& draft) {
   resolve_pairs(r, draft);
   if (!draft.scenario.scene.problem.empty()) return resolve_problem(r, document, draft);
   if (const Value* state = document.find("initial_state"))
-    fail(r, state->place, "found `initial_state` without `problem`; expected it with a bare problem only");
+    fail(r, state->location, "found `initial_state` without `problem`; expected it with a bare problem only");
   r.has_fluids = draft.fluid != nullptr;
   resolve_bodies(r, document, draft);
   resolve_mechanisms(r, draft);

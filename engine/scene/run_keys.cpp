@@ -10,7 +10,7 @@ namespace {
 std::int64_t whole(Reading& r, const Value& table, const char* name, std::int64_t low, std::int64_t high) {
   const Value* v = table.find(name);
   if (!v)
-    fail(r, table.place,
+    fail(r, table.location,
          std::string("missing key `") + name + "` in `steps` of " + r.where + "; expected { from, rungs, ratio }");
   std::int64_t out = 0;
   r.key = name;
@@ -24,7 +24,7 @@ std::vector<std::int64_t> geometric_ladder(Reading& r, const Value& v) {
   const std::vector<std::string> names = {"from", "rungs", "ratio"};
   for (const Member& member : *v.table())
     if (std::find(names.begin(), names.end(), member.key) == names.end())
-      fail(r, member.place,
+      fail(r, member.location,
            "unknown key `" + member.key + "` in `steps` of " + r.where + "; expected one of " + listed(names) +
                did_you_mean(member.key, names));
   const std::int64_t from = whole(r, v, "from", 1, kMaxSteps), rungs = whole(r, v, "rungs", 1, kMaxRungs);
@@ -40,7 +40,7 @@ std::vector<std::int64_t> geometric_ladder(Reading& r, const Value& v) {
   for (std::int64_t k = 0; k < rungs; ++k) {
     const double rung = std::round(static_cast<double>(from) * std::pow(ratio, static_cast<double>(k)));
     if (!(rung <= static_cast<double>(kMaxSteps)))
-      fail(r, v.place,
+      fail(r, v.location,
            "`steps` in " + r.where + " grows past " + std::to_string(kMaxSteps) +
                "; expected fewer rungs or a smaller ratio");
     steps.push_back(static_cast<std::int64_t>(rung));
@@ -80,23 +80,23 @@ Key<Scenario> frames_key() {
 void check_frames(Reading& r, const Value& run, const Scenario& scenario) {
   const std::vector<double>& ends = scenario.frame_ends_s;
   if (ends.empty()) return;
-  const Place place = run.find("frame_ends_s")->place;
+  const SourceLocation location = run.find("frame_ends_s")->location;
   for (std::size_t i = 1; i < ends.size(); ++i)
     if (!(ends[i] > ends[i - 1]))
-      fail(r, place,
+      fail(r, location,
            "`frame_ends_s` in [run] has " + describe(Value(ends[i])) + " after " + describe(Value(ends[i - 1])) +
                "; expected growing times");
   if (ends.back() != scenario.t_end_s)
-    fail(r, place,
+    fail(r, location,
          "`frame_ends_s` in [run] ends at " + describe(Value(ends.back())) + "; expected t_end_s, " +
              describe(Value(scenario.t_end_s)));
   if (scenario.samples != 1)
-    fail(r, run.find("samples")->place,
+    fail(r, run.find("samples")->location,
          "`samples` in [run] is " + std::to_string(scenario.samples) +
              "; expected 1 with recorded frames: the start and the end");
   for (const std::int64_t steps : scenario.steps)
     if (steps % static_cast<std::int64_t>(ends.size()) != 0)
-      fail(r, run.find("steps")->place,
+      fail(r, run.find("steps")->location,
            "`steps` in [run] has " + std::to_string(steps) + "; expected a multiple of the " +
                std::to_string(ends.size()) + " frames");
 }
@@ -132,7 +132,7 @@ const Keys<Scenario>& run_keys() {
 
 void check_run(Reading& r, const Value& run, const Scenario& scenario) {
   check_frames(r, run, scenario);
-  const Place steps = run.find("steps")->place;
+  const SourceLocation steps = run.find("steps")->location;
   if (scenario.steps.empty()) fail(r, steps, "`steps` in [run] is an empty list; expected at least one step count");
   for (std::size_t i = 0; i < scenario.steps.size(); ++i) {
     if (i > 0 && scenario.steps[i] <= scenario.steps[i - 1])
@@ -140,7 +140,7 @@ void check_run(Reading& r, const Value& run, const Scenario& scenario) {
            "`steps` in [run] has " + std::to_string(scenario.steps[i]) + " after " +
                std::to_string(scenario.steps[i - 1]) + "; expected growing step counts");
     if (scenario.steps[i] % scenario.samples != 0)
-      fail(r, run.find("samples")->place,
+      fail(r, run.find("samples")->location,
            "`samples` in [run] is " + std::to_string(scenario.samples) + ", which does not divide the step count " +
                std::to_string(scenario.steps[i]) + "; expected a divisor of every step count");
   }

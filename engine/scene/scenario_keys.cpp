@@ -88,17 +88,17 @@ void read_truth(Reading& r, const Value& v, TruthSpec& out) {
     const bool named = out.kind == TruthKind::closed_form || out.kind == TruthKind::literature;
     const bool of_fluid = out.kind == TruthKind::weakly_compressible || out.kind == TruthKind::semi_discrete;
     if (named && out.solution.empty())
-      fail(r, kind.place,
+      fail(r, kind.location,
            "missing key `solution` in [truth]; expected the id of a " +
                std::string(out.kind == TruthKind::literature ? "published result" : "closed form"));
     if (values && out.file.empty())
-      fail(r, kind.place, "missing key `file` in [truth]; expected a CSV file in the scene's folder");
+      fail(r, kind.location, "missing key `file` in [truth]; expected a CSV file in the scene's folder");
     if (solution && !named && !of_fluid)
-      fail(r, solution->place,
+      fail(r, solution->location,
            "`solution` in [truth] is given beside kind " + describe(kind) +
                "; expected it with \"closed-form\" and truths of fluids only");
     if (file && !values)
-      fail(r, file->place,
+      fail(r, file->location,
            "`file` in [truth] is given beside kind " + describe(kind) + "; expected it with \"values\" only");
     if (file && r.form == Form::file) {
       r.key = "file";
@@ -122,7 +122,7 @@ void read_invariants(Reading& r, const Value& v, std::vector<Invariant>& out) {
       read_table(r, item, invariant_keys(), {}, invariant);
       for (const Invariant& earlier : out)
         if (earlier.quantity == invariant.quantity)
-          fail(r, item.place,
+          fail(r, item.location,
                "found the quantity `" + invariant.quantity + "` a second time in [[invariant]]; expected it once");
       out.push_back(std::move(invariant));
     });
@@ -273,7 +273,7 @@ void read_pair(Reading& r, const Value& v, Scene& scene) {
   check_contact_law(r, v, law);
   for (const PairLaw& earlier : scene.pairs)
     if (earlier.a == law.a && earlier.b == law.b)
-      fail(r, v.place, "found a pair of materials a second time in " + r.where + "; expected it once");
+      fail(r, v.location, "found a pair of materials a second time in " + r.where + "; expected it once");
   scene.pairs.push_back(law);
 }
 
@@ -356,21 +356,21 @@ Key<Scene> fluid_part(std::string name, std::string doc, std::vector<T> Scene::*
 
 }  // namespace
 
-void add_material(Reading& r, Place place, Material material) {
+void add_material(Reading& r, SourceLocation location, Material material) {
   if (r.scene->materials.size() >= kMaxMaterials)
-    fail(r, place, "found more than " + std::to_string(kMaxMaterials) + " materials; expected fewer");
+    fail(r, location, "found more than " + std::to_string(kMaxMaterials) + " materials; expected fewer");
   const auto index = static_cast<int>(r.scene->materials.size());
   if (!r.materials.emplace(material.name, index).second)
-    fail(r, place, "found the material `" + material.name + "` a second time; expected each name once");
+    fail(r, location, "found the material `" + material.name + "` a second time; expected each name once");
   r.scene->materials.push_back(std::move(material));
 }
 
-void add_body(Reading& r, Place place, Body body) {
+void add_body(Reading& r, SourceLocation location, Body body) {
   if (r.scene->bodies.size() >= kMaxBodies)
-    fail(r, place, "found more than " + std::to_string(kMaxBodies) + " bodies; expected fewer");
+    fail(r, location, "found more than " + std::to_string(kMaxBodies) + " bodies; expected fewer");
   const auto index = static_cast<int>(r.scene->bodies.size());
   if (!r.bodies.emplace(body.name, index).second)
-    fail(r, place, "found the name `" + body.name + "` a second time in " + r.where + "; expected each name once");
+    fail(r, location, "found the name `" + body.name + "` a second time in " + r.where + "; expected each name once");
   r.scene->bodies.push_back(std::move(body));
 }
 
@@ -408,7 +408,7 @@ const Keys<Scene>& scene_keys() {
             read_list(r, v, "materials", [&](const Value& item) {
               Material material;
               read_table(r, item, material_keys(), {}, material);
-              add_material(r, item.place, std::move(material));
+              add_material(r, item.location, std::move(material));
             });
           },
           [](const Scene& s) {
@@ -429,7 +429,7 @@ const Keys<Scene>& scene_keys() {
               BodyDraft body;
               read_table(r, item, body_keys(), {}, body);
               finish_body(r, item, body);
-              add_body(r, item.place, std::move(body));
+              add_body(r, item.location, std::move(body));
             });
           },
           [](const Scene& s) {
@@ -471,11 +471,11 @@ Scene read_resolved_scene(Reading& r, const Value& v) {
   r.scene = &scene;
   r.has_fluids = v.find("fluids") != nullptr;
   within(r, "the scene", [&] { read_table(r, v, scene_keys(), {}, scene); });
-  if (r.has_fluids) check_sliding_walls(r, v.place);
-  if (scene.materials.empty()) fail(r, v.place, "found no material in the scene; expected at least one");
+  if (r.has_fluids) check_sliding_walls(r, v.location);
+  if (scene.materials.empty()) fail(r, v.location, "found no material in the scene; expected at least one");
   const std::size_t n = scene.materials.size();
   if (scene.pairs.size() != n * (n + 1) / 2)
-    fail(r, v.place,
+    fail(r, v.location,
          "found " + std::to_string(scene.pairs.size()) + " pairs of " + std::to_string(n) + " materials; expected " +
              std::to_string(n * (n + 1) / 2));
   return scene;

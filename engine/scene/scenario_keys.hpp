@@ -44,7 +44,7 @@ void resolve(Reading& r, const Value& document, FileDraft& draft);
 void check_run(Reading& r, const Value& run, const Scenario& scenario);
 
 // Names of the bodies, for forces; a name used twice fails at its second use.
-void add_body(Reading& r, Place place, Body body);
-void add_material(Reading& r, Place place, Material material);
+void add_body(Reading& r, SourceLocation location, Body body);
+void add_material(Reading& r, SourceLocation location, Material material);
 
 }  // namespace atwood

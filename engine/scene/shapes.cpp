@@ -88,7 +88,7 @@ Alternative<Shape> mesh_shape() {
         for (const auto& corners : mesh.triangles)
           for (const int corner : corners)
             if (static_cast<std::size_t>(corner) >= mesh.points_m.size())
-              fail(r, v.place,
+              fail(r, v.location,
                    "`triangles` in " + r.where + " names point " + std::to_string(corner) +
                        "; expected an index below " + std::to_string(mesh.points_m.size()));
       });
@@ -134,7 +134,7 @@ Shape read_shape(Reading& r, const Value& v) {
   for (const auto& alternative : shapes()) names.push_back(alternative.name);
   const auto* members = v.table();
   if (members && members->size() > 1)
-    fail(r, v.place,
+    fail(r, v.location,
          "found " + std::to_string(members->size()) + " shapes in " + r.where +
              "; expected one (a compound has several parts)");
   if (!members || members->empty()) fail_value(r, v, "a table with one of " + listed(names));
@@ -149,7 +149,7 @@ Shape read_shape(Reading& r, const Value& v) {
     r.where = outer_where, r.key = outer_key;
     return out;
   }
-  fail(r, members->front().place,
+  fail(r, members->front().location,
        "unknown shape `" + members->front().key + "` in " + r.where + "; expected one of " + listed(names) +
            did_you_mean(members->front().key, names));
 }

@@ -10,29 +10,29 @@
 namespace atwood {
 namespace {
 
-std::string at(const std::string& name, Place place) {
-  return name + ":" + std::to_string(place.line) + ":" + std::to_string(place.column) + ": ";
+std::string at(const std::string& name, SourceLocation location) {
+  return name + ":" + std::to_string(location.line) + ":" + std::to_string(location.column) + ": ";
 }
 
-Place place_of(const toml::source_region& region) {
+SourceLocation location_of(const toml::source_region& region) {
   return {static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
 }
 
-bool before(Place a, Place b) { return a.line != b.line ? a.line < b.line : a.column < b.column; }
+bool before(SourceLocation a, SourceLocation b) { return a.line != b.line ? a.line < b.line : a.column < b.column; }
 
 Value convert(const toml::node& node, const std::string& name, int depth) {
-  const Place place = place_of(node.source());
+  const SourceLocation location = location_of(node.source());
   if (depth > kDeepest)
-    throw InputError(at(name, place) + "found nesting deeper than " + std::to_string(kDeepest) +
+    throw InputError(at(name, location) + "found nesting deeper than " + std::to_string(kDeepest) +
                      " levels; expected a scenario");
   Value value;
   if (const auto* table = node.as_table()) {
     Value::Table members;
     for (const auto& [key, child] : *table)
-      members.push_back({std::string(key.str()), convert(child, name, depth + 1), place_of(key.source())});
+      members.push_back({std::string(key.str()), convert(child, name, depth + 1), location_of(key.source())});
     // toml++ sorts by key; the file's own order is the one people mean.
     std::stable_sort(members.begin(), members.end(),
-                     [](const Member& a, const Member& b) { return before(a.place, b.place); });
+                     [](const Member& a, const Member& b) { return before(a.location, b.location); });
     value = Value(std::move(members));
   } else if (const auto* array = node.as_array()) {
     Value::List items;
@@ -47,9 +47,9 @@ Value convert(const toml::node& node, const std::string& name, int depth) {
   } else if (const auto* boolean = node.as_boolean()) {
     value = Value(boolean->get());
   } else {
-    throw InputError(at(name, place) + "found a date or time; expected a number, text, list or table");
+    throw InputError(at(name, location) + "found a date or time; expected a number, text, list or table");
   }
-  value.place = place;
+  value.location = location;
   return value;
 }
 
@@ -73,13 +73,14 @@ std::size_t sequence_length(std::string_view text) {
 
 // For bytes that are not UTF-8, toml++ reports a place one character too early.
 void require_utf8(std::string_view text, const std::string& name) {
-  Place place{1, 1};
+  SourceLocation location{1, 1};
   while (!text.empty()) {
     const std::size_t length = sequence_length(text);
     if (length == 0)
-      throw InputError(at(name, place) +
+      throw InputError(at(name, location) +
                        "found bytes that are not UTF-8; expected a scenario in TOML, encoded in UTF-8");
-    place = text.front() == '\n' ? Place{place.line + 1, 1} : Place{place.line, place.column + 1};
+    location = text.front() == '\n' ? SourceLocation{location.line + 1, 1}
+                                    : SourceLocation{location.line, location.column + 1};
     text.remove_prefix(length);
   }
 }
@@ -92,7 +93,7 @@ Value parse_toml(std::string_view text, const std::string& name) {
   try {
     return convert(toml::parse(text, name), name, 0);
   } catch (const toml::parse_error& error) {
-    throw InputError(at(name, place_of(error.source())) + "not valid TOML: " + std::string(error.description()) +
+    throw InputError(at(name, location_of(error.source())) + "not valid TOML: " + std::string(error.description()) +
                      "; expected a scenario in TOML");
   }
 }
@@ -101,7 +102,8 @@ std::string place_of_key(const std::string& path, std::string_view table, std::s
   const Value document = parse_toml(read_input_file(path, "a scenario file (TOML)", largest::kScenario), path);
   const Value* inside = table.empty() ? &document : document.find(table);
   const Value* value = inside ? inside->find(key) : nullptr;
-  return value ? path + ":" + std::to_string(value->place.line) + ":" + std::to_string(value->place.column) : path;
+  return value ? path + ":" + std::to_string(value->location.line) + ":" + std::to_string(value->location.column)
+               : path;
 }
 
 }  // namespace atwood

@@ -12,7 +12,7 @@
 
 namespace atwood {
 
-struct Place {
+struct SourceLocation {
   int line = 0, column = 0;  // from 1; 0: unknown (JSON)
 };
 
@@ -22,7 +22,7 @@ struct Value {
   using List = std::vector<Value>;
   using Table = std::vector<Member>;  // in the order written
   std::variant<std::monostate, bool, std::int64_t, double, std::string, List, Table> data;
-  Place place;
+  SourceLocation location;
 
   Value();
   Value(bool v);
@@ -49,7 +49,7 @@ struct Value {
 struct Member {
   std::string key;
   Value value;
-  Place place;  // of the key
+  SourceLocation location;  // of the key
 };
 
 // Defined here, where Member is a whole type: the variant holds a list of them.
@@ -64,7 +64,7 @@ inline Value::Value(List v) : data(std::move(v)) {}
 inline Value::Value(Table v) : data(std::move(v)) {}
 // Constructed by its type and then moved: when an allocation fails in the copy constructor of a variant of strings and
 // vectors, libstdc++ 12 destroys a member that was not constructed.
-inline Value::Value(const Value& other) : place(other.place) {
+inline Value::Value(const Value& other) : location(other.location) {
   std::visit([this]<class T>(const T& held) { data.emplace<T>(T(held)); }, other.data);
 }
 inline Value::Value(Value&& other) noexcept = default;

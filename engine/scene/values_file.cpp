@@ -19,7 +19,7 @@ void check_values_file(Reading& r, const Value& file, const Scenario& scenario) 
   CsvReader table(read_input_file(path, "a table of values (CSV)", largest::kTable), path);
   const auto refuse = [&](int line, const std::string& what) {
     throw InputError(path + ":" + std::to_string(line) + ":1: " + what + " (`file` in [truth] of " + r.name + ":" +
-                     std::to_string(file.place.line) + ")");
+                     std::to_string(file.location.line) + ")");
   };
   std::vector<std::string> names, first_row;
   if (!table.next(names)) refuse(1, "found no header; expected the columns t_s, body, px_m, px_m_bar, ...");

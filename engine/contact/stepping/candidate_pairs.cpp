@@ -277,13 +277,13 @@ template <class S> void update_candidate_pairs(World<S>& world, S h_s) {
   world.candidates_valid = true;
 }
 
-template <class S> bool may_miss_a_pair(const World<S>& world, int body, S rest_s) {
+template <class S> bool may_miss_a_pair(const World<S>& world, int body, S remaining_s) {
   const Bodies<S>& bodies = world.bodies;
   const auto path = [&](int i, S size) {
     if (!bodies.moves[i]) return S(0);
     const S *v = bodies.velocity[i].at, *shift = bodies.impact_shift[i].at;
-    const S along = norm(load3(shift)) + rest_s * norm(load3(v));
-    return is_sphere(world, i) ? along : along + size * (norm(load3(shift + 3)) + rest_s * norm(load3(v + 3)));
+    const S along = norm(load3(shift)) + remaining_s * norm(load3(v));
+    return is_sphere(world, i) ? along : along + size * (norm(load3(shift + 3)) + remaining_s * norm(load3(v + 3)));
   };
   const Vec3<S> p = load3(bodies.pose[body].at);
   const S size = size_of(world, body), own = path(body, size);

@@ -29,7 +29,7 @@ PredictedImpact<S> predict_sphere_impact(const SphereBatch<S>& batch, int k, con
     const S discriminant = du * du - uu * c;
     if (!(discriminant > S(0))) return out;
     out.t_s = c / (-du + real::sqrt(discriminant));
-    if (!(out.t_s <= h_s)) {  // later, unless the velocity increment closes the rest
+    if (!(out.t_s <= h_s)) {  // later, unless the velocity increment closes the remaining gap
       const Vec3<S> end = d + h_s * (u + dv);
       if (!(dot(end, end) < radii * radii)) return out;
       out.t_s = h_s;

@@ -114,7 +114,7 @@ bool refine_on_surfaces(World<S>& world, int contact, S from_s, S sub_s, Predict
       return true;
     }
     const S t_s = predicted.t_s + point->gap / approach;
-    if (t_s > sub_s && predicted.t_s >= sub_s) return true;  // the velocity increment closes the rest
+    if (t_s > sub_s && predicted.t_s >= sub_s) return true;  // the velocity increment closes the remaining gap
     predicted.t_s = real::min(real::max(t_s, from_s), sub_s);
     if (t_s <= from_s && iteration > 0) return true;  // they overlap already
   }

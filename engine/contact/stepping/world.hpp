@@ -68,9 +68,9 @@ template <class S> struct Rolling {
 
 // ---- sleep.cpp: the arrays are empty unless the option is on
 struct Sleep {
-  std::vector<int> sleeping_island;    // of body i, named by one of its bodies; -1: awake
-  std::vector<double> time_at_rest_s;  // of body i
-  std::vector<int> parent;             // union-find over bodies
+  std::vector<int> sleeping_island;         // of body i, named by one of its bodies; -1: awake
+  std::vector<double> time_at_remaining_s;  // of body i
+  std::vector<int> parent;                  // union-find over bodies
 };
 
 // Work arrays, kept from call to call for their memory alone.
@@ -277,9 +277,9 @@ template <class S> Row<S> inverse_inertia(const MassProperties<S>& mass, const Q
 // pairs are still valid. Sets the bodies' motion bounds.
 template <class S> void update_candidate_pairs(World<S>& world, S h_s);
 
-// True: `body` has left its margin since detection, or will within rest_s (an impact has made it faster), and may meet
-// there a body with which it is no candidate pair.
-template <class S> bool may_miss_a_pair(const World<S>& world, int body, S rest_s);
+// True: `body` has left its margin since detection, or will within remaining_s (an impact has made it faster), and may
+// meet there a body with which it is no candidate pair.
+template <class S> bool may_miss_a_pair(const World<S>& world, int body, S remaining_s);
 
 // ---- narrow_phase.cpp
 // Once a step: detects the manifolds of all pairs, transfers the impulses of the last step, lays out the contacts.
