@@ -86,7 +86,7 @@ void add_closed_candidates(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet
       contact.candidate = f;
       S outside_m{};
       contact.facet = facet_below(bodies, proximity, candidate, outside_m);
-      if (pair.overlaps_at_start && kinematics.gap < -bodies.gap_round_off()) contact.held_gap = kinematics.gap;
+      if (pair.overlaps_at_start && kinematics.gap < -bodies.gap_round_off()) contact.target_gap = kinematics.gap;
       candidate.in_contact = true;
       active.contacts.push_back(contact);
     }
@@ -175,7 +175,9 @@ template <class S> bool find_modes(EventRun<S>& run, S t_s) {
   }
   for (Contact<S>& contact : active.contacts) contact.reached_cone = false;
   if (!run.constraints.solvable)
-    return refuse(run.report, Status::diverged, "atwood's +event found no contact forces that obey Coulomb's law");
+    return end_run(
+        run.report, Status::diverged,
+        "atwood's +event: the contact equations at t = " + format_double(static_cast<double>(t_s)) + " s are singular");
   // Forces of several contacts are known to no more than that.
   const S coarse = active.contacts.size() > 1 ? real::sqrt(real::epsilon<S>()) * tiny.scale : S(0);
   active.separation_acceleration = S(4) * real::max(tiny.acceleration, coarse);

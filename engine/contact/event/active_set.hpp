@@ -20,7 +20,7 @@ template <class S> struct ConstraintSystem;
 template <class S> struct EventRun;
 
 enum class FrictionMode : unsigned char { frictionless, slip, stick };
-enum class RollingMode : unsigned char { free, roll, hold };  // free: no rolling friction; hold: no relative rolling
+enum class RollingMode : unsigned char { free, roll, stick };  // free: no rolling friction; stick: no relative rolling
 
 // The bodies of a contact, -1 for one that does not move, and its lever arms: from each centre of mass to the contact
 // point, world axes [m].
@@ -42,7 +42,7 @@ template <class S> struct Contact {
   bool at_cone_limit = false;  // in mode slip, its friction on the cone, but other contacts keep it from moving
   bool slip_onset = false;     // slip grows from zero within the step: keeps slip_direction throughout
   bool reached_cone = false, reached_rolling_bound = false;  // set by an event: friction, rolling couple at its bound
-  S held_gap{};  // [m] the gap that projection restores: 0, or below for bodies that overlap at the start
+  S target_gap{};  // [m] the gap that projection restores: 0, or below for bodies that overlap at the start
   Vec3<S> slip_direction, roll_direction;  // unit
   S slip_speed{}, roll_speed{};            // [m/s], [rad/s] at the start of the segment
 
@@ -78,7 +78,7 @@ template <class S> struct ActiveSet {
   int count = 0;                       // of active contacts
   std::vector<int> bodies;             // of the contacts' bodies that are not fixed, each once
   std::int64_t active_set_epoch = -1;  // of the equations of motion (System::epoch) that the set is valid for
-  bool starts = true;                  // the run begins: impacts come before contacts
+  bool is_first_step = true;           // impacts come before contacts
   std::uint64_t mode_key = 0;          // of the contacts and modes that `decoupled` is known for
   bool force_near_bound = false;       // in the present trial step a force came within a tenth of its bound
   S separation_acceleration{};         // [m/s^2] normal accelerations below it are round-off

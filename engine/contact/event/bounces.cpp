@@ -11,11 +11,13 @@ namespace {
 
 // Each impact is located to about eps r / v, so late bounces cost more accuracy than they bring: a series is summed as
 // soon as a bounce rises by less than eps^(2/3) r.
-//   flight T_k = 2 v / a,   rise a T_k^2 / 8,   rest of the series T_k / (1 - e)
-// The last impact is resolved with e = 0: friction's impulse over the rest of the series, and the distance it takes
-// from a sliding body, are then those of a body that slides under its weight from here on, exactly. Each impact
-// predicts when the series will have ended, early ones with less round-off: the first prediction that all later ones
-// agree with, within their round-off, is kept.
+//   flight                   T_k = 2 v / a
+//   rise                     a T_k^2 / 8
+//   remainder of the series  T_k / (1 - e)
+// The last impact is resolved with e = 0: friction's impulse over the remainder of the series, and the distance it
+// takes from a sliding body, are then those of a body that slides under its weight from here on, exactly. Each impact
+// predicts when the series will have ended, early ones with less round-off. The earliest prediction that agrees with
+// all later ones to round-off is kept.
 template <class S>
 void predict_last_bounce(const Bodies<S>& bodies, ShapePair<S>& pair, S t_s, S rise_speed, S series_s, S ratio) {
   const S places = norm(bodies.poses[pair.a].p) + norm(bodies.poses[pair.b].p) + pair.bounding_radii;
@@ -38,7 +40,7 @@ template <class S> void deactivate_separating(EventRun<S>& run, const ImpactProb
     contact.active =
         contact.active &&
         std::none_of(run.impacts.points.begin(), run.impacts.points.end(), [&](const ImpactPoint<S>& point) {
-          return point.candidate == contact.candidate && problem.vn(point) > problem.still;
+          return point.candidate == contact.candidate && problem.vn(point) > problem.approach_round_off;
         });
   run.active.count = static_cast<int>(
       std::count_if(run.active.contacts.begin(), run.active.contacts.end(), [](const auto& c) { return c.active; }));

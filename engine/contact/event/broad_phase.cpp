@@ -10,7 +10,7 @@ namespace {
 constexpr int kMaxPairsWithoutBroadPhase = 3;  // with at most this many pairs all of them are examined in every step
 
 // A bound of a body's path in the trial step: of the cubic Hermite interpolant by its control polygon.
-template <class S> S excursion(const Bodies<S>& bodies, const StateBuffers<S>& states, int body, S h_s) {
+template <class S> S path_bound(const Bodies<S>& bodies, const StateBuffers<S>& states, int body, S h_s) {
   const int offset = bodies.model.offset(body);
   if (offset < 0 || !bodies.moves[body]) return S(0);
   const S *from = states.y.data() + offset, *to = states.y_new.data() + offset;
@@ -72,22 +72,22 @@ template <class S>
 bool find_near(const Bodies<S>& bodies, Proximity<S>& proximity, const StateBuffers<S>& states, Report& report, S h_s) {
   proximity.near.clear();
   const int count = static_cast<int>(proximity.pairs.size());
-  const bool few = count <= kMaxPairsWithoutBroadPhase;
-  if (!few)
+  const bool examines_all = count <= kMaxPairsWithoutBroadPhase;
+  if (!examines_all)
     for (std::size_t i = 0; i < bodies.bounding_radius.size(); ++i)
-      proximity.excursions[i] = excursion(bodies, states, static_cast<int>(i), h_s);
+      proximity.path_bounds[i] = path_bound(bodies, states, static_cast<int>(i), h_s);
   for (int p = 0; p < count; ++p) {
     ShapePair<S>& pair = proximity.pairs[p];
-    if (few && pair.refusal.empty()) {
+    if (examines_all && pair.refusal.empty()) {
       proximity.near.push_back(p);
       continue;
     }
-    const S so_far = proximity.travel[pair.a] + proximity.travel[pair.b];
-    const S in_step = few ? excursion(bodies, states, pair.a, h_s) + excursion(bodies, states, pair.b, h_s)
-                          : proximity.excursions[pair.a] + proximity.excursions[pair.b];
-    if (!few && so_far + in_step < pair.recheck_travel) continue;
+    const S so_far = proximity.path_length[pair.a] + proximity.path_length[pair.b];
+    const S in_step = examines_all ? path_bound(bodies, states, pair.a, h_s) + path_bound(bodies, states, pair.b, h_s)
+                                   : proximity.path_bounds[pair.a] + proximity.path_bounds[pair.b];
+    if (!examines_all && so_far + in_step < pair.travel_until_recheck) continue;
     const S clear = clearance(bodies, proximity, pair, states.y.data());
-    pair.recheck_travel = so_far + clear - bodies.gap_round_off();
+    pair.travel_until_recheck = so_far + clear - bodies.gap_round_off();
     if (in_step < clear - bodies.gap_round_off()) continue;
     if (!refuse_if_near(report, pair, real::min(clear, clearance(bodies, proximity, pair, states.y_new.data()))))
       return false;
@@ -96,10 +96,10 @@ bool find_near(const Bodies<S>& bodies, Proximity<S>& proximity, const StateBuff
   return true;
 }
 
-template <class S> void advance_travel(Proximity<S>& proximity) {
+template <class S> void advance_path_lengths(Proximity<S>& proximity) {
   if (static_cast<int>(proximity.pairs.size()) <= kMaxPairsWithoutBroadPhase) return;
-  for (std::size_t i = 0; i < proximity.travel.size(); ++i)
-    proximity.travel[i] += proximity.excursions[i];  // of the whole trial step, which bounds that of a part
+  for (std::size_t i = 0; i < proximity.path_length.size(); ++i)
+    proximity.path_length[i] += proximity.path_bounds[i];  // of the whole trial step, which bounds that of a part
 }
 
 template <class S> void measure_gaps(Bodies<S>& bodies, Proximity<S>& proximity, const StateBuffers<S>& states) {
@@ -129,14 +129,14 @@ template <class S> void shift_gaps(Proximity<S>& proximity) {
   }
 }
 
-#define ATWOOD_NEAR_PHASE(S)                                                                       \
+#define ATWOOD_BROAD_PHASE(S)                                                                      \
   template bool find_near<S>(const Bodies<S>&, Proximity<S>&, const StateBuffers<S>&, Report&, S); \
-  template void advance_travel<S>(Proximity<S>&);                                                  \
+  template void advance_path_lengths<S>(Proximity<S>&);                                            \
   template void measure_gaps<S>(Bodies<S>&, Proximity<S>&, const StateBuffers<S>&);                \
   template void shift_gaps<S>(Proximity<S>&);
-ATWOOD_NEAR_PHASE(float)
-ATWOOD_NEAR_PHASE(double)
-ATWOOD_NEAR_PHASE(long double)
-#undef ATWOOD_NEAR_PHASE
+ATWOOD_BROAD_PHASE(float)
+ATWOOD_BROAD_PHASE(double)
+ATWOOD_BROAD_PHASE(long double)
+#undef ATWOOD_BROAD_PHASE
 
 }  // namespace atwood::event

@@ -209,7 +209,7 @@ void assign_rows(const Bodies<S>& bodies, const Proximity<S>& proximity, ActiveS
     update_unit_load(bodies, proximity, contact, level);
     contact.first_row = constraints.row_count;
     contact.force_rows = level != ConstraintLevel::position && contact.mode == FrictionMode::stick ? 3 : 1;
-    contact.couple_rows = level != ConstraintLevel::position && contact.rolling == RollingMode::hold ? 2 : 0;
+    contact.couple_rows = level != ConstraintLevel::position && contact.rolling == RollingMode::stick ? 2 : 0;
     if (contact.force_rows + contact.couple_rows > 1) tangents_of(contact.kinematics.normal, contact.tangent);
     constraints.row_count += contact.force_rows + contact.couple_rows;
     ++constraints.row_contacts;

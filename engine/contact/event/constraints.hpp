@@ -22,8 +22,11 @@ template <class S> struct ConstraintRow {
   SpatialVector<S> jacobian[2], response[2];
 };
 
-// What rows ask for. Accelerations: under forces with friction of slip and couples of rolling, of contacts that are not
-// decoupled. Velocities: of all active contacts. Positions: of all active contacts, normals only.
+// Level at which the rows are imposed.
+//   acceleration   of contacts that are not decoupled; friction of slip and rolling couples are functions of the
+//                  normal force
+//   velocity       of all active contacts
+//   position       of all active contacts, normals only
 enum class ConstraintLevel : unsigned char { acceleration, velocity, position };
 
 template <class S> struct ConstraintSystem {
@@ -47,13 +50,15 @@ template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) {
   return {dot(row[0], v), dot(row[1], v), dot(row[2], v)};
 }
 
+// The bodies of a contact that move, and the contact point relative to their centres.
 template <class S>
 LeverArms<S> levers_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact);
 
-// The wrench of a force at a lever arm and a couple, times `sign`; a body's acceleration under a wrench.
+// The wrench of a force at a lever arm and a couple, times `sign`.
 template <class S> SpatialVector<S> wrench_of(const Vec3<S>& force, const Vec3<S>& couple, const Vec3<S>& arm, S sign) {
   return {sign * force, sign * (cross(arm, force) + couple)};
 }
+// A body's acceleration under a wrench.
 template <class S> SpatialVector<S> acceleration_under(const InverseInertia<S>& body, const SpatialVector<S>& wrench) {
   return {body.mass_per_kg * wrench.linear, times(body.I_row, wrench.angular)};
 }

@@ -40,7 +40,7 @@ template <class S> void monitor_bounds(const Proximity<S>& proximity, ActiveSet<
   active.force_near_bound =
       active.force_near_bound || !(contact.normal_N >= S(0.1) * contact.largest_N) ||
       (contact.mode == FrictionMode::stick && near(contact.friction_N, pair.friction * contact.normal_N)) ||
-      (contact.rolling == RollingMode::hold && near(contact.couple_N_m, pair.rolling_friction_m * contact.normal_N));
+      (contact.rolling == RollingMode::stick && near(contact.couple_N_m, pair.rolling_friction_m * contact.normal_N));
 }
 
 // How several sticking contacts share friction does not affect the motion as long as all stick, but decides which one
@@ -157,7 +157,8 @@ void solve_coupled_contacts(const Bodies<S>& bodies, const Proximity<S>& proximi
 }
 
 // Records, at the first contact that slips, the Delassus form x . A x of the coupled contacts' forces x, divided by the
-// square of the sum of their normal forces. A x is the right side less the rows' values without these forces.
+// square of the sum of their normal forces, where
+//   A x = right - (the rows' values without these forces)
 template <class S> void record_coupled_delassus(ActiveSet<S>& active, ConstraintSystem<S>& constraints) {
   Contact<S>* slips = nullptr;
   S along = S(0), size = S(0), normal = S(0), free_rows[5];

@@ -52,9 +52,9 @@ void maintain_contacts(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet<S>&
     if (contact.active) return false;
     const Candidate<S>& candidate = proximity.candidates[contact.candidate];
     const GapKinematics<S> kinematics = gap_at(bodies, proximity, candidate, states.y.data());
-    if (kinematics.gap < contact.held_gap - S(4) * bodies.gap_round_off())
+    if (kinematics.gap < contact.target_gap - S(4) * bodies.gap_round_off())
       active.active_set_epoch = -1;  // it closes again: find the active set anew
-    if (kinematics.gap <= contact.held_gap + S(4) * bodies.gap_round_off()) return false;
+    if (kinematics.gap <= contact.target_gap + S(4) * bodies.gap_round_off()) return false;
     proximity.candidates[contact.candidate].in_contact = false;
     proximity.pairs[candidate.pair].gaps_known_at = -1;  // gaps are not measured while in contact
     return true;

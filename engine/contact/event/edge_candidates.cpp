@@ -203,7 +203,7 @@ template <class S> bool refuse_parallel_edges(EventRun<S>& run, S t_s) {
              norm(to - dot(to, line.along) * line.along) <= S(4) * run.bodies.gap_round_off();
     };
     if (!line.found || !std::all_of(run.impacts.points.begin(), run.impacts.points.end(), on_the_line)) continue;
-    return refuse(run.report, Status::unsupported, parallel_reason(run.proximity, boundary.pair, t_s, true));
+    return end_run(run.report, Status::unsupported, parallel_reason(run.proximity, boundary.pair, t_s, true));
   }
   return true;
 }
@@ -247,8 +247,8 @@ template <class S> bool locate_penetration(Flow<S>& flow, S low, S high, Crossin
     }
     const ShapePair<S>& pair = run.proximity.pairs[boundary.pair];
     // Next to a lasting contact that drifts, a candidate may become valid with a gap as far below zero.
-    const S drift = S(2) * real::abs(held_gap_of_pair(run.bodies, run.proximity, run.active, boundary.pair,
-                                                      flow.at(overlap).data()));
+    const S drift = S(2) * real::abs(target_gap_of_pair(run.bodies, run.proximity, run.active, boundary.pair,
+                                                        flow.at(overlap).data()));
     S earliest = S(2), deepest = S(0);
     int candidate = -1, overlapping = -1;
     for (int f = pair.first; f < pair.first + pair.count; ++f) {

@@ -9,7 +9,8 @@ namespace atwood::event {
 template <class S> void list_edges(Proximity<S>& proximity, const Scene& scene);
 // Does the pair have edges on both bodies, and a face boundary?
 template <class S> bool has_edges(const Proximity<S>& proximity, int pair);
-// Adds the edge candidates of a pair. Its other candidates are renumbered, in contacts and impact points too.
+// Adds the edge candidates of a pair. Renumbers the pair's other candidates, also where contacts and impact points
+// refer to them.
 template <class S>
 void add_edge_candidates(Proximity<S>& proximity, ActiveSet<S>& active, Impacts<S>& impacts, int pair);
 // Adds those of near pairs whose edges touch at states.y.

@@ -21,11 +21,11 @@ namespace {
 Result<EventOptions> with_convention(const MethodId& id, const Scene& scene, EventOptions options) {
   if (scene.simultaneous_impacts == SimultaneousImpacts::unspecified) return options;
   const bool together = scene.simultaneous_impacts == SimultaneousImpacts::together;
-  if (id.overrides.count("simultaneous") > 0 && together != options.together)
+  if (id.overrides.count("simultaneous") > 0 && together != options.simultaneous)
     return Fault{Blame::input, std::string("+event: simultaneous=") + (together ? "sequential" : "together") +
                                    " contradicts the scene, whose simultaneous_impacts is `" +
                                    (together ? "together" : "sequential") + "`"};
-  options.together = together;
+  options.simultaneous = together;
   return options;
 }
 
@@ -36,7 +36,7 @@ Result<EventOptions> read_options(const MethodId& id, const Scene& scene) {
   const auto& restitution = std::get<std::string>(settings->at("restitution"));
   if (restitution == "poisson") options.restitution = Restitution::poisson;
   else if (restitution == "stronge") options.restitution = Restitution::stronge;
-  options.together = std::get<std::string>(settings->at("simultaneous")) == "together";
+  options.simultaneous = std::get<std::string>(settings->at("simultaneous")) == "together";
   return with_convention(id, scene, options);
 }
 
@@ -95,7 +95,7 @@ template <class S> void initialize_poses(Bodies<S>& bodies, const S* y) {
 // Sizes what is indexed by bodies, and reserves what grows to the number of pairs, bodies or candidates.
 template <class S> void reserve_memory(EventRun<S>& run) {
   const auto bodies = static_cast<std::size_t>(run.bodies.model.body_count());
-  for (auto* v : {&run.proximity.travel, &run.proximity.excursions}) v->resize(bodies);
+  for (auto* v : {&run.proximity.path_length, &run.proximity.path_bounds}) v->resize(bodies);
   for (auto* v : {&run.constraints.free_acceleration, &run.constraints.acceleration}) v->resize(bodies);
   run.constraints.loaded.resize(bodies);
   run.active.contacts_on_body.resize(bodies);
@@ -136,14 +136,12 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
   choose_steppers(run, id);
 }
 
-// Why a step has failed: what its stage equations were left with, and, of several contacts, how well the forces are
-// known that the stages share.
-template <class S> std::string unsolved_step(const ActiveSet<S>& active, const SolverTallies& solvers, S from_s) {
-  std::string reason =
-      "an implicit step has no solution, in the step from t = " + format_double(static_cast<double>(from_s)) + " s";
+// Why a step has failed: the residual of its stage equations and, of several contacts, how well the forces are known
+// that the stages share.
+template <class S>
+std::string unsolved_step_with_contacts(const ActiveSet<S>& active, const SolverTallies& solvers, S from_s) {
+  std::string reason = unsolved_step(solvers, static_cast<double>(from_s));
   if (solvers.refused.iterations == 0) return reason;
-  reason += ": after " + std::to_string(solvers.refused.iterations) + " iterations its stages still change by " +
-            format_double(solvers.refused.residual) + " of their size";
   const SolveTally& redundant = solvers.of[static_cast<std::size_t>(IterativeSolver::redundant_contacts)];
   if (active.count < 2 || redundant.capped == 0) return reason;
   return reason + "; " + std::to_string(active.count) +
@@ -159,19 +157,19 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   run.active.inconsistent = -1;
   run.active.last_painleve_s = S(-1);
   run.active.painleve_impacts = 0;
-  run.active.starts = true;
+  run.active.is_first_step = true;
   run.integration.use_fine_stepper = false;
   run.active.active_set_epoch = -1;
   run.integration.h_next_s = S(0);
   run.bodies.speed_scale = norm(run.bodies.model.uniform_gravity()) * S(plan.t_end_s) / S(plan.steps);
-  std::fill(run.proximity.travel.begin(), run.proximity.travel.end(), S(0));
+  std::fill(run.proximity.path_length.begin(), run.proximity.path_length.end(), S(0));
   remove_edge_candidates(run.proximity);
   for (Candidate<S>& candidate : run.proximity.candidates) {
     candidate.in_contact = false;
     candidate.last_triangle = 0;  // results do not depend on earlier runs
   }
   for (ShapePair<S>& pair : run.proximity.pairs) {
-    pair.recheck_travel = S(0);
+    pair.travel_until_recheck = S(0);
     pair.gaps_known_at = -1;
     pair.overlaps_at_start = false;
     pair.last_bounce = false;
@@ -229,7 +227,8 @@ template <class S> Outcome run_once(EventRun<S>& run, const Plan& plan, const Ob
           std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - begin).count());
     if (!stepped) {
       if (run.report.outcome.status == Status::ok) {
-        run.report.outcome = {Status::diverged, unsolved_step(run.active, model.system().solvers, from_s), 0, 0, {}};
+        run.report.outcome = {
+            Status::diverged, unsolved_step_with_contacts(run.active, model.system().solvers, from_s), 0, 0, {}};
         model.system().solvers.keep_capped();
       }
       break;

@@ -147,7 +147,7 @@ template <class S> bool applies(const Proximity<S>& proximity, SwitchingFunction
     case SwitchingFunction::normal_force:
     case SwitchingFunction::reactivation: return true;
     case SwitchingFunction::friction_cone: return contact.mode == FrictionMode::stick;
-    case SwitchingFunction::rolling_bound: return contact.rolling == RollingMode::hold;
+    case SwitchingFunction::rolling_bound: return contact.rolling == RollingMode::stick;
     case SwitchingFunction::slip_reversal: return contact.mode == FrictionMode::slip && !contact.at_cone_limit;
     case SwitchingFunction::facet: return has_boundary(proximity, contact);
     default: return contact.rolling == RollingMode::roll;

@@ -38,8 +38,9 @@ template <class S> struct GaussSeidel {
     return point_acceleration(candidate.feature_body) - point_acceleration(candidate.surface_body);
   }
   Vec3<S> relative_angular_acceleration(const Contact<S>& contact) const {
-    const Candidate<S>& f = proximity.candidates[contact.candidate];
-    return constraints.acceleration[f.feature_body].angular - constraints.acceleration[f.surface_body].angular;
+    const Candidate<S>& candidate = proximity.candidates[contact.candidate];
+    return constraints.acceleration[candidate.feature_body].angular -
+           constraints.acceleration[candidate.surface_body].angular;
   }
   void apply(const Contact<S>& contact, const Vec3<S>& force, const Vec3<S>& couple) {
     const ConstraintRow<S> row = row_of_load(bodies, proximity, contact, force, couple);
@@ -49,7 +50,7 @@ template <class S> struct GaussSeidel {
       constraints.acceleration[row.body[side]].angular += row.response[side].angular;
     }
   }
-  // Start values, unit loads and inverse effective masses.
+  // Sets the contact's start values, unit loads and inverse effective masses.
   void prepare(Contact<S>& contact) {
     const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
     const Vec3<S>& n = contact.kinematics.normal;
@@ -103,7 +104,7 @@ template <class S> struct GaussSeidel {
       change = real::max(change, norm(friction - contact.friction_N));
       contact.friction_N = friction;
     }
-    if (contact.rolling == RollingMode::hold) {
+    if (contact.rolling == RollingMode::stick) {
       const Vec3<S> alpha = relative_angular_acceleration(contact), across = alpha - dot(alpha, n) * n;
       const Vec3<S> couple =
           shortened(contact.couple_N_m - (S(1) / contact.inverse_inertia_r) * across, pair.rolling_friction_m * normal);
@@ -150,7 +151,7 @@ Convergence solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S
                   across = u_end - dot(u_end, contact.kinematics.normal) * contact.kinematics.normal;
     const S braking = proximity.pairs[proximity.candidates[contact.candidate].pair].friction * contact.normal_N *
                       contact.inverse_mass_t;
-    // The direction of slip after its onset, unless friction nearly stops it: then it is round-off.
+    // The slip direction at the end of the step, unless friction nearly stops the slip: then it is round-off.
     if (norm(across) > S(0x1p-16) * braking) contact.slip_direction = (S(1) / norm(across)) * across;
   }
   return ended;

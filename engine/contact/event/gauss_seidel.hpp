@@ -5,7 +5,7 @@
 
 namespace atwood::event {
 
-// Normal forces, friction and couples of active.contacts, and their relative accelerations u_dot and alpha;
+// Computes normal forces, friction and couples of active.contacts, and their relative accelerations u_dot and alpha;
 // `free_dydt`: the rates without contacts. Of contacts at the onset of slip, friction opposes the slip at the end of a
 // step of 1 / rate_per_s, whose direction becomes slip_direction. Residual: the last sweep's largest change of a force
 // relative to the largest normal force; converged: to 2 eps.

@@ -73,7 +73,8 @@ template <class S> bool collide_as_one_point(ImpactProblem<S>& problem, int firs
   const Vec3<S> u = problem.u(points[0]), along = points[1].kinematics.x - points[0].kinematics.x;
   for (int i = 1; i < count; ++i)
     if (norm(points[i].kinematics.normal - n) > S(64) * real::epsilon<S>() ||
-        norm(problem.u(points[i]) - u) > problem.still || problem.candidate(points[i]).feature_body != f.feature_body)
+        norm(problem.u(points[i]) - u) > problem.approach_round_off ||
+        problem.candidate(points[i]).feature_body != f.feature_body)
       return false;
   ImpactPoint<S> one = points[0];
   const Vec3<S> from = problem.bodies.poses[problem.bodies.moves[f.feature_body] ? f.feature_body : f.surface_body].p -
@@ -87,7 +88,8 @@ template <class S> bool collide_as_one_point(ImpactProblem<S>& problem, int firs
   const Impulse<S> impulse = collide(law_of(problem.proximity, problem.options, one.pair), n, surface, feature);
   const Vec3<S> turns = feature.w_W - surface.w_W;
   for (int i = 0; i < count; ++i)
-    if (norm(cross(turns, points[i].kinematics.x - one.kinematics.x)) > S(16) * problem.still) return false;
+    if (norm(cross(turns, points[i].kinematics.x - one.kinematics.x)) > S(16) * problem.approach_round_off)
+      return false;
   take_velocities(problem.bodies, f, surface, feature);
   problem.impacts.applied.push_back(
       {one.pair, f.feature_body == problem.proximity.pairs[one.pair].a, one.kinematics, impulse});

@@ -19,7 +19,7 @@ template <class S> struct ImpactProblem {
   Impacts<S>& impacts;
   const EventOptions& options;
   Report& report;
-  S still;                     // [m/s] approach below it is round-off
+  S approach_round_off;        // [m/s] an approach below it is none
   int unconverged = 0;         // solutions for several points that did not converge
   Convergence iteration = {};  // how the last one ended
 

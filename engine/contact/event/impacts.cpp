@@ -17,8 +17,8 @@ namespace atwood::event {
 
 namespace {
 
-// Beyond the first limit, the approach that impacts with e < 1 have left is resolved at once; impacts with e >= 1 come
-// to an end of their own, or the run ends.
+// After kMaxImpacts impacts with e < 1 the remaining approach velocities are resolved as one problem. Impacts with e >=
+// 1 come to an end of their own, or the run ends.
 constexpr int kMaxImpacts = 2000, kMaxElasticImpacts = 1000000;
 
 // Bodies move away from where they began, and the round-off of a gap grows with their coordinates.
@@ -33,8 +33,8 @@ void update_length_scale(Bodies<S>& bodies, const Proximity<S>& proximity, const
     }
 }
 
-// Gap, rate, normal and point of a contact at states.y. One of two edges lasts while one of them lies on a face, where
-// round-off decides whether they cross.
+// Gap, rate, normal and point of a contact at states.y. A contact of two edges persists while one of them lies on a
+// face, where round-off decides whether they cross.
 template <class S>
 GapKinematics<S> contact_kinematics(Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact,
                                     const StateBuffers<S>& states) {
@@ -76,25 +76,26 @@ void find_impact_points(Bodies<S>& bodies, const Proximity<S>& proximity, const 
 template <class S> bool solve_impacts(ImpactProblem<S>& problem) {
   problem.impacts.applied.clear();
   const int count = static_cast<int>(problem.impacts.points.size());
-  if (problem.options.together) {
+  if (problem.options.simultaneous) {
     if (count == 1) collide_point(problem, problem.impacts.points[0]);
     else if (count > 1 && !(end_of_pair(problem.impacts, 0) == count && collide_as_one_point(problem, 0, count)))
       return collide_simultaneously(problem, 0, count);
     return true;
   }
-  for (int lossy = 0, elastic = 0; lossy < kMaxImpacts;) {
+  for (int inelastic_impacts = 0, elastic_impacts = 0; inelastic_impacts < kMaxImpacts;) {
     int fastest = -1;
     S least = S(0);
     for (int i = 0; i < count; ++i) {  // ties within round-off: the first in the scene's order
       const S vn = problem.vn(problem.impacts.points[i]);
-      if (vn < least - problem.still) {
+      if (vn < least - problem.approach_round_off) {
         least = vn;
         fastest = i;
       }
     }
     if (fastest < 0) return true;
-    if (law_of(problem.proximity, problem.options, problem.impacts.points[fastest].pair).restitution < S(1)) ++lossy;
-    else if (++elastic > kMaxElasticImpacts) {
+    if (law_of(problem.proximity, problem.options, problem.impacts.points[fastest].pair).restitution < S(1))
+      ++inelastic_impacts;
+    else if (++elastic_impacts > kMaxElasticImpacts) {
       problem.report.outcome = {Status::diverged,
                                 "atwood's +event: 1000000 elastic impacts at one instant did not end the approach",
                                 0,
@@ -109,7 +110,7 @@ template <class S> bool solve_impacts(ImpactProblem<S>& problem) {
     else if (!collide_as_one_point(problem, first, end - first) && !collide_simultaneously(problem, first, end - first))
       return false;
   }
-  return collide_simultaneously(problem, 0, count);  // the approach that is left is resolved as one problem
+  return collide_simultaneously(problem, 0, count);  // the remaining approach velocities, as one problem
 }
 
 // False, and the run ends: a vertex approaches a face and leaves it over its boundary at the same instant, within
@@ -144,10 +145,10 @@ void store_velocities(Bodies<S>& bodies, const Proximity<S>& proximity, const Im
 
 template <class S>
 void drop_separated(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet<S>& active, const StateBuffers<S>& states,
-                    S still) {
+                    S round_off) {
   std::erase_if(active.contacts, [&](const Contact<S>& contact) {
     const GapKinematics<S> kinematics = contact_kinematics(bodies, proximity, contact, states);
-    if (!(real::abs(kinematics.rate) > still)) return false;
+    if (!(real::abs(kinematics.rate) > round_off)) return false;
     proximity.candidates[contact.candidate].in_contact = false;
     return true;
   });
@@ -173,8 +174,8 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
     if (!solve_impacts(problem)) return false;
     store_velocities(run.bodies, run.proximity, run.impacts, run.states);
   }
-  for (const AppliedImpulse<S>& made : run.impacts.applied)
-    if (!made.impulse.converged) {
+  for (const AppliedImpulse<S>& applied : run.impacts.applied)
+    if (!applied.impulse.converged) {
       run.report.outcome = {
           Status::diverged,
           "atwood's +event: the path of an impact's slip at t = " + format_double(static_cast<double>(t_s)) +
@@ -184,28 +185,28 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
           {}};
       return false;
     }
-  for (const AppliedImpulse<S>& made : run.impacts.applied)
-    report_event(run.report, EventKind::impact, run.proximity.pairs[made.pair], made.kinematics, made.feature_is_a,
-                 made.impulse, t_s);
+  for (const AppliedImpulse<S>& applied : run.impacts.applied)
+    report_event(run.report, EventKind::impact, run.proximity.pairs[applied.pair], applied.kinematics,
+                 applied.feature_is_a, applied.impulse, t_s);
   drop_separated(run.bodies, run.proximity, run.active, run.states, run.bodies.slip_round_off());
   if (!update_active_set(run, t_s)) return false;
   for (std::size_t i = 0; i < run.impacts.applied.size(); ++i) {
-    const AppliedImpulse<S>& made = run.impacts.applied[i];
-    ShapePair<S>& pair = run.proximity.pairs[made.pair];
+    const AppliedImpulse<S>& applied = run.impacts.applied[i];
+    ShapePair<S>& pair = run.proximity.pairs[applied.pair];
     const bool again =
         std::any_of(run.impacts.applied.begin(), run.impacts.applied.begin() + static_cast<std::ptrdiff_t>(i),
-                    [&](const AppliedImpulse<S>& earlier) { return earlier.pair == made.pair; });
+                    [&](const AppliedImpulse<S>& earlier) { return earlier.pair == applied.pair; });
     const bool lasts = std::any_of(
         run.active.contacts.begin(), run.active.contacts.end(),
-        [&](const Contact<S>& contact) { return run.proximity.candidates[contact.candidate].pair == made.pair; });
+        [&](const Contact<S>& contact) { return run.proximity.candidates[contact.candidate].pair == applied.pair; });
     const bool was = std::any_of(
         run.active.previous.begin(), run.active.previous.end(),
-        [&](const Contact<S>& contact) { return run.proximity.candidates[contact.candidate].pair == made.pair; });
+        [&](const Contact<S>& contact) { return run.proximity.candidates[contact.candidate].pair == applied.pair; });
     if (!again && lasts && !was)
-      report_event(run.report, EventKind::rest, pair, made.kinematics, made.feature_is_a, Impulse<S>{},
+      report_event(run.report, EventKind::rest, pair, applied.kinematics, applied.feature_is_a, Impulse<S>{},
                    t_s + (pair.last_bounce ? pair.remaining_bounces_s : S(0)));
   }
-  for (const AppliedImpulse<S>& made : run.impacts.applied) run.proximity.pairs[made.pair].last_bounce = false;
+  for (const AppliedImpulse<S>& applied : run.impacts.applied) run.proximity.pairs[applied.pair].last_bounce = false;
   project_contacts(run.bodies, run.proximity, run.active, run.constraints, run.states);
   return run.active.inconsistent < 0 || impact_without_collision(run, t_s);
 }

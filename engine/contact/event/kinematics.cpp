@@ -16,7 +16,8 @@ template <class S> void update_pose(const Bodies<S>& bodies, int body, const S* 
   pose.w = {};
   if (!bodies.model.rotates(body)) return;
   const Quat<S> q = load4(at + kAtAttitude);
-  const S two = S(2) / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);  // stages of a method are not of unit length
+  const S two = S(2) / (q.w * q.w + q.x * q.x + q.y * q.y +
+                        q.z * q.z);  // quaternions at the stages of a method are not normalised
   const S x = two * q.x, y2 = two * q.y, z = two * q.z;
   const S xx = x * q.x, yy = y2 * q.y, zz = z * q.z, xy = x * q.y, xz = x * q.z, yz = y2 * q.z, wx = x * q.w,
           wy = y2 * q.w, wz = z * q.w;
@@ -38,7 +39,6 @@ template <class S> void update_poses(Bodies<S>& bodies, const Candidate<S>& cand
     update_pose(bodies, body, y, bodies.poses[body]);
 }
 
-// Of a circle over a slab or mesh: its lowest point over the face on its body's side.
 template <class S>
 Vec3<S> reference_point(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate) {
   const Surface<S>& surface = proximity.surfaces[candidate.surface];
@@ -62,11 +62,13 @@ Facet<S> facet_below(const Bodies<S>& bodies, const Proximity<S>& proximity, con
   if (surface.kind == SurfaceKind::point) return {0, {}, {}};
   const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
   const Vec3<S> center = reference_point(bodies, proximity, candidate);
-  const bool corner = surface.radius + candidate.feature.radius == S(0) || !candidate.feature.centered;
+  // Features without a radius are vertices; so is a sphere off its body's centre, whose side of a face follows from its
+  // body's centre.
+  const bool is_vertex = surface.radius + candidate.feature.radius == S(0) || !candidate.feature.centered;
   const Vec3<S> center_B = to_body(on, center - on.p), side_B = to_body(on, of.p - on.p);
-  if (surface.flat) {  // above one of its triangles: that is the nearest facet
+  if (surface.flat) {  // a triangle that the feature is above is the nearest facet
     const auto face = [&](const Triangle<S>& triangle) {
-      const bool below = dot(triangle.normal_B, (corner ? side_B : center_B) - triangle.corner_B[0]) < S(0);
+      const bool below = dot(triangle.normal_B, (is_vertex ? side_B : center_B) - triangle.corner_B[0]) < S(0);
       return Facet<S>{2, triangle.corner_B[0], below ? -triangle.normal_B : triangle.normal_B};
     };
     if (depth_inside_triangle(surface.mesh[candidate.last_triangle], center_B) > S(0))
@@ -77,7 +79,7 @@ Facet<S> facet_below(const Bodies<S>& bodies, const Proximity<S>& proximity, con
       return face(surface.mesh[i]);
     }
   }
-  return nearest_facet(surface, center_B, corner, side_B, outside_m);
+  return nearest_facet(surface, center_B, is_vertex, side_B, outside_m);
 }
 
 template <class S>
@@ -89,21 +91,21 @@ GapKinematics<S> sphere_gap(const Bodies<S>& bodies, const Proximity<S>& proximi
     const int at = bodies.model.offset(body);
     return at < 0 ? bodies.poses[body].p : load3(y + at);
   };
-  const auto speed = [&](int body) {
+  const auto velocity = [&](int body) {
     return bodies.moves[body] ? load3(y + bodies.model.offset(body) + kAtVelocity) : Vec3<S>{};
   };
-  const Vec3<S> p = position(candidate.feature_body), v = speed(candidate.feature_body);
+  const Vec3<S> p = position(candidate.feature_body), v = velocity(candidate.feature_body);
   if (surface.kind == SurfaceKind::plane) {
     kinematics.normal = surface.normal_W;
     kinematics.gap = dot(kinematics.normal, p) - surface.offset - candidate.feature.radius;
     kinematics.rate = dot(kinematics.normal, v);
   } else {
     const Vec3<S> away = p - position(candidate.surface_body);
-    const Vec3<S> drift = v - speed(candidate.surface_body);
+    const Vec3<S> relative_velocity = v - velocity(candidate.surface_body);
     const S distance = norm(away);
     kinematics.normal = distance > S(0) ? (S(1) / distance) * away : Vec3<S>{S(0), S(0), S(1)};
     kinematics.gap = distance - candidate.feature.radius - surface.radius;
-    kinematics.rate = dot(kinematics.normal, drift);
+    kinematics.rate = dot(kinematics.normal, relative_velocity);
   }
   kinematics.x = p - candidate.feature.radius * kinematics.normal;
   return kinematics;

@@ -8,11 +8,11 @@ namespace atwood::event {
 // Solves constraints.matrix unknown = constraints.right for constraints.row_count rows, and leaves the bodies'
 // accelerations under the solution in constraints.acceleration.
 //
-// redundant: constraints may depend on each other; of the solutions that one nearest to the start in
-// constraints.unknown is found, unknowns weighted by constraints.weight. Factors kept under the same `key` are tried
-// first; key 0: neither reused nor kept. A block that has no factors gets the unknowns 0 and unsets
-// constraints.solvable. Residual: |r_i| / sqrt(A_ii) relative to |x_i| sqrt(A_ii); converged: to 64 roundings;
-// stagnated: each |r_i| is at most constraints.right_round_off[i].
+// redundant: constraints may depend on each other; the solution nearest to the start in constraints.unknown is found,
+// in the norm weighted by constraints.weight. Factors kept under the same `key` are tried first; key 0: neither reused
+// nor kept. A block that has no factors gets the unknowns 0 and unsets constraints.solvable. Residual: |r_i| /
+// sqrt(A_ii) relative to |x_i| sqrt(A_ii); converged: to 64 roundings; stagnated: each |r_i| is at most
+// constraints.right_round_off[i].
 template <class S>
 Convergence solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, ConstraintSystem<S>& constraints,
                        bool redundant, std::uint64_t key);

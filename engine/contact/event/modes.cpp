@@ -43,7 +43,7 @@ void modes_from_velocities(const Bodies<S>& bodies, const Proximity<S>& proximit
       contact.rolling = RollingMode::roll;
       contact.roll_direction = (S(1) / rolling) * roll;
     } else if (!contact.reached_rolling_bound) {
-      contact.rolling = RollingMode::hold;
+      contact.rolling = RollingMode::stick;
     }
     contact.reached_rolling_bound = false;
   }
@@ -59,7 +59,7 @@ bool laws_hold(const Proximity<S>& proximity, const ActiveSet<S>& active, const 
            if (pair.count == 1 && !(contact.normal_N > tiny_N)) return false;
            if (contact.mode == FrictionMode::stick && norm(contact.friction_N) > pair.friction * contact.normal_N)
              return false;
-           return contact.rolling != RollingMode::hold ||
+           return contact.rolling != RollingMode::stick ||
                   norm(contact.couple_N_m) <= pair.rolling_friction_m * contact.normal_N;
          });
 }
@@ -87,7 +87,7 @@ template <class S> bool release_violated(const Proximity<S>& proximity, ActiveSe
       contact.slip_direction = (S(-1) / held) * contact.friction_N;
       changed = true;
     }
-    if (contact.rolling == RollingMode::hold && turned > pair.rolling_friction_m * contact.normal_N) {
+    if (contact.rolling == RollingMode::stick && turned > pair.rolling_friction_m * contact.normal_N) {
       contact.rolling = RollingMode::roll;
       contact.roll_direction = (S(-1) / turned) * contact.couple_N_m;
       changed = true;
@@ -104,7 +104,7 @@ template <class S> bool accelerates_along(const Vec3<S>& onset, const Vec3<S>& d
 }
 
 // Activates a contact that does not separate. Where all contacts of its pair would pull if they stuck, they slip: with
-// large friction an end may be pressed on although it would have to be pulled to stay at rest.
+// large friction the end of a rod may be pressed although sticking would need a tensile force.
 template <class S>
 void reactivate(const Bodies<S>& bodies, const Proximity<S>& proximity, const StateBuffers<S>& states,
                 bool pair_released, S tiny_acceleration, Contact<S>& contact) {
@@ -115,7 +115,7 @@ void reactivate(const Bodies<S>& bodies, const Proximity<S>& proximity, const St
   const S size = norm(onset);
   if (!(size > tiny_acceleration)) return;
   contact.mode = FrictionMode::slip;
-  contact.slip_onset = true;  // not along what round-off has left of the velocity
+  contact.slip_onset = true;  // its direction is that of the acceleration, since the velocity is round-off
   contact.slip_direction = (S(1) / size) * onset;
 }
 
@@ -205,7 +205,7 @@ void modes_from_forces(const Proximity<S>& proximity, ActiveSet<S>& active, S ti
         contact.slip_direction = (S(-1) / held) * contact.friction_N;
       }
     }
-    if (contact.rolling == RollingMode::hold) {
+    if (contact.rolling == RollingMode::stick) {
       const Vec3<S> onset = perpendicular_part(contact.alpha, n);
       const S size = norm(onset);
       if (size * pair.bounding_radii > tiny_acceleration) {

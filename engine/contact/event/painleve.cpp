@@ -53,7 +53,7 @@ S delassus_form(const Bodies<S>& bodies, const Proximity<S>& proximity, const Ac
   size = S(0);
   for (const Contact<S>& contact : active.contacts) {
     if (!counts(contact)) continue;
-    const bool held = contact.mode == FrictionMode::stick, turned = contact.rolling == RollingMode::hold;
+    const bool held = contact.mode == FrictionMode::stick, turned = contact.rolling == RollingMode::stick;
     const Vec3<S> force = held ? force_of(contact) : contact.normal_N * contact.kinematics.normal;
     const ConstraintRow<S> row =
         row_of_load(bodies, proximity, contact, force, turned ? contact.couple_N_m : Vec3<S>{});

@@ -17,10 +17,11 @@ template <class S> bool impact_without_collision(EventRun<S>& run, S t_s);
 // unbounded. Its range and that of the normal force are recorded over the evaluations of a trial step.
 template <class S> void record_delassus(Contact<S>& contact, S delassus, S normal_N);
 template <class S> void reset_delassus_range(ActiveSet<S>& active);
-// False: some element vanishes, or is small and the method cannot follow: the element changes too much, or the contact
-// is pulled harder than it was pressed. The step must be shorter.
+// False: some element vanishes, or is small and the method cannot follow: the element changes too much, or the normal
+// force became negative by more than it was positive. The step must be shorter.
 template <class S>
 bool delassus_is_resolved(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active);
+// True where some contact's Delassus element is near zero at the present state.
 template <class S>
 bool near_singularity(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active);
 

@@ -42,7 +42,7 @@ void change_velocity(const Bodies<S>& bodies, const ConstraintSystem<S>& constra
 template <class S> S largest_drift(const ActiveSet<S>& active) {
   S worst = S(0);
   for (const Contact<S>& contact : active.contacts)
-    if (contact.active) worst = real::max(worst, real::abs(contact.kinematics.gap - contact.held_gap));
+    if (contact.active) worst = real::max(worst, real::abs(contact.kinematics.gap - contact.target_gap));
   return worst;
 }
 
@@ -58,7 +58,7 @@ void project_positions(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveS
   do {
     assign_rows(bodies, proximity, active, constraints, ConstraintLevel::position);
     for (const Contact<S>& contact : active.contacts)
-      if (contact.active) constraints.right[contact.first_row] = contact.held_gap - contact.kinematics.gap;
+      if (contact.active) constraints.right[contact.first_row] = contact.target_gap - contact.kinematics.gap;
     std::fill_n(constraints.right_round_off.begin(), constraints.row_count, tolerance);
     solve_least_change(bodies, active, constraints);
     S* y = states.overwrite(states.y);
@@ -90,7 +90,7 @@ bool velocities_consistent(const Bodies<S>& bodies, const Proximity<S>& proximit
     const Vec3<S>& n = contact.kinematics.normal;
     const S normal = dot(contact.u, n);
     worst = real::max(worst, contact.mode == FrictionMode::stick ? dot(contact.u, contact.u) : normal * normal);
-    if (contact.rolling == RollingMode::hold) {
+    if (contact.rolling == RollingMode::stick) {
       const Vec3<S> roll = proximity.pairs[candidate.pair].bounding_radii * (contact.w - dot(contact.w, n) * n);
       worst = real::max(worst, dot(roll, roll));
     }

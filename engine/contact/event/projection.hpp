@@ -5,8 +5,8 @@
 
 namespace atwood::event {
 
-// Removes drift from states.y: positions along the normals, then velocities by the impulses of least energy. Leaves the
-// kinematics of the active contacts at states.y where velocities needed no change.
+// Removes drift from states.y: positions along the normals, then velocities by the impulses of least energy. If no
+// velocity had to change, the contacts' kinematics are valid at states.y.
 template <class S>
 void project_contacts(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
                       ConstraintSystem<S>& constraints, StateBuffers<S>& states);

@@ -26,7 +26,7 @@ template <class S> struct ShapePair {
   // Message where a vertex would slide beyond its face, or a sphere touches two facets; empty: they cannot.
   std::string boundary_refusal;
   std::string refusal;               // not empty: the pair has no contact test, and must not come near
-  S recheck_travel{};                // [m] path lengths of both bodies up to which they cannot have met
+  S travel_until_recheck{};          // [m] path lengths of both bodies up to which they cannot have met
   std::int64_t gaps_known_at = -1;   // the segment (Proximity::segment) at whose start its candidates' gaps are known
   bool last_bounce = false;          // the impact of this instant is taken as the last of a series of bounces,
   S remaining_bounces_s{};           // which would go on for that long
@@ -64,9 +64,9 @@ template <class S> struct Proximity {
   std::vector<std::vector<Edge<S>>> edges;  // of each body
   int edge_surface = -1;                    // the surface of candidates of edges
   std::size_t candidates_without_edges = 0, surfaces_without_edges = 0;
-  std::vector<int> near;              // pairs that may touch within the present trial step
-  std::vector<S> travel, excursions;  // [m] a body: path length so far; bound of its path in the trial step
-  std::int64_t segment = 0;           // number of the present segment of a step; segments end at steps and events
+  std::vector<int> near;                    // pairs that may touch within the present trial step
+  std::vector<S> path_length, path_bounds;  // [m] a body: path length so far; bound of its path in the trial step
+  std::int64_t segment = 0;                 // number of the present segment of a step; segments end at steps and events
 };
 
 // All pairs and candidates of a scene; also sets bounding radii and the length scale.
@@ -79,7 +79,7 @@ template <class S> void update_poses(Bodies<S>& bodies, const Candidate<S>& cand
 // bodies.poses, as the next two.
 template <class S>
 Vec3<S> reference_point(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate);
-// The facet below a candidate; outside_m: see nearest_facet().
+// The facet below a candidate; outside_m: see nearest_facet(). Updates the search hint last_triangle.
 template <class S>
 Facet<S> facet_below(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
                      S& outside_m);
@@ -104,8 +104,8 @@ template <class S>
 bool find_near(const Bodies<S>& bodies, Proximity<S>& proximity, const StateBuffers<S>& states, Report& report, S h_s);
 // Gaps and rates of the candidates of near pairs at both ends of the trial step. Those in contact are left out.
 template <class S> void measure_gaps(Bodies<S>& bodies, Proximity<S>& proximity, const StateBuffers<S>& states);
-// Adds the trial step's excursions to the path lengths.
-template <class S> void advance_travel(Proximity<S>& proximity);
+// Adds the bounds of the trial step to the path lengths.
+template <class S> void advance_path_lengths(Proximity<S>& proximity);
 // The trial step was taken whole: its end is the start of the next segment.
 template <class S> void shift_gaps(Proximity<S>& proximity);
 

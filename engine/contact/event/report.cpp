@@ -11,7 +11,7 @@ bool end_at(Report& report, Status status, double t_s, const std::string& what) 
 
 }  // namespace
 
-bool refuse(Report& report, Status status, const std::string& reason) {
+bool end_run(Report& report, Status status, const std::string& reason) {
   report.outcome = {status, reason, 0, 0, {}};
   return false;
 }

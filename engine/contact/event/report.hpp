@@ -11,10 +11,12 @@ struct Report {
   Outcome outcome;                     // why the run ended, once a function has returned false
 };
 
-// Each ends the run and returns false: as unsupported or diverged at t_s, with what happened there; with the whole
-// message.
+// All three return false.
+// Ends the run as unsupported: "at t = ... s WHAT".
 bool refuse_at(Report& report, double t_s, const std::string& what);
+// The same as diverged.
 bool diverged_at(Report& report, double t_s, const std::string& what);
-bool refuse(Report& report, Status status, const std::string& reason);
+// Ends the run with any status and the whole message.
+bool end_run(Report& report, Status status, const std::string& reason);
 
 }  // namespace atwood::event

@@ -39,7 +39,8 @@ namespace atwood::event {
 
 struct EventOptions {
   Restitution restitution = Restitution::newton;
-  bool together = false;  // simultaneous impacts are solved at once, instead of pair after pair
+  // Simultaneous impacts form one complementarity problem; false: pairs are solved in turn.
+  bool simultaneous = false;
 };
 
 // A candidate that touches at the instant of an impact.
@@ -48,8 +49,8 @@ template <class S> struct ImpactPoint {
   GapKinematics<S> kinematics;
   ImpactBody<S> surface, feature;
   S inverse_mass_n{}, inverse_mass_t{};  // [1/kg] inverse effective masses along and across the normal
-  S before{}, target{};                  // [m/s] normal velocity before, and the least one after
-  S least{}, normal_N_s{};               // [N s] normal impulse: at least, and so far
+  S before{}, target{};                  // [m/s] normal velocity before the impact; lower bound on it afterwards
+  S least{}, normal_N_s{};               // [N s] lower bound of the normal impulse; its present value
   Vec3<S> tangential_N_s;
 };
 // An impulse that was applied, to be reported as an event.

@@ -17,8 +17,8 @@ struct SlipTurning {
   bool balanced = false;  // some slip hardly changes: friction and what drives it nearly balance
 };
 
-// Velocity [m/s] by which a body's frame turns in within_s under an angular acceleration that is not along its spin:
-// stages of a method approximate such rotation only to second order in the step, and so the slip.
+// Change [m/s] of a surface velocity within within_s by the turning of the body's axes. Stages approximate it to second
+// order only, and the slip with it.
 template <class S> S frame_turning(const Bodies<S>& bodies, const StateBuffers<S>& states, int body, S within_s) {
   if (!bodies.moves[body] || !bodies.model.rotates(body)) return S(0);
   const Vec3<S> alpha =

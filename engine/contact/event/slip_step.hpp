@@ -1,11 +1,11 @@
-// Steps that follow slip near its onset and its end.
+// Length of the segments of a step while contacts slip.
 #pragma once
 
 #include "contact/event/constraints.hpp"
 
 namespace atwood::event {
 
-// Slip that is zero up to round-off keeps the direction of its onset.
+// True where the contact slips with a speed that is zero up to round-off; it keeps the direction of its onset.
 template <class S> bool slip_is_zero(const Bodies<S>& bodies, const Contact<S>& contact) {
   return contact.mode == FrictionMode::slip && !(contact.slip_speed > bodies.slip_round_off());
 }

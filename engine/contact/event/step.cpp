@@ -1,9 +1,10 @@
 // One step of `+event`.
 //
 //   trial step       to the end of the step, or as far as error control and slip allow
-//   event location   the first switching function that falls through zero in it, by shorter steps from the same state
+//   event location   finds the first zero of a switching function within the trial step; trial steps of shorter length
+//                    are taken from the same state
 //   event            impacts, or a change of the active set, at that state
-//   rest             the same again from there to the end of the step
+//   remainder        the same from the event to the end of the step
 #include "contact/event/step.hpp"
 
 #include <algorithm>
@@ -22,22 +23,23 @@ namespace atwood::event {
 
 namespace {
 
-// A run may have any number of events as long as its time advances.
-constexpr int kMaxEventsWithoutProgress = 10000, kMaxSegmentsOfAFraction = 100000;
-constexpr double kFractionOfAStep = 1e-3;
+// A run may take at most kMaxEventsWithoutProgress events at one instant, and at most kMaxSegments segments while its
+// time advances by less than kMinProgressOfAStep of a step.
+constexpr int kMaxEventsWithoutProgress = 10000, kMaxSegments = 100000;
+constexpr double kMinProgressOfAStep = 1e-3;
 constexpr int kMaxFacetChanges = 1000;  // in a step; a ball that rolls over a mesh changes its facet a few times
-constexpr int kMaxSegmentsNearSingularity = 5000;  // each changes a Delassus element by an eighth at most
+constexpr int kMaxSegmentsNearSingularity = 5000;  // each segment changes a Delassus element by at most an eighth
 constexpr const char* kSingularSlip =
     "a contact slips towards a singular configuration (Painleve), where its normal force would be infinite";
 
-// How much of the step was left when its time last advanced, and how many events or segments came since; and the
-// changes of facets in all of the step.
+// Time left in the step when time last advanced, the number of events and segments since then, and the facet changes of
+// the whole step.
 template <class S> struct Progress {
   S left_at_event_s, left_at_segment_s;
   int events = 0, segments = 0, facet_changes = 0;
 
-  // Does the time no longer advance by more than round_off_s from event to event?
-  bool stalls_at_event(S left_s, S round_off_s) {
+  // Count an event or a segment. True: too many without progress of the time.
+  bool is_stalled_at_event(S left_s, S round_off_s) {
     if (left_at_event_s - left_s > round_off_s) {
       left_at_event_s = left_s;
       events = 0;
@@ -49,7 +51,7 @@ template <class S> struct Progress {
       left_at_segment_s = left_s;
       segments = 0;
     }
-    return ++segments > kMaxSegmentsOfAFraction;
+    return ++segments > kMaxSegments;
   }
 };
 
@@ -89,7 +91,8 @@ bool trial_step(ActiveSet<S>& active, Integration<S>& integration, StateBuffers<
   return false;
 }
 
-// ... shortened until forces near a singular configuration (painleve.hpp) are resolved.
+// A trial step, halved until the forces near a singular configuration are resolved (painleve.hpp). False: an implicit
+// step has no solution, or 60 halvings did not do.
 template <class S> bool resolved_trial_step(EventRun<S>& run, Stepper<S>& stepper, S t_s, S& h_s) {
   constexpr int max_halvings = 60;
   for (int halving = 0; halving < max_halvings; ++halving, h_s = h_s / S(2)) {
@@ -100,7 +103,8 @@ template <class S> bool resolved_trial_step(EventRun<S>& run, Stepper<S>& steppe
   return refuse_at(run.report, static_cast<double>(t_s), kSingularSlip);
 }
 
-// The active set at states.y, projection onto its constraints, and the impact without collision that may follow.
+// Finds the active set at states.y, projects onto its constraints, and applies an impact without collision if there is
+// no contact force. Changes states.y, active, constraints. False: the run ends.
 template <class S> bool renew_active_set(EventRun<S>& run, S t_s) {
   if (!update_active_set(run, t_s)) return false;
   project_contacts(run.bodies, run.proximity, run.active, run.constraints, run.states);
@@ -132,7 +136,7 @@ template <class S> bool handle_event(EventRun<S>& run, const Crossing<S>& crossi
   if (crossing.function == SwitchingFunction::facet) {
     update_active_kinematics(run.bodies, run.proximity, run.active, run.states.y.data(), run.states.y.version);
     if (!change_facet(run, contact)) return false;
-    // An edge lies down on a face: the contact that held it takes part in the impact of its other points.
+    // The edge comes to lie on a face. Its present contact is one of the points of that impact.
     if (run.proximity.candidates[contact.candidate].feature.edge && !contact.left_facet)
       return resolve_impacts(run, t_s);
   }
@@ -148,12 +152,12 @@ template <class S> bool restart_contacts(EventRun<S>& run, S t_s) {
   run.bodies.poses_at = 0;
   update_speed_scale(run.bodies, run.states.y.data());
   run.states.y_new = run.states.y;
-  for (ShapePair<S>& pair : run.proximity.pairs) pair.recheck_travel = S(0);
+  for (ShapePair<S>& pair : run.proximity.pairs) pair.travel_until_recheck = S(0);
   ++run.proximity.segment;
   if (!find_near(run.bodies, run.proximity, run.states, run.report, S(0))) return false;
   add_crossing_edges(run);
-  if (run.active.starts) {
-    run.active.starts = false;
+  if (run.active.is_first_step) {
+    run.active.is_first_step = false;
     bool approach = false;
     measure_gaps(run.bodies, run.proximity, run.states);
     for (const int p : run.proximity.near) {
@@ -182,8 +186,8 @@ template <class S> bool locate_event(Flow<S>& flow, Crossing<S>& first) {
   return flow.ok && check_boundaries(flow, first) && check_other_facets(flow, first);
 }
 
-// `reached` becomes the present state; `reached` then holds the former state. Changes states, scales of round-off, and
-// the contacts' constraints and directions.
+// Makes `reached` the present state; the two are swapped, so `reached` receives the former one. Changes states, scales
+// of round-off, and the contacts' constraints and directions.
 template <class S> void advance_to(EventRun<S>& run, State<S>& reached) {
   run.states.y.swap(reached);
   update_speed_scale(run.bodies, run.states.y.data());
@@ -193,7 +197,7 @@ template <class S> void advance_to(EventRun<S>& run, State<S>& reached) {
 
 // False: the time no longer advances, or slip runs into a singular configuration; the run ends.
 template <class S> bool check_progress(EventRun<S>& run, Progress<S>& progress, S t_s, S h_s, S left_s) {
-  if (progress.stalls_at_segment(left_s, S(kFractionOfAStep) * h_s))
+  if (progress.stalls_at_segment(left_s, S(kMinProgressOfAStep) * h_s))
     return diverged_at(run.report, static_cast<double>(t_s),
                        "slip changes so fast that 100000 segments cover less than a thousandth of a step");
   if (progress.segments > kMaxSegmentsNearSingularity && run.active.count > 0 &&
@@ -221,7 +225,7 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     Flow<S> flow{run, stepper, t_s, step_s};
     Crossing<S> first;
     if (!locate_event(flow, first)) return false;
-    advance_travel(run.proximity);
+    advance_path_lengths(run.proximity);
 
     if (first.function == SwitchingFunction::none) {
       shift_gaps(run.proximity);
@@ -245,7 +249,7 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
       return refuse_at(run.report, static_cast<double>(t_s),
                        "a contact changed its facet more than 1000 times within a step: it stays on the common edge of "
                        "two facets, and round-off decides on which of them it is");
-    if (progress.stalls_at_event(left_s, real::epsilon<S>() * real::abs(t_s)))
+    if (progress.is_stalled_at_event(left_s, real::epsilon<S>() * real::abs(t_s)))
       return diverged_at(run.report, static_cast<double>(t_s), "10000 events at one instant");
   }
 }

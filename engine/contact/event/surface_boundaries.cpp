@@ -192,7 +192,7 @@ bool overlaps_other_facet(const Bodies<S>& bodies, const Proximity<S>& proximity
   const Facet<S> nearest = nearest_facet(surface, to_body(on, center - on.p), false, Vec3<S>{}, outside_m);
   const S held = gap_kinematics(candidate.feature, of, surface, contact.facet, on).gap;
   return gap_kinematics(candidate.feature, of, surface, nearest, on).gap <
-         real::min(held, contact.held_gap) - S(16) * bodies.gap_round_off();
+         real::min(held, contact.target_gap) - S(16) * bodies.gap_round_off();
 }
 
 template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact) {
@@ -208,7 +208,7 @@ template <class S> bool change_facet(EventRun<S>& run, Contact<S>& contact) {
   }
   const Candidate<S>& candidate = proximity.candidates[contact.candidate];
   if (meets_faces_only(proximity.surfaces[candidate.surface], candidate.feature))
-    return refuse(run.report, Status::unsupported, proximity.pairs[candidate.pair].boundary_refusal);
+    return end_run(run.report, Status::unsupported, proximity.pairs[candidate.pair].boundary_refusal);
   // By round-off the feature is still over the old facet: take the one a little ahead.
   const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
   const Vec3<S> arm = candidate.feature.centered ? Vec3<S>{} : to_world(of, candidate.feature.center_B),
@@ -232,13 +232,13 @@ template <class S> Transform<S> transform_of(const Bodies<S>& bodies, int body, 
 }  // namespace
 
 template <class S>
-S held_gap_of_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active, int pair,
-                   const S* y) {
+S target_gap_of_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active, int pair,
+                     const S* y) {
   S deepest = S(0);
   for (const Contact<S>& contact : active.contacts) {
     const Candidate<S>& f = proximity.candidates[contact.candidate];
     if (f.pair != pair) continue;
-    deepest = real::min(deepest, contact.held_gap);
+    deepest = real::min(deepest, contact.target_gap);
     if (!contact.active) continue;
     const Pose<S> of = pose_of(bodies, f.feature_body, y), on = pose_of(bodies, f.surface_body, y);
     deepest = real::min(deepest, gap_kinematics(f.feature, of, proximity.surfaces[f.surface], contact.facet, on).gap);
@@ -258,7 +258,7 @@ bool clear_of_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, c
   const S iterated = S(std::pow(static_cast<double>(real::epsilon<S>()), 0.6));
   const S tolerance = S(64) * bodies.gap_round_off() + iterated * pair.bounding_radii;
   return separation(boundary.feature, feature, boundary.surface, sheet).gap >=
-         held_gap_of_pair(bodies, proximity, active, boundary.pair, y) - tolerance;
+         target_gap_of_pair(bodies, proximity, active, boundary.pair, y) - tolerance;
 }
 
 template <class S>
@@ -266,7 +266,7 @@ bool clear_of_boundaries(const Bodies<S>& bodies, const Proximity<S>& proximity,
                          Report& report, const S* y) {
   for (const FaceBoundary<S>& boundary : proximity.boundaries)
     if (!clear_of_boundary(bodies, proximity, active, boundary, y))
-      return refuse(report, Status::unsupported, proximity.pairs[boundary.pair].boundary_refusal);
+      return end_run(report, Status::unsupported, proximity.pairs[boundary.pair].boundary_refusal);
   return true;
 }
 
@@ -306,7 +306,7 @@ bool may_cross_boundary(const Bodies<S>& bodies, const Proximity<S>& proximity, 
 }
 
 #define ATWOOD_SURFACE_BOUNDARIES(S)                                                                                   \
-  template S held_gap_of_pair<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&, int, const S*);           \
+  template S target_gap_of_pair<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&, int, const S*);         \
   template bool clear_of_boundary<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&,                       \
                                      const FaceBoundary<S>&, const S*);                                                \
   template bool clear_of_boundaries<S>(const Bodies<S>&, const Proximity<S>&, const ActiveSet<S>&, Report&, const S*); \

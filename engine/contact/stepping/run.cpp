@@ -194,8 +194,9 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
     }
     world.records_impulses = reports_samples && (n + 1) % stride == 0;
     if (!step(world, from_s, h_s)) {
+      std::string reason = unsolved_step(model.system().solvers, static_cast<double>(from_s));
       model.system().solvers.keep_capped();
-      return {Status::diverged, "an implicit step has no solution", n, 0, {}, named_tallies(model.system().solvers)};
+      return {Status::diverged, std::move(reason), n, 0, {}, named_tallies(model.system().solvers)};
     }
     if (world.profile) {
       const auto busy = std::chrono::steady_clock::now() - begin;

@@ -69,7 +69,7 @@ template <class S> struct Rolling {
 // ---- sleep.cpp: the arrays are empty unless the option is on
 struct Sleep {
   std::vector<int> sleeping_island;         // of body i, named by one of its bodies; -1: awake
-  std::vector<double> time_at_remaining_s;  // of body i
+  std::vector<double> time_at_rest_s;  // of body i
   std::vector<int> parent;                  // union-find over bodies
 };
 
