@@ -103,7 +103,7 @@ void init_sphere_contact(World<S>& world, SphereBatch<S>& batch, int lane, const
   const PairCoefficients& coefficients = world.coefficients(pair.a, pair.b);
   batch.friction.lane[lane] = S(coefficients.friction);
   batch.restitution.lane[lane] = S(coefficients.restitution);
-  batch.gap.lane[lane] = S(1e30);
+  batch.gap.lane[lane] = S(kNoValue);
   batch.slop.lane[lane] =
       S(kSlopPerSize) * (other.kind == ShapeKind::plane ? world.geometry[pair.a].radius
                                                         : real::min(world.geometry[pair.a].radius, other.radius));

@@ -52,10 +52,14 @@ template <class T> struct Rounding {
   T radius_m;
 };
 
+// The gap of a lane that has no such point, and the bias of a contact that is no constraint [m, m/s]; all others are
+// below kMaxValue.
+inline constexpr double kNoValue = 1e30, kMaxValue = 1e29;
+
 // One point of eight manifolds.
 template <class S> struct ManifoldPoint {
   Lanes<S> r_a[3], r_b[3];           // m; from the centres of mass to the point, when the manifold was detected
-  Lanes<S> gap_at_detection;         // m; 1e30: this lane has no such point
+  Lanes<S> gap_at_detection;         // m; kNoValue: this lane has no such point
   Lanes<S> gap, bias;                // m, m/s; as in SphereBatch
   Lanes<S> arm_a[3], arm_b[3];       // m; to the point midway between the surfaces, now
   Lanes<S> mass_n;                   // kg; effective mass along the normal

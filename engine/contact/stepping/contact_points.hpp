@@ -40,7 +40,7 @@ template <class S> bool is_contact(const World<S>& world, int contact) {
   if (at.point < 0) return at.lane < sphere_batch(world, at).count;
   const ManifoldBatch<S>& batch = manifold_batch(world, at);
   return at.lane < batch.count && at.point < batch.points &&
-         batch.point[at.point].gap_at_detection.lane[at.lane] < S(1e29);
+         batch.point[at.point].gap_at_detection.lane[at.lane] < S(kMaxValue);
 }
 template <class S> std::pair<int, int> bodies_of(const World<S>& world, int contact) {
   const ContactAddress at = address_of(world, contact);

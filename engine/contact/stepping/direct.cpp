@@ -40,7 +40,7 @@ template <class S> int tied_child(const World<S>& world, std::size_t stop) {
 // A contact, or below 0 a stop, as a point.
 template <class S> SolverPoint<S> point_of(const World<S>& world, int contact) {
   if (contact >= 0) return solver_point(world, contact);
-  const JointStop<S>& stop = world.tied->stops[static_cast<std::size_t>(-1 - contact)];
+  const StopConstraint<S>& stop = world.tied->stops[static_cast<std::size_t>(-1 - contact)];
   SolverPoint<S> out;
   out.a = out.b = tied_child(world, static_cast<std::size_t>(-1 - contact));
   out.bias = stop.bias;
@@ -63,7 +63,7 @@ template <class S> void build_islands(World<S>& world, DirectSolver<S>& d, bool 
     if (!is_contact(world, contact)) continue;
     const auto [a, b] = bodies_of(world, contact);
     const ContactAddress at = address_of(world, contact);
-    if (at.point < 0 && !(sphere_batch(world, at).active && sphere_batch(world, at).bias.lane[at.lane] < S(1e29)))
+    if (at.point < 0 && !(sphere_batch(world, at).active && sphere_batch(world, at).bias.lane[at.lane] < S(kMaxValue)))
       continue;
     if (!all && !may_become_active(world, solver_point(world, contact))) {
       d.inactive.push_back(contact);
@@ -182,7 +182,7 @@ template <class S> S delassus_entry(const World<S>& world, const DirectSolver<S>
   return free_entry(world, d, i, j);
 }
 
-template <class S> JointStop<S>& stop_of(World<S>& world, const DirectSolver<S>& d, int i) {
+template <class S> StopConstraint<S>& stop_of(World<S>& world, const DirectSolver<S>& d, int i) {
   return world.tied->stops[static_cast<std::size_t>(-1 - d.contact_of_point[static_cast<std::size_t>(i)])];
 }
 
@@ -338,15 +338,15 @@ template <class S> void solve_island(World<S>& world, DirectSolver<S>& d) {
   S scale{};
   for (std::size_t i = 0; i < size; ++i)
     scale = real::max(scale, real::max(real::abs(d.l[i]), d.row_step[i] * real::abs(d.q[i])));
-  const S wanted = S(kTolerance) * real::epsilon<S>() * scale;
+  const S target_rate = S(kTolerance) * real::epsilon<S>() * scale;
   S left = residual(d, d.l, d.z, d.F);
   int iterations = 0;
-  for (; iterations < kMaxNewtonIterations && left > wanted; ++iterations) {
+  for (; iterations < kMaxNewtonIterations && left > target_rate; ++iterations) {
     if (newton_step(d, left)) continue;
     for (int k = 0; k < kFallbackSweeps; ++k) sweep(d);
     left = residual(d, d.l, d.z, d.F);
   }
-  report(world, iterations, left, scale, left <= wanted ? SolveEnd::converged : SolveEnd::capped);
+  report(world, iterations, left, scale, left <= target_rate ? SolveEnd::converged : SolveEnd::capped);
 }
 
 // Applies the change of the impulses to the bodies and stores them. Changes velocities and impulses.
@@ -355,7 +355,7 @@ template <class S> void apply(World<S>& world, DirectSolver<S>& d) {
   for (int i = 0; i < d.n(); ++i) {
     SolverPoint<S>& p = d.points[i];
     if (d.contact_of_point[i] < 0) {
-      JointStop<S>& stop = stop_of(world, d, i);
+      StopConstraint<S>& stop = stop_of(world, d, i);
       apply_row(world, stop.row, d.l[3 * i] - stop.impulse);
       stop.impulse = d.l[3 * i];
       continue;

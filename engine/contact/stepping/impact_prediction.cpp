@@ -13,13 +13,14 @@ template <class S> LinearMotion<S> linear_motion(const World<S>& world, int body
 
 namespace {
 
-// The predict_* functions below ask whether a gap closes within h_s, at the present velocities or with the velocity
-// increment added, and whether it then closes faster than that increment. An overlap gives an impact at t_s = 0.
+// The predict_* functions below ask whether a gap closes within within_s, at the present velocities or with the
+// velocity increment added, and whether it then closes faster than that increment. An overlap gives an impact at t_s =
+// 0.
 
 // Two spheres: |d + u t| = r_a + r_b.
 template <class S>
 PredictedImpact<S> predict_sphere_impact(const SphereBatch<S>& batch, int k, const LinearMotion<S>& a,
-                                         const LinearMotion<S>& b, S h_s) {
+                                         const LinearMotion<S>& b, S within_s) {
   PredictedImpact<S> out;
   const S r_a = batch.radius_a.lane[k], r_b = batch.radius_b.lane[k], radii = r_a + r_b;
   const Vec3<S> d = b.p - a.p, u = b.v - a.v, dv = b.dv - a.dv;
@@ -29,10 +30,10 @@ PredictedImpact<S> predict_sphere_impact(const SphereBatch<S>& batch, int k, con
     const S discriminant = du * du - uu * c;
     if (!(discriminant > S(0))) return out;
     out.t_s = c / (-du + real::sqrt(discriminant));
-    if (!(out.t_s <= h_s)) {  // later, unless the velocity increment closes the remaining gap
-      const Vec3<S> end = d + h_s * (u + dv);
+    if (!(out.t_s <= within_s)) {  // later, unless the velocity increment closes the remaining gap
+      const Vec3<S> end = d + within_s * (u + dv);
       if (!(dot(end, end) < radii * radii)) return out;
-      out.t_s = h_s;
+      out.t_s = within_s;
     }
   }
   const Vec3<S> at = d + out.t_s * u;
@@ -47,7 +48,7 @@ PredictedImpact<S> predict_sphere_impact(const SphereBatch<S>& batch, int k, con
 }
 
 template <class S>
-PredictedImpact<S> predict_plane_impact(const SphereBatch<S>& batch, int k, const LinearMotion<S>& a, S h_s) {
+PredictedImpact<S> predict_plane_impact(const SphereBatch<S>& batch, int k, const LinearMotion<S>& a, S within_s) {
   PredictedImpact<S> out;
   out.normal = lane_vector(batch.normal, k);
   const S gap = -dot(out.normal, a.p) - batch.radius_a.lane[k] - batch.radius_b.lane[k];
@@ -55,9 +56,9 @@ PredictedImpact<S> predict_plane_impact(const SphereBatch<S>& batch, int k, cons
   if (!(approach > real::abs(dv_n))) return out;
   if (gap > S(0)) {
     out.t_s = gap / approach;
-    if (out.t_s > h_s) {
-      if (!(gap < h_s * (approach + dv_n))) return out;
-      out.t_s = h_s;
+    if (out.t_s > within_s) {
+      if (!(gap < within_s * (approach + dv_n))) return out;
+      out.t_s = within_s;
     }
   }
   out.arm_a = batch.radius_a.lane[k] * out.normal;
@@ -69,10 +70,10 @@ PredictedImpact<S> predict_plane_impact(const SphereBatch<S>& batch, int k, cons
 template <class S>
 PredictedImpact<S> predict_point_impact(const ManifoldBatch<S>& batch, int k, int i, const LinearMotion<S>& a,
                                         const LinearMotion<S>& b, const Vec3<S>& rotation_a, const Vec3<S>& rotation_b,
-                                        S h_s) {
+                                        S within_s) {
   PredictedImpact<S> out;
   const ManifoldPoint<S>& point = batch.point[i];
-  if (!(point.gap_at_detection.lane[k] < S(1e29))) return out;
+  if (!(point.gap_at_detection.lane[k] < S(kMaxValue))) return out;
   out.normal = lane_vector(batch.normal, k);
   const Rounding<S> rounding_a{lane_vector(batch.rounding_axis_a, k), batch.rounding_radius_a.lane[k]};
   const Rounding<S> rounding_b{lane_vector(batch.rounding_axis_b, k), batch.rounding_radius_b.lane[k]};
@@ -86,17 +87,17 @@ PredictedImpact<S> predict_point_impact(const ManifoldBatch<S>& batch, int k, in
   if (!(approach > real::abs(dv_n))) return out;
   if (gap > S(0)) {
     out.t_s = gap / approach;
-    if (out.t_s > h_s) {
-      if (!(gap < h_s * (approach + dv_n))) return out;
-      out.t_s = h_s;
+    if (out.t_s > within_s) {
+      if (!(gap < within_s * (approach + dv_n))) return out;
+      out.t_s = within_s;
     }
   }
   out.occurs = true;
   return out;
 }
 
-// The next impact from now_s on, within h_s of it; the time is relative to now_s.
-template <class S> PredictedImpact<S> predict_impact_after(const World<S>& world, int contact, S now_s, S h_s) {
+// The next impact from now_s on, within within_s of it; the time is relative to now_s.
+template <class S> PredictedImpact<S> predict_impact_after(const World<S>& world, int contact, S now_s, S within_s) {
   const ContactAddress at = address_of(world, contact);
   const auto [a, b] = bodies_of(world, contact);
   LinearMotion<S> fa = linear_motion(world, a), fb = linear_motion(world, b);
@@ -104,8 +105,8 @@ template <class S> PredictedImpact<S> predict_impact_after(const World<S>& world
   fb.p += now_s * fb.v;
   if (at.point < 0) {
     const SphereBatch<S>& batch = sphere_batch(world, at);
-    if (world.geometry[b].kind == ShapeKind::plane) return predict_plane_impact(batch, at.lane, fa, h_s);
-    return predict_sphere_impact(batch, at.lane, fa, fb, h_s);
+    if (world.geometry[b].kind == ShapeKind::plane) return predict_plane_impact(batch, at.lane, fa, within_s);
+    return predict_sphere_impact(batch, at.lane, fa, fb, within_s);
   }
   const auto rotation = [&](int body) {
     if (!world.bodies.moves[body]) return Vec3<S>{};
@@ -116,20 +117,20 @@ template <class S> PredictedImpact<S> predict_impact_after(const World<S>& world
   const ManifoldBatch<S>& batch = manifold_batch(world, at);
   const Vec3<S> rotation_a = rotation(a) - lane_vector(batch.rotation_a, at.lane),
                 rotation_b = rotation(b) - lane_vector(batch.rotation_b, at.lane);
-  return predict_point_impact(batch, at.lane, at.point, fa, fb, rotation_a, rotation_b, h_s);
+  return predict_point_impact(batch, at.lane, at.point, fa, fb, rotation_a, rotation_b, within_s);
 }
 
 }  // namespace
 
-template <class S> PredictedImpact<S> predict_impact(const World<S>& world, int contact, S now_s, S h_s) {
-  PredictedImpact<S> out = predict_impact_after(world, contact, now_s, h_s - now_s);
+template <class S> PredictedImpact<S> predict_impact(const World<S>& world, int contact, S now_s) {
+  PredictedImpact<S> out = predict_impact_after(world, contact, now_s, world.sub_s - now_s);
   out.t_s += now_s;
   return out;
 }
 
 #define ATWOOD_IMPACT_PREDICTION(S)                                \
   template LinearMotion<S> linear_motion<S>(const World<S>&, int); \
-  template PredictedImpact<S> predict_impact<S>(const World<S>&, int, S, S);
+  template PredictedImpact<S> predict_impact<S>(const World<S>&, int, S);
 ATWOOD_IMPACT_PREDICTION(float)
 ATWOOD_IMPACT_PREDICTION(double)
 #undef ATWOOD_IMPACT_PREDICTION

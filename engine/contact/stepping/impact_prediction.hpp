@@ -18,9 +18,9 @@ template <class S> struct PredictedImpact {
   Vec3<S> normal, arm_a, arm_b;
 };
 
-// The next impact of a contact from now_s on in a substep of h_s; times are relative to its beginning. An impact occurs
+// The next impact of a contact from now_s on in the substep; times are relative to its beginning. An impact occurs
 // where the gap closes within the substep, at the present velocities or with the velocity increment added, and closes
 // faster than that increment. An overlap gives an impact at now_s.
-template <class S> PredictedImpact<S> predict_impact(const World<S>& world, int contact, S now_s, S h_s);
+template <class S> PredictedImpact<S> predict_impact(const World<S>& world, int contact, S now_s);
 
 }  // namespace atwood::stepping

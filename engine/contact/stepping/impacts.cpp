@@ -73,8 +73,7 @@ template <class S> Transform<S> transform_at(const World<S>& world, int body, S 
 // predict_point_impact() moves a point along the normal of detection, which is exact only for corners on planes. Before
 // such an impact is resolved, Newton's method on the gap between the shapes, at the contact point nearest to the
 // predicted one, corrects its time, normal and arms. False: the shapes do not touch within the substep.
-template <class S>
-bool refine_on_surfaces(World<S>& world, int contact, S from_s, S sub_s, PredictedImpact<S>& predicted) {
+template <class S> bool refine_on_surfaces(World<S>& world, int contact, S from_s, PredictedImpact<S>& predicted) {
   const ContactAddress at = address_of(world, contact);
   if (at.point < 0) return true;  // spheres and planes: exact
   const auto [a, b] = bodies_of(world, contact);
@@ -114,8 +113,9 @@ bool refine_on_surfaces(World<S>& world, int contact, S from_s, S sub_s, Predict
       return true;
     }
     const S t_s = predicted.t_s + point->gap / approach;
-    if (t_s > sub_s && predicted.t_s >= sub_s) return true;  // the velocity increment closes the remaining gap
-    predicted.t_s = real::min(real::max(t_s, from_s), sub_s);
+    if (t_s > world.sub_s && predicted.t_s >= world.sub_s)
+      return true;  // the velocity increment closes the remaining gap
+    predicted.t_s = real::min(real::max(t_s, from_s), world.sub_s);
     if (t_s <= from_s && iteration > 0) return true;  // they overlap already
   }
   report(kMaxRefinements, SolveEnd::capped);
@@ -208,27 +208,27 @@ template <class S> S approach_speed_m_per_s(const World<S>& world, int contact, 
 
 // Impacts count as simultaneous if their times differ by less than this: round-off of the positions over the speed at
 // which the gap closes, and round-off of the time.
-template <class S> S simultaneity_tolerance_s(const World<S>& world, int contact, S approach, S sub_s) {
+template <class S> S simultaneity_tolerance_s(const World<S>& world, int contact, S approach) {
   const auto [a, b] = bodies_of(world, contact);
   const auto size = [&](int body) {
     const S own = world.geometry[body].kind == ShapeKind::plane ? real::abs(world.geometry[body].offset)
                                                                 : world.geometry[body].bounding_radius;
     return norm(load3(world.bodies.pose[body].at)) + own;
   };
-  return S(16) * real::epsilon<S>() * (sub_s + (size(a) + size(b)) / approach);
+  return S(16) * real::epsilon<S>() * (world.sub_s + (size(a) + size(b)) / approach);
 }
 
 // Of the impacts that are simultaneous with `next`, sets `next` and `predicted` to the one that approaches fastest,
 // ties by the order of the bodies; the others go back into the queue. For scenes whose simultaneous impacts are
 // sequential.
 template <class S, class Later>
-void select_fastest_approach(World<S>& world, S now_s, S sub_s, const Later& later, PredictedTime<S>& next,
+void select_fastest_approach(World<S>& world, S now_s, const Later& later, PredictedTime<S>& next,
                              PredictedImpact<S>& predicted) {
   auto& queue = world.impacts.queue;
   auto& simultaneous = world.impacts.simultaneous;
   simultaneous.clear();
   S fastest = approach_speed_m_per_s(world, next.contact, predicted);
-  const S until_s = predicted.t_s + simultaneity_tolerance_s(world, next.contact, fastest, sub_s);
+  const S until_s = predicted.t_s + simultaneity_tolerance_s(world, next.contact, fastest);
   const auto order = [&](int contact) {
     const auto [a, b] = bodies_of(world, contact);
     return std::pair(std::min(a, b), std::max(a, b));
@@ -237,7 +237,7 @@ void select_fastest_approach(World<S>& world, S now_s, S sub_s, const Later& lat
     std::pop_heap(queue.begin(), queue.end(), later);
     const PredictedTime<S> other = queue.back();
     queue.pop_back();
-    const PredictedImpact<S> candidate = predict_impact(world, other.contact, now_s, sub_s);
+    const PredictedImpact<S> candidate = predict_impact(world, other.contact, now_s);
     if (!candidate.occurs || other.contact == next.contact) continue;
     const S approach = approach_speed_m_per_s(world, other.contact, candidate),
             tolerance = S(64) * real::epsilon<S>() * fastest;
@@ -280,11 +280,11 @@ template <class S> struct ImpactCount {
 
 // Adds the substep's queue to the tallies. Its residual is the fastest approach that was left to the velocity solver,
 // over the fastest that was resolved.
-template <class S> void report_impact_queue(World<S>& world, const ImpactCount<S>& count, S sub_s) {
+template <class S> void report_impact_queue(World<S>& world, const ImpactCount<S>& count) {
   if (count.resolved == 0) return;
   S left{};
   for (const PredictedTime<S>& next : world.impacts.queue) {
-    const PredictedImpact<S> predicted = predict_impact(world, next.contact, count.now_s, sub_s);
+    const PredictedImpact<S> predicted = predict_impact(world, next.contact, count.now_s);
     if (predicted.occurs) left = real::max(left, approach_speed_m_per_s(world, next.contact, predicted));
   }
   const S residual = left > S(0) ? left / count.fastest : S(0);
@@ -300,7 +300,7 @@ template <class S> void list_contacts_with_restitution(World<S>& world) {
   list_contacts_by_body(world, point_count(world));
 }
 
-template <class S> void resolve_impacts(World<S>& world, S sub_s) {
+template <class S> void resolve_impacts(World<S>& world) {
   const bool has_stops = world.tied != nullptr && world.tied->has_stop_restitution;
   if (!world.has_restitution && !has_stops) return;
   Impacts<S>& impacts = world.impacts;
@@ -312,7 +312,7 @@ template <class S> void resolve_impacts(World<S>& world, S sub_s) {
   S now_s{};
   const bool sequential = world.scene->simultaneous_impacts == SimultaneousImpacts::sequential;
   const auto enqueue = [&](int contact) {
-    const PredictedImpact<S> predicted = predict_impact(world, contact, now_s, sub_s);
+    const PredictedImpact<S> predicted = predict_impact(world, contact, now_s);
     if (!predicted.occurs) return;
     queue.push_back({predicted.t_s, contact});
     std::push_heap(queue.begin(), queue.end(), later);
@@ -326,7 +326,7 @@ template <class S> void resolve_impacts(World<S>& world, S sub_s) {
   std::size_t stop_impacts_left = has_stops ? kMaxImpactsPerStop * world.tied->stops.size() : 0;
   const auto resolve_stop = [&](S until_s) {
     if (stop_impacts_left == 0) return false;
-    const Mechanism<S>* mechanism = resolve_stop_impact(world, now_s, until_s, sub_s);
+    const Mechanism<S>* mechanism = resolve_stop_impact(world, now_s, until_s);
     if (mechanism == nullptr) return false;
     --stop_impacts_left;
     for (const int body : mechanism->bodies) enqueue_contacts_of(body);
@@ -337,14 +337,14 @@ template <class S> void resolve_impacts(World<S>& world, S sub_s) {
   ImpactCount<S> count(impacts.with_restitution.size());
   for (;;) {
     if (queue.empty()) {
-      if (resolve_stop(sub_s)) continue;
+      if (resolve_stop(world.sub_s)) continue;
       break;
     }
     if (!count.may_go_on()) break;
     std::pop_heap(queue.begin(), queue.end(), later);
     PredictedTime<S> next = queue.back();
     queue.pop_back();
-    PredictedImpact<S> predicted = predict_impact(world, next.contact, now_s, sub_s);
+    PredictedImpact<S> predicted = predict_impact(world, next.contact, now_s);
     if (!predicted.occurs) continue;                            // an impact since then prevents it
     if (!queue.empty() && predicted.t_s > queue.front().t_s) {  // it comes later now
       queue.push_back({predicted.t_s, next.contact});
@@ -356,8 +356,8 @@ template <class S> void resolve_impacts(World<S>& world, S sub_s) {
       std::push_heap(queue.begin(), queue.end(), later);
       continue;
     }
-    if (sequential) select_fastest_approach(world, now_s, sub_s, later, next, predicted);
-    if (!refine_on_surfaces(world, next.contact, now_s, sub_s, predicted)) continue;
+    if (sequential) select_fastest_approach(world, now_s, later, next, predicted);
+    if (!refine_on_surfaces(world, next.contact, now_s, predicted)) continue;
     now_s = predicted.t_s;
     count.add(now_s, approach_speed_m_per_s(world, next.contact, predicted), restitution_of(world, next.contact));
     apply_impact(world, next.contact, predicted, now_s);
@@ -370,13 +370,13 @@ template <class S> void resolve_impacts(World<S>& world, S sub_s) {
         for (const int other : mechanism_with(world, body)) enqueue_contacts_of(other);
     }
   }
-  report_impact_queue(world, count, sub_s);
+  report_impact_queue(world, count);
   world.impacts_stand_still = world.impacts_stand_still || count.at_an_instant > count.most_at_an_instant;
 }
 
 #define ATWOOD_IMPACTS(S)                                     \
   template void list_contacts_with_restitution<S>(World<S>&); \
-  template void resolve_impacts<S>(World<S>&, S);
+  template void resolve_impacts<S>(World<S>&);
 ATWOOD_IMPACTS(float)
 ATWOOD_IMPACTS(double)
 #undef ATWOOD_IMPACTS

@@ -13,7 +13,7 @@ template <class S> std::array<Wide, 3> wide(const Vec3<S>& v) { return {Wide(v.x
 // the null vectors of G^T, one for each equation that depends on others.
 template <class S> void mark_open_components(World<S>& world, Mechanism<S>& mechanism, Sample& sample) {
   TiedBodies<S>& tied = *world.tied;
-  factor_rows(world, mechanism, S(0), false, S(1));
+  factor_rows(world, mechanism, S(0), false);
   const int rank = mechanism.qr.rank(), columns = mechanism.qr.columns();
   std::vector<S> w(static_cast<std::size_t>(rank));
   std::vector<Wrench<S>> wrench(tied.joints.size());

@@ -64,7 +64,7 @@ template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> inverse_or_zero(cons
 // x where the lane has this point; 0 elsewhere.
 template <class S, VectorWidth width>
 ATWOOD_INLINE Pack<S> where_point_exists(const ManifoldPoint<S>& point, const Pack<S>& x) {
-  return where_above<S, width>(broadcast(S(1e29)), load(point.gap_at_detection.lane), x, broadcast(S(0)));
+  return where_above<S, width>(broadcast(S(kMaxValue)), load(point.gap_at_detection.lane), x, broadcast(S(0)));
 }
 
 // Effective masses of a batch's points, with the arms of detection. Changes mass_n, mass_t and gradient_step_t.

@@ -11,12 +11,12 @@ namespace {
 
 // Keeps the velocities of a mechanism and the rates of its joints, at poses t_s after the beginning of the substep.
 template <class S> void begin_impact(World<S>& world, Mechanism<S>& mechanism, S t_s) {
-  factor_rows(world, mechanism, t_s, false, S(1));
-  for (TiedRow<S>& row : mechanism.rows) row.wanted = rate_of(world, row);
+  factor_rows(world, mechanism, t_s, false);
+  for (TiedRow<S>& row : mechanism.rows) row.target_rate = rate_of(world, row);
   for (const int body : mechanism.bodies)
     world.tied->kept[static_cast<std::size_t>(body)] = world.bodies.velocity[static_cast<std::size_t>(body)];
   for (const int s : mechanism.stops) {
-    JointStop<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
+    StopConstraint<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
     set_stop_row(world, stop, t_s);
     stop.rate_before = rate_of(world, stop.row);
   }
@@ -33,7 +33,7 @@ template <class S> void end_impact(World<S>& world, Mechanism<S>& mechanism, S t
     for (int c = 0; c < 6; ++c) world.bodies.impact_shift[i].at[c] -= t_s * (after.at[c] - before.at[c]);
   }
   for (const int s : mechanism.stops) {
-    JointStop<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
+    StopConstraint<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
     stop.gap -= t_s * (rate_of(world, stop.row) - stop.rate_before);
   }
 }
@@ -44,12 +44,12 @@ template <class S> Mechanism<S>* mechanism_of(World<S>& world, int body) {
 }
 
 // The gap rate that the free increments of a substep would give under the joints.
-template <class S> S gap_rate_increment(World<S>& world, Mechanism<S>& mechanism, const JointStop<S>& stop) {
+template <class S> S gap_rate_increment(World<S>& world, Mechanism<S>& mechanism, const StopConstraint<S>& stop) {
   begin_impact(world, mechanism, S(0));
   auto& velocity = world.bodies.velocity;
   for (const int body : mechanism.bodies)
     velocity[static_cast<std::size_t>(body)] = world.bodies.velocity_increment[static_cast<std::size_t>(body)];
-  for (TiedRow<S>& row : mechanism.rows) row.wanted = S(0);
+  for (TiedRow<S>& row : mechanism.rows) row.target_rate = S(0);
   satisfy_joints(world, mechanism);
   const S rate = rate_of(world, stop.row);
   for (TiedRow<S>& row : mechanism.rows) row.impulse = S(0);
@@ -59,7 +59,7 @@ template <class S> S gap_rate_increment(World<S>& world, Mechanism<S>& mechanism
 }
 
 template <class S>
-void report_stop(const World<S>& world, const JointStop<S>& stop, S t_s, S impulse, S before, S after) {
+void report_stop(const World<S>& world, const StopConstraint<S>& stop, S t_s, S impulse, S before, S after) {
   if (world.observer == nullptr || !world.observer->event) return;
   const Joint& joint = world.scene->joints[static_cast<std::size_t>(stop.joint)];
   const TiedBody<S> child = tied_body(world, joint.child, t_s);
@@ -80,14 +80,14 @@ void report_stop(const World<S>& world, const JointStop<S>& stop, S t_s, S impul
 
 // The stop of the mechanism that is reached first from now_s on, faster than its round-off and than the free increments
 // move it; -1: none.
-template <class S> int next_stop(World<S>& world, Mechanism<S>& mechanism, S now_s, S until_s, S sub_s, S& t_s) {
+template <class S> int next_stop(World<S>& world, Mechanism<S>& mechanism, S now_s, S until_s, S& t_s) {
   int next = -1;
   for (const int s : mechanism.stops) {
-    JointStop<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
+    StopConstraint<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
     if (!(stop.restitution > S(0))) continue;
     set_stop_row(world, stop, S(0));
     const S rate = rate_of(world, stop.row);
-    if (!(-rate * sub_s > stop.round_off)) continue;
+    if (!(-rate * world.sub_s > stop.round_off)) continue;
     // the coordinate moves uniformly between impacts: stop.gap is where it would have started from
     const S reached = real::max(stop.gap / -rate, now_s);
     if (!(reached <= until_s) || (next >= 0 && !(reached < t_s))) continue;
@@ -102,14 +102,14 @@ template <class S> int next_stop(World<S>& world, Mechanism<S>& mechanism, S now
 
 }  // namespace
 
-template <class S> const Mechanism<S>* resolve_stop_impact(World<S>& world, S& now_s, S until_s, S sub_s) {
+template <class S> const Mechanism<S>* resolve_stop_impact(World<S>& world, S& now_s, S until_s) {
   TiedBodies<S>& tied = *world.tied;
   Mechanism<S>* mechanism = nullptr;
   int first = -1;
   S t_s{};
   for (Mechanism<S>& each : tied.mechanisms) {
     S reached_s{};
-    const int next = next_stop(world, each, now_s, until_s, sub_s, reached_s);
+    const int next = next_stop(world, each, now_s, until_s, reached_s);
     if (next < 0 || (mechanism != nullptr && !(reached_s < t_s))) continue;
     mechanism = &each;
     first = next;
@@ -117,7 +117,7 @@ template <class S> const Mechanism<S>* resolve_stop_impact(World<S>& world, S& n
   }
   if (mechanism == nullptr) return nullptr;
   now_s = t_s;
-  JointStop<S>& stop = tied.stops[static_cast<std::size_t>(first)];
+  StopConstraint<S>& stop = tied.stops[static_cast<std::size_t>(first)];
   begin_impact(world, *mechanism, t_s);
   const S impulse = -(S(1) + stop.restitution) * stop.rate_before / squared(stop_response(world, stop));
   apply_row(world, stop.row, impulse);
@@ -212,7 +212,7 @@ Impulse<S> collide_tied(World<S>& world, int a, int b, const ImpactLaw<S>& law, 
 }
 
 #define ATWOOD_MECHANISM_IMPACTS(S)                                                                             \
-  template const Mechanism<S>* resolve_stop_impact<S>(World<S>&, S&, S, S);                                     \
+  template const Mechanism<S>* resolve_stop_impact<S>(World<S>&, S&, S);                                        \
   template Impulse<S> collide_tied<S>(World<S>&, int, int, const ImpactLaw<S>&, const Vec3<S>&, const Vec3<S>&, \
                                       const Vec3<S>&, S, Vec3<S>&);
 ATWOOD_MECHANISM_IMPACTS(float)

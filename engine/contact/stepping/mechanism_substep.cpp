@@ -36,13 +36,14 @@ S set_values(const World<S>& world, Mechanism<S>& mechanism, S t_s, const PoseOf
       const S now = real::abs(c.value) / mechanism.rows[at].tolerance;
       if (!(now <= worst)) worst = now;
     }
-    while (at < mechanism.rows.size() && mechanism.rows[at].soft >= 0 && mechanism.rows[at].joint == j) ++at;
+    while (at < mechanism.rows.size() && mechanism.rows[at].compliant_unknown >= 0 && mechanism.rows[at].joint == j)
+      ++at;
   }
   return worst;
 }
 
 // Sets p_end and q_end: the free motion from the beginning of the substep, with the shifts of its impacts.
-template <class S> void move_freely(World<S>& world, const Mechanism<S>& mechanism, S sub_s) {
+template <class S> void move_freely(World<S>& world, const Mechanism<S>& mechanism) {
   TiedBodies<S>& tied = *world.tied;
   for (const int body : mechanism.bodies) {
     const auto i = static_cast<std::size_t>(body);
@@ -50,12 +51,12 @@ template <class S> void move_freely(World<S>& world, const Mechanism<S>& mechani
     tied.p_end[i] = load3(world.bodies.pose[i].at);
     tied.q_end[i] = tied.q_begin[i];
     if (!world.bodies.moves[i]) continue;
-    tied.p_end[i] += sub_s * load3(v) + load3(shift);
+    tied.p_end[i] += world.sub_s * load3(v) + load3(shift);
     if (!world.model->rotates(body)) continue;
     const Quat<S>& q = tied.q_begin[i];
     FreeTurn<S> turn;
-    free_turn(FreeTop::splitting, world.model->mass(body), sub_s / S(2), sub_s / S(2), rotate_back(q, load3(v + 3)),
-              turn);
+    free_turn(FreeTop::splitting, world.model->mass(body), world.sub_s / S(2), world.sub_s / S(2),
+              rotate_back(q, load3(v + 3)), turn);
     const Quat<S> by = q * turn.less_one;
     tied.q_end[i] = normalised(Quat<S>{q.w + by.w, q.x + by.x, q.y + by.y, q.z + by.z});
     const Vec3<S> turned = load3(shift + 3);
@@ -79,7 +80,8 @@ template <class S> void project_poses(World<S>& world, Mechanism<S>& mechanism, 
   int iterations = 0;
   for (; iterations < max_iterations && worst > S(1); ++iterations) {
     for (std::size_t j = 0; j < mechanism.rows.size(); ++j)
-      mechanism.b[j] = mechanism.rows[j].soft >= 0 ? S(0) : -mechanism.rows[j].scale * mechanism.rows[j].value;
+      mechanism.b[j] =
+          mechanism.rows[j].compliant_unknown >= 0 ? S(0) : -mechanism.rows[j].scale * mechanism.rows[j].value;
     mechanism.qr.solve(mechanism.b.data(), mechanism.z.data());
     mechanism.qr.multipliers(mechanism.x.data());
     for (std::size_t j = 0; j < mechanism.rows.size(); ++j) {
@@ -120,12 +122,12 @@ template <class S> S coordinate_at_end(const World<S>& world, int joint) {
 }
 
 // Bias, mobility and warm start of the mechanism's stops.
-template <class S> void prepare_stops(World<S>& world, Mechanism<S>& mechanism, S sub_s) {
+template <class S> void prepare_stops(World<S>& world, Mechanism<S>& mechanism) {
   for (const int s : mechanism.stops) {
-    JointStop<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
+    StopConstraint<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
     set_stop_row(world, stop, S(0));
     const S left = stop.impulse > S(0) && stop.gap <= stop.round_off ? S(0) : stop.gap;
-    stop.bias = real::max(left, S(0)) / sub_s;
+    stop.bias = real::max(left, S(0)) / world.sub_s;
     TiedResponse<S> response = stop_response(world, stop);
     stop.mobility = squared(response);
     if (!world.options.warm_start) stop.impulse = S(0);
@@ -141,12 +143,12 @@ template <class S> S squared(const TiedResponse<S>& response) {
   return sum;
 }
 
-template <class S> void set_stop_row(const World<S>& world, JointStop<S>& stop, S after_s) {
+template <class S> void set_stop_row(const World<S>& world, StopConstraint<S>& stop, S after_s) {
   coordinate_row(world, stop.joint, 0, after_s, stop.row);
   for (Wrench<S>& on : stop.row.on) on = {stop.side * on.force, stop.side * on.torque};
 }
 
-template <class S> TiedResponse<S> stop_response(World<S>& world, const JointStop<S>& stop) {
+template <class S> TiedResponse<S> stop_response(World<S>& world, const StopConstraint<S>& stop) {
   TiedResponse<S> out;
   const Joint& joint = world.scene->joints[static_cast<std::size_t>(stop.joint)];
   out.mechanism = world.tied->mechanism_of[static_cast<std::size_t>(joint.child)];
@@ -165,19 +167,19 @@ template <class S> void begin_tied_substep(World<S>& world) {
       const auto i = static_cast<std::size_t>(body);
       tied.q_begin[i] = so3_exp(load3(world.bodies.pose[i].at + 3)) * world.bodies.q_WB[i];
     }
-  for (JointStop<S>& stop : tied.stops)
+  for (StopConstraint<S>& stop : tied.stops)
     stop.begin_gap = stop.gap = stop.side * (tied.joints[static_cast<std::size_t>(stop.joint)].q[0] - stop.at);
 }
 
-template <class S> void apply_joint_forces(World<S>& world, S sub_s) {
+template <class S> void apply_joint_forces(World<S>& world) {
   TiedBodies<S>& tied = *world.tied;
   TiedRow<S> row;
   const auto apply = [&](int joint, int k, S force) {
     coordinate_row(world, joint, k, S(0), row);
-    apply_row(world, row, sub_s * force);
-    tied.joints[static_cast<std::size_t>(joint)].applied[k] += sub_s * force;
+    apply_row(world, row, world.sub_s * force);
+    tied.joints[static_cast<std::size_t>(joint)].applied[k] += world.sub_s * force;
   };
-  const double middle_s = static_cast<double>(world.t_s + sub_s / S(2));
+  const double middle_s = static_cast<double>(world.t_s + world.sub_s / S(2));
   for (const JointForce& force : world.scene->joint_forces) {
     if (const auto* spring = std::get_if<JointSpring>(&force)) {
       const S q = tied.joints[static_cast<std::size_t>(spring->joint)].q[spring->coordinate];
@@ -194,27 +196,27 @@ template <class S> void apply_joint_forces(World<S>& world, S sub_s) {
   }
 }
 
-template <class S> void prepare_joints(World<S>& world, S sub_s) {
+template <class S> void prepare_joints(World<S>& world) {
   constexpr int moved = 4;  // round-offs
   for (Mechanism<S>& mechanism : world.tied->mechanisms) {
-    factor_rows(world, mechanism, S(0), true, sub_s);
+    factor_rows(world, mechanism, S(0), true);
     const S worst = set_values(world, mechanism, world.t_s, [&](int body) { return tied_body(world, body, S(0)); });
     if (worst > S(moved)) {
       project_poses(world, mechanism, worst);
-      factor_rows(world, mechanism, S(0), true, sub_s);
+      factor_rows(world, mechanism, S(0), true);
     }
-    prepare_stops(world, mechanism, sub_s);
+    prepare_stops(world, mechanism);
   }
 }
 
-template <class S> int close_joints(World<S>& world, S sub_s) {
+template <class S> int close_joints(World<S>& world) {
   int changes = 0;
-  const S end_s = world.t_s + sub_s;
+  const S end_s = world.t_s + world.sub_s;
   for (Mechanism<S>& mechanism : world.tied->mechanisms) {
     S before{};
     for (int n = 0;; ++n) {
       satisfy_joints(world, mechanism);
-      move_freely(world, mechanism, sub_s);
+      move_freely(world, mechanism);
       const S worst = set_values(world, mechanism, end_s, [&](int body) { return body_at_end(world, body); });
       const bool stagnates = n > 2 && worst > before / S(2) && worst <= S(256);
       const bool ends = worst <= S(1) || stagnates || n == kMaxClosings || !(worst < S(1e30f));
@@ -228,18 +230,18 @@ template <class S> int close_joints(World<S>& world, S sub_s) {
       }
       before = worst;
       for (TiedRow<S>& row : mechanism.rows)
-        if (row.soft < 0) row.wanted -= row.value / sub_s;
+        if (row.compliant_unknown < 0) row.target_rate -= row.value / world.sub_s;
     }
   }
   return changes;
 }
 
-template <class S> bool correct_stop_biases(World<S>& world, S sub_s) {
+template <class S> bool correct_stop_biases(World<S>& world) {
   bool changed = false;
-  for (JointStop<S>& stop : world.tied->stops) {
+  for (StopConstraint<S>& stop : world.tied->stops) {
     const S end = stop.side * (coordinate_at_end(world, stop.joint) - stop.at) - real::min(stop.begin_gap, S(0));
     if (!(end < -stop.round_off || (stop.impulse > S(0) && end > stop.round_off))) continue;
-    stop.bias += end / sub_s;
+    stop.bias += end / world.sub_s;
     changed = true;
   }
   return changed;
@@ -249,7 +251,7 @@ template <class S> void sweep_joints(World<S>& world) {
   for (Mechanism<S>& mechanism : world.tied->mechanisms) {
     satisfy_joints(world, mechanism);
     for (const int s : mechanism.stops) {
-      JointStop<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
+      StopConstraint<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
       if (!(stop.mobility > S(0))) continue;
       const S to = real::max(S(0), stop.impulse - (rate_of(world, stop.row) + stop.bias) / stop.mobility);
       if (to == stop.impulse) continue;
@@ -265,7 +267,7 @@ template <class S> void end_tied_substep(World<S>& world) {
   for (Mechanism<S>& mechanism : tied.mechanisms) {
     add_reactions(world, mechanism, S(0));
     for (const int s : mechanism.stops) {
-      const JointStop<S>& stop = tied.stops[static_cast<std::size_t>(s)];
+      const StopConstraint<S>& stop = tied.stops[static_cast<std::size_t>(s)];
       tied.joints[static_cast<std::size_t>(stop.joint)].applied[0] += stop.side * stop.impulse;
     }
     for (const int body : mechanism.bodies) {
@@ -291,16 +293,16 @@ template <class S> void end_tied_substep(World<S>& world) {
   }
 }
 
-#define ATWOOD_MECHANISM_SUBSTEP(S)                                          \
-  template S squared<S>(const TiedResponse<S>&);                             \
-  template void set_stop_row<S>(const World<S>&, JointStop<S>&, S);          \
-  template TiedResponse<S> stop_response<S>(World<S>&, const JointStop<S>&); \
-  template void begin_tied_substep<S>(World<S>&);                            \
-  template void apply_joint_forces<S>(World<S>&, S);                         \
-  template void prepare_joints<S>(World<S>&, S);                             \
-  template int close_joints<S>(World<S>&, S);                                \
-  template bool correct_stop_biases<S>(World<S>&, S);                        \
-  template void sweep_joints<S>(World<S>&);                                  \
+#define ATWOOD_MECHANISM_SUBSTEP(S)                                               \
+  template S squared<S>(const TiedResponse<S>&);                                  \
+  template void set_stop_row<S>(const World<S>&, StopConstraint<S>&, S);          \
+  template TiedResponse<S> stop_response<S>(World<S>&, const StopConstraint<S>&); \
+  template void begin_tied_substep<S>(World<S>&);                                 \
+  template void apply_joint_forces<S>(World<S>&);                                 \
+  template void prepare_joints<S>(World<S>&);                                     \
+  template int close_joints<S>(World<S>&);                                        \
+  template bool correct_stop_biases<S>(World<S>&);                                \
+  template void sweep_joints<S>(World<S>&);                                       \
   template void end_tied_substep<S>(World<S>&);
 ATWOOD_MECHANISM_SUBSTEP(float)
 ATWOOD_MECHANISM_SUBSTEP(double)

@@ -172,11 +172,11 @@ template <class S> void project_response(World<S>& world, TiedResponse<S>& respo
   for (std::size_t i = 0; i < size; ++i) response.z[i] -= mechanism.z[i];
 }
 
-template <class S> void factor_rows(World<S>& world, Mechanism<S>& mechanism, S after_s, bool dampers, S sub_s) {
+template <class S> void factor_rows(World<S>& world, Mechanism<S>& mechanism, S after_s, bool dampers) {
   TiedBodies<S>& tied = *world.tied;
   auto& rows = mechanism.rows;
   rows.clear();
-  int soft = 0;
+  int compliant_unknown = 0;
   for (const int j : mechanism.joints) {
     const TiedJoint<S>& joint = tied.joints[static_cast<std::size_t>(j)];
     const Joint& of = world.scene->joints[static_cast<std::size_t>(j)];
@@ -185,7 +185,7 @@ template <class S> void factor_rows(World<S>& world, Mechanism<S>& mechanism, S 
       rows.push_back({});
       rows.back().joint = j;
       set_condition_row(joint, i, parent, child, world.t_s, tied.size_m, rows.back());
-      rows.back().wanted = rows.back().rate;
+      rows.back().target_rate = rows.back().rate;
     }
     for (int k = 0; dampers && k < rate_count(of.kind); ++k) {
       if (!(joint.damping[k] > S(0))) continue;
@@ -194,13 +194,13 @@ template <class S> void factor_rows(World<S>& world, Mechanism<S>& mechanism, S 
       set_coordinate_row(of, k, parent, child, row);
       row.joint = j;
       row.coordinate = k;
-      row.soft = soft++;
-      row.softness = S(1) / real::sqrt(sub_s * joint.damping[k]);
+      row.compliant_unknown = compliant_unknown++;
+      row.compliance = S(1) / real::sqrt(world.sub_s * joint.damping[k]);
     }
   }
-  const int bodies = kUnknowns * static_cast<int>(mechanism.bodies.size()), size = bodies + soft;
+  const int bodies = kUnknowns * static_cast<int>(mechanism.bodies.size()), size = bodies + compliant_unknown;
   const int count = static_cast<int>(rows.size());
-  mechanism.soft_velocity.assign(static_cast<std::size_t>(soft), S(0));
+  mechanism.compliant_velocity.assign(static_cast<std::size_t>(compliant_unknown), S(0));
   mechanism.b.resize(rows.size());
   mechanism.x.resize(rows.size());
   mechanism.z.resize(static_cast<std::size_t>(size));
@@ -215,7 +215,7 @@ template <class S> void factor_rows(World<S>& world, Mechanism<S>& mechanism, S 
       const auto i = static_cast<std::size_t>(row.body[k]);
       add_scaled(world.bodies.inertia[i], row.on[k].force, row.on[k].torque, column + tied.local[i]);
     }
-    if (row.soft >= 0) column[bodies + row.soft] = row.softness;
+    if (row.compliant_unknown >= 0) column[bodies + row.compliant_unknown] = row.compliance;
     S square{};
     for (int i = 0; i < size; ++i) square += column[i] * column[i];
     row.scale = square > S(0) ? S(1) / real::sqrt(square) : S(0);
@@ -228,12 +228,12 @@ template <class S> void factor_rows(World<S>& world, Mechanism<S>& mechanism, S 
 template <class S> void satisfy_joints(World<S>& world, Mechanism<S>& mechanism) {
   auto& rows = mechanism.rows;
   const auto soft_of = [&](const TiedRow<S>& row) -> S& {
-    return mechanism.soft_velocity[static_cast<std::size_t>(row.soft)];
+    return mechanism.compliant_velocity[static_cast<std::size_t>(row.compliant_unknown)];
   };
   for (std::size_t j = 0; j < rows.size(); ++j) {
     const TiedRow<S>& row = rows[j];
-    const S soft = row.soft >= 0 ? row.softness * soft_of(row) : S(0);
-    mechanism.b[j] = row.scale * (row.wanted - (rate_of(world, row) + soft));
+    const S compliant_unknown = row.compliant_unknown >= 0 ? row.compliance * soft_of(row) : S(0);
+    mechanism.b[j] = row.scale * (row.target_rate - (rate_of(world, row) + compliant_unknown));
   }
   mechanism.qr.solve(mechanism.b.data(), mechanism.z.data());
   mechanism.qr.multipliers(mechanism.x.data());
@@ -243,7 +243,7 @@ template <class S> void satisfy_joints(World<S>& world, Mechanism<S>& mechanism)
     if (impulse == S(0)) continue;
     apply_row(world, row, impulse);
     row.impulse += impulse;
-    if (row.soft >= 0) soft_of(row) += row.softness * impulse;
+    if (row.compliant_unknown >= 0) soft_of(row) += row.compliance * impulse;
   }
 }
 
@@ -251,7 +251,7 @@ template <class S> void add_reactions(World<S>& world, Mechanism<S>& mechanism, 
   TiedBodies<S>& tied = *world.tied;
   for (TiedRow<S>& row : mechanism.rows) {
     TiedJoint<S>& joint = tied.joints[static_cast<std::size_t>(row.joint)];
-    if (row.soft >= 0) {
+    if (row.compliant_unknown >= 0) {
       joint.applied[row.coordinate] += row.impulse;
     } else {
       const TiedBody<S> child = tied_body(world, row.body[1], after_s);
@@ -284,7 +284,7 @@ template <class S> TiedJoint<S> make_tied_joint(const Scene& scene, const Joint&
 
 template <class S> void add_stops(const Joint& joint, int index, TiedBodies<S>& to, Mechanism<S>& mechanism) {
   for (const bool lower : {true, false}) {
-    JointStop<S> stop;
+    StopConstraint<S> stop;
     stop.joint = index;
     stop.side = lower ? S(1) : S(-1);
     stop.at = S(lower ? joint.limits->lower : joint.limits->upper);
@@ -382,7 +382,7 @@ template <class S> std::string set_mechanism_start(World<S>& world, S* y) {
   } catch (const MechanismError& error) {
     return error.what();
   }
-  for (JointStop<S>& stop : world.tied->stops) {
+  for (StopConstraint<S>& stop : world.tied->stops) {
     stop.impulse = S(0);
     const S gap = stop.side * (world.tied->joints[static_cast<std::size_t>(stop.joint)].q[0] - stop.at);
     if (gap < -stop.round_off)
@@ -403,7 +403,7 @@ template <class S> void coordinate_row(const World<S>& world, int joint, int k, 
   template void apply_row<S>(World<S>&, const TiedRow<S>&, S);                                              \
   template void add_to_response<S>(const World<S>&, int, const Vec3<S>&, const Vec3<S>&, TiedResponse<S>&); \
   template void project_response<S>(World<S>&, TiedResponse<S>&);                                           \
-  template void factor_rows<S>(World<S>&, Mechanism<S>&, S, bool, S);                                       \
+  template void factor_rows<S>(World<S>&, Mechanism<S>&, S, bool);                                          \
   template void satisfy_joints<S>(World<S>&, Mechanism<S>&);                                                \
   template void add_reactions<S>(World<S>&, Mechanism<S>&, S);                                              \
   template bool are_joined<S>(const World<S>&, int, int);                                                   \

@@ -25,23 +25,23 @@
 
 namespace atwood::stepping {
 
-// One scalar condition on the velocities of two bodies: sum of on[k] . (v, w) = wanted.
+// One scalar condition on the velocities of two bodies: sum of on[k] . (v, w) = target_rate.
 template <class S> struct TiedRow {
   int body[2] = {-1, -1};  // index into Bodies; -1: the world
   Wrench<S> on[2];         // torques about the centres of mass, world axes
   S scale{};               // of its column, to unit length
   S value{}, tolerance{};  // of the condition: m, or the sine of an angle; its round-off
   S rate{};                // of a prescribed motion
-  S wanted{};
-  S impulse{};         // of the substep so far
-  int joint = -1;      // index into Scene::joints
-  int soft = -1;       // of a damper: its further unknown; -1: a condition of the joint
-  int coordinate = 0;  // of a damper: the joint's rate
-  S softness{};        // of a damper: 1 / sqrt(h c)
+  S target_rate{};
+  S impulse{};                 // of the substep so far
+  int joint = -1;              // index into Scene::joints
+  int compliant_unknown = -1;  // of a damper: its further unknown; -1: a condition of the joint
+  int coordinate = 0;          // of a damper: the joint's rate
+  S compliance{};              // of a damper: 1 / sqrt(h c)
 };
 
 // A stop of a hinge or slider: gap >= 0. Its impulse acts along the coordinate.
-template <class S> struct JointStop {
+template <class S> struct StopConstraint {
   int joint = 0;
   S side{};  // 1: the lower limit, -1: the upper
   S at{}, restitution{}, round_off{};
@@ -57,10 +57,10 @@ template <class S> struct JointStop {
 template <class S> struct Mechanism {
   std::vector<int> bodies, joints, stops;  // indices into Bodies, Scene::joints, TiedBodies::stops
   std::vector<TiedRow<S>> rows;
-  LeastNorm<S> qr;               // columns: M^-1/2 times the rows, scaled
-  std::vector<S> columns;        // before they were factored
-  std::vector<S> soft_velocity;  // of the further unknowns
-  std::vector<S> b, x, z;        // work arrays
+  LeastNorm<S> qr;                    // columns: M^-1/2 times the rows, scaled
+  std::vector<S> columns;             // before they were factored
+  std::vector<S> compliant_velocity;  // of the further unknowns
+  std::vector<S> b, x, z;             // work arrays
 };
 
 template <class S> struct TiedJoint {
@@ -75,14 +75,14 @@ template <class S> struct TiedJoint {
 template <class S> struct TiedBodies {
   std::vector<Mechanism<S>> mechanisms;
   std::vector<TiedJoint<S>> joints;  // in the scene's order
-  std::vector<JointStop<S>> stops;
+  std::vector<StopConstraint<S>> stops;
   std::vector<int> mechanism_of, local;     // by body, -1: none; where its six unknowns stand
   std::vector<std::pair<int, int>> joined;  // pairs of bodies that a joint ties, smaller index first, sorted
   // by body, of this substep
   std::vector<Quat<S>> q_begin, q_end;
   std::vector<Vec3<S>> p_end;
   S size_m{};           // of the mechanisms at the start
-  bool failed = false;  // joints were not met; the run ends
+  bool failed = false;  // the joint constraints were not satisfied; the run ends
   bool has_stop_restitution = false;
   std::vector<Row<S>> kept;  // work array: velocities
 };
@@ -102,21 +102,22 @@ template <class S> bool are_joined(const World<S>& world, int a, int b);
 // Before impacts: orientations and stops' gaps at its beginning.
 template <class S> void begin_tied_substep(World<S>& world);
 // After the free increments: v += h M^-1 f of springs and torques along joints.
-template <class S> void apply_joint_forces(World<S>& world, S sub_s);
+template <class S> void apply_joint_forces(World<S>& world);
 // After contacts are prepared: poses moved by position corrections return to the joints; rows and factors.
-template <class S> void prepare_joints(World<S>& world, S sub_s);
-// Impulses of joints that bring the rates of all rows of a mechanism to `wanted`, of least effect.
+template <class S> void prepare_joints(World<S>& world);
+// The joint impulses of least kinetic energy that give all rows of a mechanism their target rates.
 template <class S> void satisfy_joints(World<S>& world, Mechanism<S>& mechanism);
-// Joints such that all of them hold at the end of the substep. Returns how often `wanted` was changed.
-template <class S> int close_joints(World<S>& world, S sub_s);
+// Iterates the joint impulses until all joints hold at the end of the substep. Returns how often target rates changed.
+template <class S> int close_joints(World<S>& world);
 // The biases of loaded stops follow the gaps at the end of the substep. True: some was changed.
-template <class S> bool correct_stop_biases(World<S>& world, S sub_s);
+template <class S> bool correct_stop_biases(World<S>& world);
 // After positions are advanced: poses, velocities and inertias of tied bodies at the end of the substep.
 template <class S> void end_tied_substep(World<S>& world);
 
 // ---- helpers
 // The rows at poses that lie after_s later on uniform motion (0: at the beginning), and their factors.
-template <class S> void factor_rows(World<S>& world, Mechanism<S>& mechanism, S after_s, bool dampers, S sub_s);
+template <class S> void factor_rows(World<S>& world, Mechanism<S>& mechanism, S after_s, bool dampers);
+// The row's rate: sum of on[k] . (v, w).
 template <class S> S rate_of(const World<S>& world, const TiedRow<S>& row);
 // The rate u_k of a joint as a row after_s later; a force along it has the row's wrenches.
 template <class S> void coordinate_row(const World<S>& world, int joint, int k, S after_s, TiedRow<S>& row);
@@ -131,17 +132,18 @@ template <class S> TiedBody<S> tied_body(const World<S>& world, int body, S afte
 // Impulses of the rows go into the joints' sums, and become 0.
 template <class S> void add_reactions(World<S>& world, Mechanism<S>& mechanism, S after_s);
 
-// A sweep: the joints, then each stop with the joints.
+// One sweep: solves the joints, then each stop with the joints.
 template <class S> void sweep_joints(World<S>& world);
 // The row of a stop's gap, after_s later; and its response.
-template <class S> void set_stop_row(const World<S>& world, JointStop<S>& stop, S after_s);
-template <class S> TiedResponse<S> stop_response(World<S>& world, const JointStop<S>& stop);
+template <class S> void set_stop_row(const World<S>& world, StopConstraint<S>& stop, S after_s);
+template <class S> TiedResponse<S> stop_response(World<S>& world, const StopConstraint<S>& stop);
+// The square of a response's length: the diagonal entry of W of its row.
 template <class S> S squared(const TiedResponse<S>& response);
 
 // ---- mechanism_impacts.cpp
 // The impact at the stop that is reached first in [now_s, until_s] of the substep, among those with restitution.
 // Returns its mechanism and sets now_s to its time; null: there is none.
-template <class S> const Mechanism<S>* resolve_stop_impact(World<S>& world, S& now_s, S until_s, S sub_s);
+template <class S> const Mechanism<S>* resolve_stop_impact(World<S>& world, S& now_s, S until_s);
 // An impact at t_s between bodies of which one is tied at least: an impulse at the contact point under Coulomb's law
 // and the impulses of all joints. Changes velocities and impact shifts of all bodies of their mechanisms. Returns the
 // impulse on b.

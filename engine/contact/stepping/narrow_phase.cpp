@@ -129,7 +129,7 @@ template <class S> ManifoldBatch<S> empty_batch(const World<S>& world) {
   std::fill(batch.normal[2].lane, batch.normal[2].lane + kLaneCount, S(1));
   std::fill(batch.tangent[0].lane, batch.tangent[0].lane + kLaneCount, S(1));
   for (ManifoldPoint<S>& point : batch.point)
-    std::fill(point.gap_at_detection.lane, point.gap_at_detection.lane + kLaneCount, S(1e30));
+    std::fill(point.gap_at_detection.lane, point.gap_at_detection.lane + kLaneCount, S(kNoValue));
   return batch;
 }
 
@@ -154,7 +154,7 @@ template <class S>
 void set_point(const World<S>& world, const ContactManifold<S>& manifold, int i, ManifoldBatch<S>& batch, int k) {
   ManifoldPoint<S>& point = batch.point[i];
   if (i >= manifold.geometry.count) {
-    point.gap_at_detection.lane[k] = S(1e30);
+    point.gap_at_detection.lane[k] = S(kNoValue);
     point.impulse_n.lane[k] = point.impulse_t[0].lane[k] = point.impulse_t[1].lane[k] = S(0);
     return;
   }
@@ -354,7 +354,7 @@ template <class S> void update_stale_manifolds(World<S>& world) {
   add_rolling_manifolds(world, stale);
   if (stale.empty()) return;
   const int count = static_cast<int>(stale.size());
-  auto& updated = world.scratch.updated;
+  auto& updated = world.scratch.manifolds_updated;
   if (updated.size() < stale.size()) updated.resize(stale.size());
   const int parts = world.team != nullptr && count >= kMinPairsForTeam ? 4 * world.team->size() : 1;
   const auto work = [&](int part) {

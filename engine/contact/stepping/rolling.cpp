@@ -128,7 +128,7 @@ template <class S> void update_rolling_inertias(World<S>& world) {
       bodies.inertia[i] = inverse_inertia(world.model->mass(i), so3_exp(load3(bodies.pose[i].at + 3)) * bodies.q_WB[i]);
 }
 
-template <class S> void set_rolling_velocity_increments(World<S>& world, S sub_s) {
+template <class S> void set_rolling_velocity_increments(World<S>& world) {
   Bodies<S>& bodies = world.bodies;
   Rolling<S>& rolling = world.rolling;
   for (const int i : rolling.bodies) {
@@ -137,13 +137,13 @@ template <class S> void set_rolling_velocity_increments(World<S>& world, S sub_s
     if (!bodies.isotropic[i]) {
       Quat<S> q = so3_exp(load3(bodies.pose[i].at + 3)) * bodies.q_WB[i];
       if (world.positions_by_mean_velocity) {
-        q = so3_exp((sub_s / S(2)) * w) * q;
+        q = so3_exp((world.sub_s / S(2)) * w) * q;
         bodies.inertia[i] = inverse_inertia(world.model->mass(i), q);
       }
-      Vec3<S> half = S(0.5) * (rolling.rate_change_by_forces[i] + sub_s * rolling.acceleration_by_contacts[i]);
+      Vec3<S> half = S(0.5) * (rolling.rate_change_by_forces[i] + world.sub_s * rolling.acceleration_by_contacts[i]);
       if (dot(half, half) > S(0.0625) * dot(w, w))
         half = {};  // an impact: the last substep says nothing about this one
-      change += gyroscopic_change(world, i, q, w + half, sub_s / S(2), sub_s / S(2), true);
+      change += gyroscopic_change(world, i, q, w + half, world.sub_s / S(2), world.sub_s / S(2), true);
     }
     store3(change, bodies.velocity_increment[i].at + 3);
     rolling.rate_after_forces[i] = w + change;
@@ -152,7 +152,7 @@ template <class S> void set_rolling_velocity_increments(World<S>& world, S sub_s
 }
 
 // The velocities contain the warm start's impulses.
-template <class S> void predict_rolling_contact_points(World<S>& world, S sub_s) {
+template <class S> void predict_rolling_contact_points(World<S>& world) {
   Bodies<S>& bodies = world.bodies;
   for (const int index : world.rolling.manifolds) {
     const ContactManifold<S>& manifold = world.manifolds[static_cast<std::size_t>(index)];
@@ -166,7 +166,7 @@ template <class S> void predict_rolling_contact_points(World<S>& world, S sub_s)
       const S half_gap = point.gap.lane[k] / S(2);
       const auto ahead = [&](int body, const Vec3<S>& r, const Vec3<S>& m) {
         if (!bodies.moves[body] || !is_round(world.geometry[body].kind) || is_tied(world, body)) return Vec3<S>{};
-        return (sub_s / S(2)) *
+        return (world.sub_s / S(2)) *
                contact_point_velocity(world, body, r - half_gap * m, m, load3(bodies.velocity[body].at + 3));
       };
       const Vec3<S> d_a = ahead(manifold.a, r_a, n), d_b = ahead(manifold.b, r_b, -n);
@@ -187,23 +187,23 @@ template <class S> void predict_rolling_contact_points(World<S>& world, S sub_s)
   }
 }
 
-template <class S> void compose_rolling_rotations(World<S>& world, S sub_s) {
+template <class S> void compose_rolling_rotations(World<S>& world) {
   Bodies<S>& bodies = world.bodies;
   Rolling<S>& rolling = world.rolling;
   for (const int i : rolling.bodies) {
     rolling.acceleration_by_contacts[i] =
-        (S(1) / sub_s) * (load3(bodies.velocity[i].at + 3) - rolling.rate_after_forces[i]);
+        (S(1) / world.sub_s) * (load3(bodies.velocity[i].at + 3) - rolling.rate_after_forces[i]);
     const Vec3<S> by = load3(bodies.pose[i].at + 3) - rolling.rotation_before_drift[i];
     store3(so3_log(so3_exp(by) * so3_exp(rolling.rotation_before_drift[i])), bodies.pose[i].at + 3);
   }
 }
 
-#define ATWOOD_ROLLING(S)                                         \
-  template void list_rolling<S>(World<S>&, S);                    \
-  template void update_rolling_inertias<S>(World<S>&);            \
-  template void set_rolling_velocity_increments<S>(World<S>&, S); \
-  template void predict_rolling_contact_points<S>(World<S>&, S);  \
-  template void compose_rolling_rotations<S>(World<S>&, S);
+#define ATWOOD_ROLLING(S)                                      \
+  template void list_rolling<S>(World<S>&, S);                 \
+  template void update_rolling_inertias<S>(World<S>&);         \
+  template void set_rolling_velocity_increments<S>(World<S>&); \
+  template void predict_rolling_contact_points<S>(World<S>&);  \
+  template void compose_rolling_rotations<S>(World<S>&);
 ATWOOD_ROLLING(float)
 ATWOOD_ROLLING(double)
 #undef ATWOOD_ROLLING

@@ -16,7 +16,7 @@ namespace {
 
 using namespace stepping;
 
-constexpr const char *kJointsNotMet = "joints were not met",
+constexpr const char *kJointsNotMet = "the joint constraints were not satisfied",
                      *kImpactsStandStill = "10000 impacts or more followed each other without the time advancing";
 
 // Impacts with restitution are resolved one after another, contacts without it are solved together. A scene that names

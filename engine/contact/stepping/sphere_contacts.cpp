@@ -90,7 +90,7 @@ ATWOOD_INLINE void update_arms(SphereBatch<S>& c, const Pack<S>& gap, const Body
 }
 
 // Velocity bias, and whether the batch is active. A contact without impulse whose spheres miss each other within the
-// substep, at their present velocities, gets a bias of 1e30: it is no constraint. Changes the batch.
+// substep, at their present velocities, gets the bias kNoValue: it is no constraint. Changes the batch.
 template <class S, SpherePartner partner, VectorWidth width>
 ATWOOD_INLINE void update_bias(SphereBatch<S>& c, const VelocityBias<S>& p, const Vec3<Pack<S>>& n, Vec3<Pack<S>> d,
                                const Pack<S>& gap, const BodyPairLanes<S>& v) {
@@ -115,7 +115,7 @@ ATWOOD_INLINE void update_bias(SphereBatch<S>& c, const VelocityBias<S>& p, cons
     const Pack<S> misses = where_above<S, width>(dot(nearest, nearest), radii * radii, broadcast(S(1)), zero);
     const Pack<S> passes =
         where_above<S, width>(end_gap, zero, where_above<S, width>(impulse_n, zero, zero, misses), zero);
-    bias = where_above<S, width>(passes, zero, broadcast(S(1e30)), bias);
+    bias = where_above<S, width>(passes, zero, broadcast(S(kNoValue)), bias);
   }
   store<S>(bias, c.bias.lane);
 

@@ -15,10 +15,9 @@ namespace {
 // velocity.
 constexpr double kSweepTolerance = 1e-10;
 
-// Sweeps of a substep in scenes with joints, at least: between a contact's impulse and the response of a whole
-// mechanism.
+// Least number of sweeps of a substep in scenes with joints, where an impulse changes a whole mechanism.
 constexpr int kTiedSweeps = 30;
-// How often contacts and joints are solved in turn, at most, until both hold at the end of the substep.
+// Most alternations of contact and joint solves until both hold at the end of the substep.
 constexpr int kMaxTiedSolves = 20;
 
 // Adds the time since the last call to a phase of the profile; without a profile no clock is read.
@@ -81,7 +80,6 @@ template <class S> void set_increments_of_symplectic_euler(World<S>& world, S t_
     store_bodies(world);
     model.accelerations(t_s, world.y.data(), world.y_free.data());
   }
-  const S sub_s = h_s / S(world.substeps);
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
       store3(Vec3<S>{}, bodies.pose[i].at + 3);
@@ -94,9 +92,9 @@ template <class S> void set_increments_of_symplectic_euler(World<S>& world, S t_
       }
       if (!forces) continue;
       const S* rate = world.y_free.data() + model.offset(i);
-      store3(sub_s * load3(rate + kAtVelocity), bodies.velocity_increment[i].at);
+      store3(world.sub_s * load3(rate + kAtVelocity), bodies.velocity_increment[i].at);
       if (!model.rotates(i)) continue;
-      const Vec3<S> dw_W = sub_s * rotate(bodies.q_WB[i], load3(rate + kAtBodyRate));
+      const Vec3<S> dw_W = world.sub_s * rotate(bodies.q_WB[i], load3(rate + kAtBodyRate));
       if (turns) store3(load3(bodies.velocity_increment[i].at + 3) + dw_W, bodies.velocity_increment[i].at + 3);
       else store3(dw_W, bodies.velocity_increment[i].at + 3);
     }
@@ -141,11 +139,11 @@ template <class S> void apply_free_velocity_increments(World<S>& world) {
   });
 }
 
-// p += h_s v, by the velocity or by the mean of those before and after the increment; adds the pose increments and the
-// impact shifts.
-template <class S> void integrate_positions(World<S>& world, S sub_s) {
+// p += sub_s v, with the velocity or with the mean of those before and after the increment; adds the pose increments
+// and the impact shifts.
+template <class S> void integrate_positions(World<S>& world) {
   Bodies<S>& bodies = world.bodies;
-  const S by[kLaneCount] = {sub_s, sub_s, sub_s, sub_s, sub_s, sub_s, S(0), S(0)};
+  const S h = world.sub_s, by[kLaneCount] = {h, h, h, h, h, h, S(0), S(0)};
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
       S* pose = bodies.pose[i].at;
@@ -178,9 +176,9 @@ template <class S> void update_orientations(World<S>& world) {
 }
 
 // True: there are at most 1000 pairs, and no body is faster than the velocity that gravity adds in a substep. Then the
-// sweeps go on until the velocities stay, so that a stack does not creep while its contact forces build up. Once they
-// have converged, the first sweep changes nothing.
-template <class S> bool at_rest(const World<S>& world) {
+// sweeps go on until the velocities converge, so that a stack does not creep while its contact forces build up. Once
+// they have converged, the first sweep changes nothing.
+template <class S> bool sweeps_to_convergence(const World<S>& world) {
   constexpr std::size_t max_pairs = 1000;
   if (world.sphere_pairs.size() + world.plane_pairs.size() + world.manifolds.size() > max_pairs) return false;
   const S most = norm(world.gravity_W) * world.sub_s;
@@ -208,8 +206,8 @@ template <class S> S largest_change(const World<S>& world) {
   return most;
 }
 
-// Adds the sweeps of a substep to the run's tallies. `change` by the last one, relative to what gravity gives in a
-// substep or to the largest velocity, whichever is larger.
+// Adds the sweeps of a substep to the run's tallies. `change`: largest change of a surface velocity in the last sweep
+// [m/s]; the residual is its ratio to what gravity gives in a substep or to the largest velocity, whichever is larger.
 template <class S> void report_sweeps(World<S>& world, int sweeps, S change) {
   const Bodies<S>& bodies = world.bodies;
   S scale = norm(world.gravity_W) * world.sub_s;
@@ -224,18 +222,18 @@ template <class S> void report_sweeps(World<S>& world, int sweeps, S change) {
       {sweeps, static_cast<double>(residual), residual <= S(kSweepTolerance) ? SolveEnd::converged : SolveEnd::capped});
 }
 
-// Sweeps over all contacts: `iterations` of them, or at rest until the velocities stay, at most `rest_sweeps`. The
-// change by the last sweep is reported where `reports`, and where the scene is at rest.
-template <class S> void sweep_velocities(World<S>& world, bool is_at_rest, bool reports) {
+// Sweeps over all contacts: `iterations` of them, or, at rest (`to_convergence`), until the velocities converge, at
+// most `rest_sweeps`. The change by the last sweep is reported where `reports`, and at rest.
+template <class S> void sweep_velocities(World<S>& world, bool to_convergence, bool reports) {
   constexpr int check_every = 8;
   const bool has_stops = world.tied != nullptr && !world.tied->stops.empty();
   if (world.sphere_contacts.batches.empty() && world.manifold_contacts.batches.empty() && !has_stops) return;
   const int least = world.tied == nullptr ? world.options.iterations : std::max(world.options.iterations, kTiedSweeps);
-  const int sweeps = is_at_rest ? std::max(least, world.options.rest_sweeps) : least;
+  const int sweeps = to_convergence ? std::max(least, world.options.rest_sweeps) : least;
   const S tolerance_m_per_s = S(kSweepTolerance) * norm(world.gravity_W) * world.sub_s;
   for (int k = 0; k < sweeps; ++k) {
-    const bool checks = is_at_rest && k % check_every == 0 && k + 1 >= world.options.iterations;
-    const bool measures = checks || ((is_at_rest || reports) && k + 1 == sweeps);
+    const bool checks = to_convergence && k % check_every == 0 && k + 1 >= world.options.iterations;
+    const bool measures = checks || ((to_convergence || reports) && k + 1 == sweeps);
     if (measures) world.bodies.velocity_before_sweep = world.bodies.velocity;
     solve_sphere_contacts(world);
     solve_manifold_contacts(world);
@@ -248,56 +246,56 @@ template <class S> void sweep_velocities(World<S>& world, bool is_at_rest, bool 
   }
 }
 
-template <class S> Preparation<S> preparation_of(const World<S>& world, S sub_s) {
+template <class S> Preparation<S> preparation_of(const World<S>& world) {
   Preparation<S> out;
   out.position_correction.share = S(world.options.correction);
-  out.velocity_bias.sub_s = sub_s;
+  out.velocity_bias.sub_s = world.sub_s;
   out.velocity_bias.impact_shift = world.has_restitution ? world.bodies.impact_shift.data() : nullptr;
   out.warm_start = world.options.warm_start ? WarmStart::on : WarmStart::off;
   return out;
 }
 
-// Contacts, and with them joints: in turn, because the joints are to hold after the motion that the contacts change.
-template <class S> void solve_velocities(World<S>& world, S sub_s, bool is_at_rest, bool last) {
+// Contacts and joints, alternately: the joints must hold after the motion that the contact impulses change.
+template <class S> void solve_velocities(World<S>& world, bool to_convergence, bool last) {
   const auto solve_contacts = [&] {
-    const bool solved = world.options.solver != Solver::sequential && solve_directly(world, is_at_rest);
-    if (!solved) sweep_velocities(world, is_at_rest, last);
+    const bool solved = world.options.solver != Solver::sequential && solve_directly(world, to_convergence);
+    if (!solved) sweep_velocities(world, to_convergence, last);
     return solved;
   };
   if (world.tied == nullptr) {
     solve_contacts();
     return;
   }
-  close_joints(world, sub_s);
+  close_joints(world);
   for (int n = 0; n < kMaxTiedSolves; ++n) {
     if (n + 1 == kMaxTiedSolves) world.bodies.velocity_before_sweep = world.bodies.velocity;
     const bool solved = solve_contacts();
-    const bool moved = close_joints(world, sub_s) > 0, corrected = correct_stop_biases(world, sub_s);
+    const bool moved = close_joints(world) > 0, corrected = correct_stop_biases(world);
     if (!(moved || corrected) || (!solved && n > 0)) return;
   }
   report_sweeps(world, kMaxTiedSolves, largest_change(world));
 }
 
-template <class S> void substep(World<S>& world, S sub_s, bool last, PhaseTimer& timer) {
+template <class S> void substep(World<S>& world, bool last, PhaseTimer& timer) {
   const Options& options = world.options;
   if (world.tied != nullptr) begin_tied_substep(world);
-  resolve_impacts(world, sub_s);
-  const bool is_at_rest = options.rest_sweeps > options.iterations && at_rest(world);
+  resolve_impacts(world);
+  const bool to_convergence = options.rest_sweeps > options.iterations && sweeps_to_convergence(world);
   timer.end("solve");
-  set_rolling_velocity_increments(world, sub_s);
+  set_rolling_velocity_increments(world);
   apply_free_velocity_increments(world);
-  if (world.tied != nullptr) apply_joint_forces(world, sub_s);
+  if (world.tied != nullptr) apply_joint_forces(world);
   timer.end("integrate");
-  const Preparation<S> preparation = preparation_of(world, sub_s);
+  const Preparation<S> preparation = preparation_of(world);
   prepare_sphere_contacts(world, preparation);
   prepare_manifold_contacts(world, preparation);
-  predict_rolling_contact_points(world, sub_s);
-  if (world.tied != nullptr) prepare_joints(world, sub_s);
-  solve_velocities(world, sub_s, is_at_rest, last);
+  predict_rolling_contact_points(world);
+  if (world.tied != nullptr) prepare_joints(world);
+  solve_velocities(world, to_convergence, last);
   if (world.records_impulses) add_impulses_to_sums(world);
   timer.end("solve");
-  integrate_positions(world, sub_s);
-  compose_rolling_rotations(world, sub_s);
+  integrate_positions(world);
+  compose_rolling_rotations(world);
   if (world.tied != nullptr) end_tied_substep(world);
   timer.end("integrate");
 }
@@ -391,7 +389,7 @@ template <class S> bool step(World<S>& world, S t_s, S h_s) {
     if (k > 0) update_rolling_inertias(world);
     if (k > 0) update_stale_manifolds(world);
     timer.end("narrow");
-    substep(world, world.sub_s, k + 1 == world.substeps, timer);
+    substep(world, k + 1 == world.substeps, timer);
   }
   if (events) report_impacts(world);
   update_orientations(world);

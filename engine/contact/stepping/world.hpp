@@ -1,6 +1,6 @@
 // The state of a run of "+impulse", as plain arrays: allocated once a run, grown where contacts grow.
 //
-// A step of length h is divided into `substeps` substeps of length h_s (Macklin, Storey, Lu, Terdiman, Chentanez,
+// A step of length h_s is divided into `substeps` substeps of length sub_s (Macklin, Storey, Lu, Terdiman, Chentanez,
 // Jeschke, Mueller, "Small Steps in Physics Simulation", SCA 2019; Catto, "Solver2D", 2024). Each substep:
 //
 //   impacts    fast approaches that meet within the substep are resolved one after another, in the order of their times
@@ -9,8 +9,8 @@
 //   prepare    position correction: overlap is reduced in the positions alone, no velocity changes;
 //              velocity bias:       gaps and normals at the new positions give the bound on the normal velocity;
 //              warm start:          the impulses of the last substep are applied again
-//   solve      v_n >= -max(gap, 0) / h_s, impulses inside the round friction cone
-//   position   p += h_s v
+//   solve      v_n >= -max(gap, 0) / sub_s, impulses inside the round friction cone
+//   position   p += sub_s v
 //
 // The order of the contacts depends on the contacts alone (graph colouring, contact_batches.hpp), so the results have
 // the same bits for every number of threads.
@@ -44,12 +44,12 @@ namespace atwood::stepping {
 template <class S> struct Bodies {
   int count = 0;  // row `count` is 0 throughout: the body of unused lanes
   std::vector<Row<S>> velocity, pose, inertia;
-  std::vector<Quat<S>> q_WB;                  // at the beginning of the step
-  std::vector<Row<S>> velocity_increment;     // of the motion without contacts, in a substep
-  std::vector<Row<S>> pose_increment;         // of that motion too: what the velocities do not account for
-  std::vector<Row<S>> impact_shift;           // displacement that the impacts of a substep add to its motion
-  std::vector<Row<S>> velocity_before;        // before the increment, where positions go by the mean of velocities
-  std::vector<Row<S>> velocity_before_sweep;  // where sweeps go on until the velocities stay
+  std::vector<Quat<S>> q_WB;               // at the beginning of the step
+  std::vector<Row<S>> velocity_increment;  // of the motion without contacts, in a substep
+  std::vector<Row<S>> pose_increment;      // of that motion too: what the velocities do not account for
+  std::vector<Row<S>> impact_shift;        // displacement that the impacts of a substep add to its motion
+  std::vector<Row<S>> velocity_before;     // before the increment, where positions are advanced with the mean velocity
+  std::vector<Row<S>> velocity_before_sweep;  // where sweeps go on until the velocities converge
   std::vector<unsigned char> moves;           // 1: neither fixed, held nor asleep
   std::vector<unsigned char> isotropic;       // 1: the inertia is a multiple of the identity
   std::vector<S> motion_bound;                // m; how far a surface point may move within the step
@@ -68,9 +68,9 @@ template <class S> struct Rolling {
 
 // ---- sleep.cpp: the arrays are empty unless the option is on
 struct Sleep {
-  std::vector<int> sleeping_island;         // of body i, named by one of its bodies; -1: awake
+  std::vector<int> sleeping_island;    // of body i, named by one of its bodies; -1: awake
   std::vector<double> time_at_rest_s;  // of body i
-  std::vector<int> parent;                  // union-find over bodies
+  std::vector<int> parent;             // union-find over bodies
 };
 
 // Work arrays, kept from call to call for their memory alone.
@@ -78,9 +78,9 @@ template <class S> struct Scratch {
   GraphColouring colouring;
   std::vector<int> count, next_slot, colour, other_colour;
   std::vector<StoredImpulse<S>> sphere_impulses, plane_impulses;
-  std::vector<std::vector<ContactManifold<S>>> detected;  // by thread
-  std::vector<std::vector<Manifold<S>>> pair_manifolds;   // by thread
-  std::vector<std::vector<Manifold<S>>> updated;          // by stale manifold
+  std::vector<std::vector<ContactManifold<S>>> detected;    // by thread
+  std::vector<std::vector<Manifold<S>>> pair_manifolds;     // by thread
+  std::vector<std::vector<Manifold<S>>> manifolds_updated;  // by stale manifold
 };
 
 // ---- direct.cpp: one island's problem
@@ -102,7 +102,7 @@ template <class S> struct DirectSolver {
   std::vector<std::pair<int, int>> contacts;  // contact, island
   std::vector<int> inactive;             // contacts left out: without impulse, and too far to close in this substep
   std::vector<SolverPoint<S>> points;    // of the island
-  std::vector<int> contact_of_point;     // below 0: -1 - stop, a stop of a joint, which has a normal impulse alone
+  std::vector<int> contact_of_point;     // negative: -1 - s for joint stop s, which has a normal impulse alone
   std::vector<JacobianRow<S>> jacobian;  // three rows a point: n, t, s
   std::vector<TiedResponse<S>> tied;     // two a row: of the mechanisms of a and b; empty where the scene has no joints
   std::vector<int> mechanisms;           // that the rows act on
@@ -301,7 +301,7 @@ template <class S> void wake_all(World<S>& world);
 // Lists the contacts with restitution, once contacts are found.
 template <class S> void list_contacts_with_restitution(World<S>& world);
 // Resolves the impacts of a substep: changes velocities and impact shifts.
-template <class S> void resolve_impacts(World<S>& world, S sub_s);
+template <class S> void resolve_impacts(World<S>& world);
 
 // ---- rolling.cpp
 // Lists what rolls in the coming step of h_s, once contacts are found and velocity increments are set.
@@ -309,11 +309,11 @@ template <class S> void list_rolling(World<S>& world, S h_s);
 // Before a later substep's contacts are detected.
 template <class S> void update_rolling_inertias(World<S>& world);
 // Before the velocity increments are applied: sets those of the bodies that roll.
-template <class S> void set_rolling_velocity_increments(World<S>& world, S sub_s);
+template <class S> void set_rolling_velocity_increments(World<S>& world);
 // Once contacts are prepared: changes their biases, surface velocities and arms.
-template <class S> void predict_rolling_contact_points(World<S>& world, S sub_s);
+template <class S> void predict_rolling_contact_points(World<S>& world);
 // After the positions are advanced.
-template <class S> void compose_rolling_rotations(World<S>& world, S sub_s);
+template <class S> void compose_rolling_rotations(World<S>& world);
 
 // ---- sphere_contacts.cpp, manifold_contacts.cpp
 // Once a substep: gap, arms, position correction, velocity bias and warm start of every contact.
