@@ -11,6 +11,7 @@
 
 namespace atwood {
 
+// Axes in cyclic order.
 constexpr int next_axis(int i) { return i == 2 ? 0 : i + 1; }
 
 template <class S> struct BoxPair {
@@ -22,6 +23,7 @@ template <class S> struct BoxPair {
   std::array<std::array<S, 3>, 3> R{};  // R[i][j] = A_i . B_j
   S size{};                             // sum of the half extents: round-off is a few eps of it
 };
+// Of two boxes, rectangles or capsules at their poses.
 template <class S>
 BoxPair<S> box_pair(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b, const Transform<S>& pose_b);
 

@@ -25,6 +25,7 @@ template <class S> inline bool is_pair(const BroadItem<S>& a, const BroadItem<S>
   return (a.moves | b.moves) & boxes_overlap(a.box, b.box) & spheres_overlap(a, b);
 }
 
+// The pair with its smaller index first.
 inline BodyPair ordered(std::int32_t a, std::int32_t b) { return a < b ? BodyPair(a, b) : BodyPair(b, a); }
 
 // A key for sorting: NaN becomes infinity and comes last, so that the order is a strict weak one.

@@ -57,8 +57,8 @@ template <class S> S core_axis_distance(const Geometry<S>& g, const Vec3<S>& u) 
     case ShapeKind::box: return box_axis_distance(g.half_extents, Transform<S>{}, u);
     case ShapeKind::capsule: return g.half_length * norm(Vec3<S>{u.x, u.y, S(0)});
     case ShapeKind::cylinder: {
-      // A point r of the rim has the squared distance |r|^2 - (u . r)^2 from the line, and u . r lies within
-      // radius |u_xy| of half_length u.z.
+      // A point r of the rim has the squared distance |r|^2 - (u . r)^2 from the line, where
+      //   |u . r - half_length u.z| <= radius |u_xy|.
       const S nearest = real::max(S(0), g.half_length * real::abs(u.z) - g.radius * norm(Vec3<S>{u.x, u.y, S(0)}));
       return real::sqrt(real::max(S(0), g.half_length * g.half_length + g.radius * g.radius - nearest * nearest));
     }
@@ -241,7 +241,7 @@ template <class S> TriangleSupport<S> triangle_support(const TriangleMesh<S>& me
   return {mesh, t, pose};
 }
 
-// A body's convex parts but those of meshes: itself, or a compound's boxes. visit(shape, transform, support, reach).
+// A body's convex parts but those of meshes: itself, or a compound's boxes. visit(shape, transform, support, radius).
 template <class S, class Visit> void each_part(const RotatingBody<S>& body, const Visit& visit) {
   if (body.shape.kind != ShapeKind::compound)
     return visit(body.shape, body.pose, support_of(body), core_radius(body.shape));

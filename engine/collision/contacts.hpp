@@ -54,6 +54,8 @@ template <class S> struct Separation {
   Vec3<S> normal_W;        // unit, from a to b
   Vec3<S> on_a_W, on_b_W;  // the closest points, or the deepest points in overlap
 };
+// Of shapes that touch the gap is 0 up to touch_round_off(). A pair of kinds without a test (missing_contact_test())
+// has an infinite gap.
 template <class S>
 Separation<S> separation(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b,
                          const Transform<S>& pose_b);

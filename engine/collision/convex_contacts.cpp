@@ -13,7 +13,7 @@ template <class S> void express_in_world(const Transform<S>& pose_a, Manifold<S>
 }
 
 template <class S> S size_of(const ConvexPart<S>& part) {
-  return part.radius + (part.core == Core::hull ? part.form->bounding_radius : norm(part.half));
+  return part.radius + (part.core == Core::hull ? part.topology->bounding_radius : norm(part.half));
 }
 
 // Of the points in which faces meet, the middle of those that are deepest but for round-off.

@@ -37,11 +37,11 @@ template <class S> const Hull<S>& triangle_loops() {
 
 template <class S> S signed_as(S size, S sign) { return sign < S(0) ? -size : size; }
 
-template <class S> void set_vertices(ConvexPart<S>& part, const Hull<S>& form) {
-  part.form = &form;
-  part.own_count = static_cast<int>(form.vertices.size());
+template <class S> void set_vertices(ConvexPart<S>& part, const Hull<S>& topology) {
+  part.topology = &topology;
+  part.own_count = static_cast<int>(topology.vertices.size());
   for (int i = 0; i < part.own_count; ++i) {
-    const Vec3<S>& v = form.vertices[i];
+    const Vec3<S>& v = topology.vertices[i];
     part.own[i] = {v.x * part.half.x, v.y * part.half.y, v.z * part.half.z};
   }
 }
@@ -77,12 +77,12 @@ template <class S> bool convex_part(const Geometry<S>& geometry, ConvexPart<S>& 
       return true;
     case ShapeKind::convex:
       part.core = Core::hull;
-      part.form = geometry.hull.get();
-      return part.form && !part.form->vertices.empty();
+      part.topology = geometry.hull.get();
+      return part.topology && !part.topology->vertices.empty();
     case ShapeKind::mesh:
       part.core = Core::hull;
-      part.form = geometry.mesh ? geometry.mesh->solid.get() : nullptr;
-      return part.form != nullptr;
+      part.topology = geometry.mesh ? geometry.mesh->solid.get() : nullptr;
+      return part.topology != nullptr;
     default: return false;
   }
 }
@@ -91,12 +91,13 @@ template <class S>
 ConvexPart<S> triangle_part(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, const Vec3<S>& normal) {
   ConvexPart<S> part;
   part.core = Core::triangle;
-  part.form = &triangle_loops<S>();
+  part.topology = &triangle_loops<S>();
   part.own_count = 3;
   part.own[0] = a, part.own[1] = b, part.own[2] = c;
-  part.sides[0] = {normal, dot(normal, a), 0, 3};
-  part.sides[1] = {-normal, -dot(normal, a), 3, 3};
-  for (int k = 0; k < 3; ++k) part.rim[k] = {k, (k + 1) % 3, 0, 1, unit_vector(part.own[(k + 1) % 3] - part.own[k])};
+  part.triangle_faces[0] = {normal, dot(normal, a), 0, 3};
+  part.triangle_faces[1] = {-normal, -dot(normal, a), 3, 3};
+  for (int k = 0; k < 3; ++k)
+    part.triangle_edges[k] = {k, (k + 1) % 3, 0, 1, unit_vector(part.own[(k + 1) % 3] - part.own[k])};
   return part;
 }
 
@@ -114,7 +115,9 @@ template <class S> Vec3<S> support(const ConvexPart<S>& part, const Vec3<S>& d, 
       vertex = a >= b ? (a >= c ? 0 : 2) : (b >= c ? 1 : 2);
       return part.own[vertex];
     }
-    case Core::hull: vertex = farthest_vertex(*part.form, d, real::max(vertex, 0)); return part.form->vertices[vertex];
+    case Core::hull:
+      vertex = farthest_vertex(*part.topology, d, real::max(vertex, 0));
+      return part.topology->vertices[vertex];
     case Core::cylinder: break;
   }
   vertex = -1;

@@ -1,4 +1,5 @@
-// One convex shape in the form that the pair tests use: a core (a polyhedron, or a cylinder) and a radius around it.
+// One convex shape in the topology that the pair tests use: a core (a polyhedron, or a cylinder) and a radius around
+// it.
 #pragma once
 
 #include <array>
@@ -18,29 +19,30 @@ template <class S> struct ConvexPart {
   using Edge = typename Hull<S>::Edge;
 
   Core core = Core::point;
-  S radius{};                     // around the core
-  Vec3<S> half;                   // segment: (0, 0, h); cylinder: (r, r, h)
-  const Hull<S>* form = nullptr;  // loops and edges; for a box those of a box with sides 2; a cylinder has none
+  S radius{};    // around the core
+  Vec3<S> half;  // segment: (0, 0, h); cylinder: (r, r, h)
+  const Hull<S>* topology =
+      nullptr;  // loops and edges; for a box those of a box with triangle_faces 2; a cylinder has none
   int own_count = 0;
-  std::array<Vec3<S>, 8> own;  // vertices of all polyhedra but hulls
-  std::array<Face, 2> sides;   // triangle: front and back
-  std::array<Edge, 3> rim;     // triangle
+  std::array<Vec3<S>, 8> own;          // vertices of all polyhedra but hulls
+  std::array<Face, 2> triangle_faces;  // triangle: front and back
+  std::array<Edge, 3> triangle_edges;  // triangle
 
   bool polyhedral() const { return core != Core::cylinder; }
   std::span<const Vec3<S>> vertices() const {
-    return core == Core::hull ? std::span<const Vec3<S>>(form->vertices)
+    return core == Core::hull ? std::span<const Vec3<S>>(topology->vertices)
                               : std::span<const Vec3<S>>(own.data(), own_count);
   }
   std::span<const Face> faces() const {  // of hulls and triangles alone with their offsets
-    if (core == Core::triangle) return sides;
-    return form ? std::span<const Face>(form->faces) : std::span<const Face>();
+    if (core == Core::triangle) return triangle_faces;
+    return topology ? std::span<const Face>(topology->faces) : std::span<const Face>();
   }
   std::span<const Edge> edges() const {
-    if (core == Core::triangle) return rim;
-    return form ? std::span<const Edge>(form->edges) : std::span<const Edge>();
+    if (core == Core::triangle) return triangle_edges;
+    return topology ? std::span<const Edge>(topology->edges) : std::span<const Edge>();
   }
   std::span<const int> loop(const Face& face) const {
-    return {form->corners.data() + face.first, static_cast<std::size_t>(face.count)};
+    return {topology->corners.data() + face.first, static_cast<std::size_t>(face.count)};
   }
 };
 

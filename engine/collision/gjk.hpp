@@ -36,7 +36,8 @@ template <class S> struct Closest {
 };
 
 // Gilbert, Johnson, Keerthi (1988); sub-algorithm of Montanari, Petrinic, Barbieri, ACM Trans. Graph. 36 (2017) 30.
-// Ends when no support point is nearer by more than round-off of the extents, or after 200 iterations.
+// Ends when no support point is nearer by more than round-off of the extents, or after 200 iterations: the points are
+// then the nearest ones found so far.
 template <class S>
 Closest<S> closest_points(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a, S max_distance);
 

@@ -1,5 +1,5 @@
-// Point by point, as scene/convex_hull.cpp does, but without a tolerance: signs are exact, so the faces that see a
-// point hang together and their rim is one loop, for needles and slabs too.
+// Incremental convex hull. Orientation tests are exact, so the faces visible from a point are connected and their
+// horizon is a single loop, also for needle-shaped and flat hulls.
 #include "collision/hull_triangles.hpp"
 
 #include <cmath>
@@ -21,7 +21,8 @@ template <class Measure> int farthest(const std::vector<Point>& points, const Me
   return best;
 }
 
-// False when the points are flat. The first three run anticlockwise seen from the side away from the fourth.
+// False where all points lie in a plane, to 64 roundings. The first three run anticlockwise seen from the side away
+// from the fourth.
 bool first_tetrahedron(const std::vector<Point>& p, std::array<int, 4>& t) {
   const int a = farthest(p, [](const Point& x) { return x.x; });
   const int b = farthest(p, [&](const Point& x) { return norm(x - p[a]); });
@@ -50,19 +51,21 @@ std::vector<std::array<int, 3>> hull_triangles(const std::vector<Real3>& given) 
   std::vector<std::array<int, 3>> faces = {
       {t[0], t[1], t[2]}, {t[0], t[3], t[1]}, {t[1], t[3], t[2]}, {t[2], t[3], t[0]}};
   for (int i = 0; i < static_cast<int>(p.size()); ++i) {
-    const auto sees = [&](const std::array<int, 3>& f) { return orient3d(p[f[0]], p[f[1]], p[f[2]], p[i]) < 0; };
-    std::set<std::pair<int, int>> rim;
+    const auto is_visible_from_i = [&](const std::array<int, 3>& f) {
+      return orient3d(p[f[0]], p[f[1]], p[f[2]], p[i]) < 0;
+    };
+    std::set<std::pair<int, int>> horizon;
     std::size_t kept = 0;
     for (const std::array<int, 3>& f : faces) {
-      if (!sees(f)) {
+      if (!is_visible_from_i(f)) {
         faces[kept++] = f;
         continue;
       }
       for (int k = 0; k < 3; ++k)
-        if (rim.erase({f[(k + 1) % 3], f[k]}) == 0) rim.insert({f[k], f[(k + 1) % 3]});
+        if (horizon.erase({f[(k + 1) % 3], f[k]}) == 0) horizon.insert({f[k], f[(k + 1) % 3]});
     }
     faces.resize(kept);
-    for (const auto& [from, to] : rim) faces.push_back({from, to, i});
+    for (const auto& [from, to] : horizon) faces.push_back({from, to, i});
   }
   return faces;
 }

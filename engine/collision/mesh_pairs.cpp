@@ -17,8 +17,7 @@ Manifold<S> point_manifold(const TriangleMesh<S>& mesh, int t, const Vec3<S>& no
   return manifold;
 }
 
-// Triangles with a common edge or corner find the same point there, up to the tolerance of the regions at sharp
-// corners.
+// Adjacent triangles report the same contact at a shared edge or vertex, within the tolerance of the Voronoi regions.
 template <class S>
 bool is_duplicate(const std::vector<Manifold<S>>& out, std::size_t from, const Manifold<S>& made, S tolerance) {
   for (std::size_t i = from; i < out.size(); ++i)
@@ -53,7 +52,10 @@ void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S 
     if (at.distance > max_distance) return;
     const Vec3<S> away = center - at.x;
     const Vec3<S>& face = mesh.triangles[t].normal;
-    if (mesh.closed && dot(away, pseudonormal(mesh, t, at)) < S(0)) return static_cast<void>(behind = true);
+    if (mesh.closed && dot(away, pseudonormal(mesh, t, at)) < S(0)) {
+      behind = true;
+      return;
+    }
     if (!in_voronoi_region(mesh, t, at, away, S(4) * tolerance)) return;
     Vec3<S> normal = face;
     if (at.part == TrianglePoint<S>::face || !(at.distance > tolerance)) {
@@ -73,6 +75,9 @@ void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S 
   out.push_back(enclosed_manifold(mesh, nearest, center, [&](const Vec3<S>& n) { return center - radius * n; }));
 }
 
+// Each triangle that comes near keeps a contact whose normal lies in its own Voronoi region. Any other contact belongs
+// to a neighbour, but for one over the face itself, which is kept unless a neighbour is shallower. A part inside a
+// closed mesh touches no triangle: it gets the contact of the mesh point nearest to its centre.
 template <class S>
 void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPart<S>& b, const Transform<S>& b_in_mesh, S margin,
                           std::vector<Manifold<S>>& out) {
@@ -81,7 +86,7 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPart<S>& b, c
   const S max_distance = margin + b.radius;
   const S round_off =
       S(64) * real::epsilon<S>() * (mesh.bounding_radius + norm(b_in_mesh.p_W) + norm(box.high - box.low));
-  int closest_t = -1;  // the nearest triangle: the fallback if every contact is left to neighbours
+  int closest_t = -1;  // the nearest triangle, used if every contact is assigned to a neighbour
   NearestFeatures<S> closest_features;
   struct FaceContact {
     int t;
@@ -128,7 +133,8 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPart<S>& b, c
     if (nearest.inside) return out.push_back(enclosed_manifold(mesh, nearest, b_in_mesh.p_W, lowest));
   }
   if (closest_t < 0) return;
-  // Where a surface intersects itself each triangle may leave its normal to a neighbour: then the nearest one is used.
+  // Where a surface intersects itself, every triangle may assign the contact to a neighbour; then the nearest triangle
+  // is used.
   Manifold<S> manifold;
   contact_points(part_of(mesh, closest_t), b, b_in_mesh, closest_features, margin, manifold);
   if (manifold.count == 0) {  // the nearest point only

@@ -7,7 +7,7 @@ namespace {
 
 template <class S> S extent_of(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a) {
   const auto size = [](const ConvexPart<S>& p) {
-    if (p.core == Core::hull) return p.form->bounding_radius;
+    if (p.core == Core::hull) return p.topology->bounding_radius;
     if (p.core != Core::triangle) return p.half.x + p.half.y + p.half.z;
     return real::max(norm(p.own[0]), real::max(norm(p.own[1]), norm(p.own[2])));
   };

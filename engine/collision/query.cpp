@@ -1,3 +1,4 @@
+// Questions about contacts, answered by the narrow phase: all pairs of bodies, by bounding spheres first.
 #include "collision/query.hpp"
 
 #include <cmath>
@@ -43,7 +44,7 @@ std::vector<QueryBody> query_bodies(const Scene& scene) {
   return out;
 }
 
-bool spheres_apart(const QueryBody& a, const QueryBody& b, double margin) {
+bool bounding_spheres_are_apart(const QueryBody& a, const QueryBody& b, double margin) {
   if (a.shape.kind == ShapeKind::plane || b.shape.kind == ShapeKind::plane) return false;
   const double max_distance = a.shape.bounding_radius + b.shape.bounding_radius + margin;
   return norm(b.pose.p_W - a.pose.p_W) > max_distance * (1 + 8 * real::epsilon<double>());
@@ -75,7 +76,7 @@ void report(IterativeSolver solver, const SolveReport& solve, ContactAnswer& ans
 void add_contacts(const QueryBody& a, const QueryBody& b, std::vector<Manifold<double>>& manifolds,
                   ContactAnswer& answer) {
   const double round_off = touch_round_off(a.shape, a.pose.p_W, b.shape, b.pose.p_W);
-  if (spheres_apart(a, b, round_off)) return;
+  if (bounding_spheres_are_apart(a, b, round_off)) return;
   manifolds.clear();
   find_contacts(a.shape, a.pose, b.shape, b.pose, round_off, manifolds);
   const std::size_t from = answer.contacts.size();

@@ -1,3 +1,5 @@
+// Builds a mesh: equal points are merged, triangles without area are dropped, and edges, their kinds, pseudonormals and
+// the bounding-volume tree follow from the triangles that are left.
 #include "collision/triangle_mesh.hpp"
 
 #include <algorithm>
@@ -13,7 +15,7 @@ namespace atwood {
 namespace {
 
 using Long3 = Vec3<long double>;
-using Edge = std::pair<int, int>;
+using DirectedEdge = std::pair<int, int>;
 
 Long3 wide(const Real3& p) { return narrow3<long double>(p); }
 Long3 unit_of(const Long3& v) { return (1 / norm(v)) * v; }
@@ -27,13 +29,13 @@ struct Source {
   std::vector<Long3> normal;
 };
 
-Source welded(const std::vector<Real3>& points, const std::vector<std::array<int, 3>>& triangles) {
+Source merge_points(const std::vector<Real3>& points, const std::vector<std::array<int, 3>>& triangles) {
   Source source;
-  std::map<Real3, int> pose;
+  std::map<Real3, int> index_of;
   std::vector<int> same(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Real3 key{points[i][0] + 0.0, points[i][1] + 0.0, points[i][2] + 0.0};  // -0 is 0
-    const auto [at, is_new] = pose.try_emplace(key, static_cast<int>(source.points.size()));
+    const auto [at, is_new] = index_of.try_emplace(key, static_cast<int>(source.points.size()));
     if (is_new) source.points.push_back(key);
     same[i] = at->second;
   }
@@ -49,13 +51,13 @@ Source welded(const std::vector<Real3>& points, const std::vector<std::array<int
   return source;
 }
 
-// Splits at the median of the longest side of the centres' box until few are left.
+// Builds the tree: splits at the median centroid along the longest side until two triangles are left.
 template <class S> struct TreeBuilder {
   const Source& source;
   std::vector<int> order;
   TriangleMesh<S>& mesh;
 
-  Real3 center(int t) const {
+  Real3 three_times_centroid(int t) const {
     Real3 sum{};
     for (const int c : source.corner[t])
       for (int k = 0; k < 3; ++k) sum[k] += source.points[c][k];
@@ -77,16 +79,19 @@ template <class S> struct TreeBuilder {
     const int node = static_cast<int>(mesh.nodes.size());
     mesh.nodes.push_back({box_of(first, count), -1, first, count});
     if (count <= kLeaf) return node;
-    Real3 low = center(order[first]), high = low;
+    Real3 low = three_times_centroid(order[first]), high = low;
     for (int i = first; i < first + count; ++i)
       for (int k = 0; k < 3; ++k)
-        low[k] = std::min(low[k], center(order[i])[k]), high[k] = std::max(high[k], center(order[i])[k]);
+        low[k] = std::min(low[k], three_times_centroid(order[i])[k]),
+        high[k] = std::max(high[k], three_times_centroid(order[i])[k]);
     int axis = 0;
     for (int k = 1; k < 3; ++k)
       if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
     const int half = count / 2;
     std::nth_element(order.begin() + first, order.begin() + first + half, order.begin() + first + count,
-                     [&](int s, int t) { return std::pair(center(s)[axis], s) < std::pair(center(t)[axis], t); });
+                     [&](int s, int t) {
+                       return std::pair(three_times_centroid(s)[axis], s) < std::pair(three_times_centroid(t)[axis], t);
+                     });
     mesh.nodes[node].count = 0;
     build(first, half);
     mesh.nodes[node].right = build(first + half, count - half);
@@ -94,7 +99,7 @@ template <class S> struct TreeBuilder {
   }
 };
 
-// Across an edge from t: convex when the neighbour's third corner lies below t's plane, by a sine above round-off's.
+// Across an edge from t: convex when the neighbour's third corner lies below t's plane, by a sine of more than 1e-10.
 EdgeKind kind_of(const Source& source, int t, int k, int next) {
   constexpr long double kFlat = 1e-10L;
   const Long3 from = wide(source.points[source.corner[t][k]]), to = wide(source.points[source.corner[t][(k + 1) % 3]]);
@@ -110,7 +115,7 @@ EdgeKind kind_of(const Source& source, int t, int k, int next) {
 }
 
 template <class S> void add_adjacency(const Source& source, TriangleMesh<S>& mesh) {
-  std::map<Edge, std::vector<int>> of_edge;  // triangles that run along it this way
+  std::map<DirectedEdge, std::vector<int>> of_edge;  // triangles that run along it this way
   const int n = static_cast<int>(mesh.triangles.size());
   for (int t = 0; t < n; ++t)
     for (int k = 0; k < 3; ++k)
@@ -137,8 +142,8 @@ template <class S> void add_adjacency(const Source& source, TriangleMesh<S>& mes
   mesh.first_neighbour.push_back(static_cast<int>(mesh.neighbour_points.size()));
 }
 
-// True if a closed mesh bounds a convex solid: no concave edge is necessary, and sufficient for one connected surface;
-// for the case of several, all vertices are tested. False for more than kMaxTriangles triangles, without a test.
+// True if a closed mesh bounds a convex solid. A connected closed surface without concave edges does; a test of all
+// vertices excludes several surfaces. False for more than kMaxTriangles triangles, without a test.
 template <class S> bool is_convex(const Source& source, const TriangleMesh<S>& mesh) {
   constexpr std::size_t kMaxTriangles = 4096;
   if (!mesh.closed || mesh.triangles.size() > kMaxTriangles) return false;
@@ -172,7 +177,7 @@ template <class S>
 TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points,
                                     const std::vector<std::array<int, 3>>& triangles) {
   TriangleMesh<S> mesh;
-  Source merged = welded(points, triangles);
+  const Source merged = merge_points(points, triangles);
   const int n = static_cast<int>(merged.corner.size());
   TreeBuilder<S> tree{merged, std::vector<int>(n), mesh};
   std::iota(tree.order.begin(), tree.order.end(), 0);
@@ -190,7 +195,7 @@ TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points,
   add_adjacency(source, mesh);
   mesh.convex = is_convex(source, mesh);
   if (mesh.convex) {
-    constexpr std::size_t kMaxCorners = 64;  // two hulls may ask for all products of their edges
+    constexpr std::size_t kMaxCorners = 64;  // the test of two hulls may try all pairs of their edges
     const auto solid = std::make_shared<const Hull<S>>(make_hull<S>(source.points));
     if (solid->vertices.size() <= kMaxCorners) mesh.solid = solid;
   }
