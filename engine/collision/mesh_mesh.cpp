@@ -31,14 +31,14 @@ void face_contact(const TrianglePair<S>& of, const TriangleDepths<S>& depths_a, 
                   S margin, S round_off, Manifold<S>& manifold) {
   const Transform<S> same;
   const ConvexPart<S>&t = of.part_t, &u = of.part_u;
-  const Vec3<S> normals[2] = {t.sides[0].normal, -u.sides[0].normal};
+  const Vec3<S> normals[2] = {t.triangle_faces[0].normal, -u.triangle_faces[0].normal};
   const S depths[2] = {overlap_along(t, u, same, normals[0]), overlap_along(t, u, same, normals[1])};
   const auto depth_along_a = [&](int s) {
     return depths_a.least(s, overlap_along(part_of(of.a, s), u, same, of.a.triangles[s].normal));
   };
   const auto depth_along_b = [&](int s) {
     const ConvexPart<S> part = placed_part(of.b, s, of.b_in_a);
-    return depths_b.least(s, overlap_along(t, part, same, -part.sides[0].normal));
+    return depths_b.least(s, overlap_along(t, part, same, -part.triangle_faces[0].normal));
   };
   const bool u_is_shallower = depths[1] < depths[0];
   for (const bool of_u : {u_is_shallower, !u_is_shallower}) {

@@ -86,9 +86,9 @@ MethodInfo polynomial_info() {
       "along as nodes of pressure 0, need degree=2. "
       "Nothing is conserved exactly: momenta, mass and energy are kept to the order of the fits (rows momenta, "
       "energy-budget). Particles are shifted towards even spacing and the fields take the fluxes of that motion; a "
-      "filter, a term of its own, damps what changes from particle to particle. Order in time: the method's own, at "
-      "most that of the kernel. A neighbourhood that does not determine its polynomial ends the run with the condition "
-      "of its fit: degree 4 from a perfect lattice that is then strained. Breaking surfaces end it too. Equal steps beyond the "
+      "filter, a term of its own, damps noise on the scale of the spacing. Order in time: the method's own, at most that "
+      "of the kernel. A run ends where a neighbourhood does not determine its polynomial; the message has the condition "
+      "number (degree 4 does so on a perfect lattice that is then strained). Breaking surfaces end it too. Equal steps beyond the "
       "limit of the start's fastest modes (Arnoldi's method) are refused with the limit.";
   info.source =
       "Lancaster, Salkauskas, Math. Comp. 37 (1981) 141; Liszka, Orkisz, Computers & Structures 11 (1980) 83; Lind et "

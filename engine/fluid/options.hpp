@@ -19,7 +19,7 @@ const MethodInfo* find_response(const std::string& name);  // "sph"; null: there
 // mechanisms in their coordinates, or, without friction, by kicks and drifts. None: the scheme steps no fluid.
 std::optional<double> claimed_order(const MethodInfo& scheme);
 
-// What an id asks of its response. The input is to blame for a value outside its range.
+// The settings of the id's response. An input fault where a value is out of range.
 struct SphRequest {
   SphOptions options;
   bool reversible = false;
@@ -27,7 +27,7 @@ struct SphRequest {
 Result<SphRequest> sph_request(const MethodId& id);
 Result<PolynomialOptions> polynomial_request(const MethodId& id);
 
-// The same id with the overrides that are the integrator's; "threads" is of both.
+// The same id with the overrides that are the integrator's; `threads`, which both declare, is kept.
 MethodId integrator_part(const MethodId& id);
 
 }  // namespace atwood::fluid

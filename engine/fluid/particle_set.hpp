@@ -19,11 +19,12 @@ template <class S> struct ParticleSet {
 
   const FluidLaw<S>& law(int particle) const { return laws[fluid_of[particle]]; }
 };
-// density: densities are part of the state; temperatures are where some fluid has a heat capacity. body_scalars: of the
-// bodies' state behind the particles'.
+
+// density: whether densities are part of the state. Temperatures are, if some fluid has a heat capacity.
+// body_scalars: length of the bodies' part of the state, which follows that of the particles.
 template <class S> ParticleSet<S> make_particle_set(const Scene& scene, bool density, int body_scalars);
 
-// Why the neighbours within `support` are not unique in a periodic scene; "": they are. `what` names the support [m].
+// Message if a period is too short for unique neighbours within `support` [m]; else empty. `what` names the support.
 std::string period_fault(const Scene& scene, double support, const std::string& what);
 
 // The particles' part of the state at t = 0.

@@ -23,7 +23,7 @@ template <class S> class ParticleSystem {
   // Empty: the state is sound. Else which particle is lost or not finite, and how.
   virtual std::string fault(const S* y) const = 0;
 
-  // Why the rate is not of the form x' = v, v' = a(x), which kicks and drifts need; empty: it is.
+  // Why the system is not separable (x' = v, v' = a(x)), as kicks and drifts need; empty: it is.
   virtual std::string not_separable() const { return "has no kicks and drifts"; }
   virtual Team* team() { return nullptr; }  // the threads that share the rates; null: one alone
   virtual void accelerations(S /*t_s*/, const S* /*y*/, S* /*acceleration*/) {}  // d numbers a particle

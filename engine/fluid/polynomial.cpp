@@ -304,7 +304,7 @@ template <class S> std::string Polynomial<S>::fault(const S* y) const {
       return particle_name(set_, scene_, i) + " has a density of " +
              format_double(static_cast<double>(y[at.densities() + i])) + " kg/m^3";
     if (walls_ == nullptr) continue;
-    const std::string through = walls_->crossed(y + at.positions() + std::ptrdiff_t(i) * at.dimensions);
+    const std::string through = walls_->boundary_behind(y + at.positions() + std::ptrdiff_t(i) * at.dimensions);
     if (!through.empty())
       return particle_name(set_, scene_, i) + " went through the boundary `" + through + "` at " +
              position_text(y + at.positions() + std::ptrdiff_t(i) * at.dimensions, at.dimensions);

@@ -23,7 +23,7 @@ struct PolynomialOptions {
   double smoothing = 0;  // h over the particles' spacing; 0: 1.5 (degree 2), 1.55 (degree 4); free surface: 1.75
   double shift = -1;     // of the shifting velocity; 0: none; < 0: 1, with a free surface 0
   double shift_speed_m_per_s = 0;  // U of docs/fluids.md; 0: as said there
-  double filter = -1;              // of the dissipation of what changes from particle to particle; < 0: 0.005, 0.1; 1
+  double filter = -1;              // of the filter of grid-scale noise; < 0: 0.005, 0.1; 1
   int threads = 1;
   double skin = 0.08;         // of the support; results do not depend on it
   bool lane_by_lane = false;  // the scalar loop; the same bits

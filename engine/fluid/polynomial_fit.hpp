@@ -15,13 +15,16 @@
 
 namespace atwood::fluid {
 
-// The numbers of a slot: position (d), then the fields: velocity (d), density, temperature; filled up to 8.
+// The numbers of a slot: position (d), then the fields: velocity (d), density, temperature; padded to 8.
 inline constexpr int kFitRecord = 8;
 inline constexpr int kMaxFields = 5;
 
-// How much a slot counts in the fits and in the sum for shifting of its neighbours, and whether it is a node of the
-// free surface (1) or not (0).
-template <class S> struct SlotWeight { S fit, shift_sum, surface; };
+// Weights of a slot.
+template <class S> struct SlotWeight {
+  S fit;        // in the fits of its neighbours
+  S shift_sum;  // in their sums for shifting
+  S surface;    // 1: a node of the free surface; 0: none
+};
 
 // What the fits of a slot give. Field f is component f of velocity, density (f = d), temperature (f = d + 1).
 template <class S> struct Fit {

@@ -100,7 +100,7 @@ bool NodeFits<S>::around(const Neighbours<S>& lists, const S* records, int slot,
     }
     return true;
   };
-  return value(-1, weights.free) && (axis < 0 || value(1 + axis, weights.sloped));
+  return value(-1, weights.unconstrained) && (axis < 0 || value(1 + axis, weights.given_slope));
 }
 
 template struct NodeFits<float>;

@@ -1,4 +1,4 @@
-// Values of the fluid's fields at a node of a wall or of a free surface, from the particles around it
+// Values of the fluid's fields at a node of a wall or of a unconstrained surface, from the particles around it
 // (docs/fluids.md, "Walls").
 #pragma once
 
@@ -9,15 +9,15 @@
 
 namespace atwood::fluid {
 
-// Near walls the support grows by up to this share; nodes look as far everywhere.
+// Near walls the support grows by up to this share; that of nodes is as wide everywhere.
 inline constexpr double kWidening = 0.4;
 
 // A value at a node is the sum over these particles of weight times value.
 template <class S> struct NodeWeights {
   std::vector<int> slots;
-  std::vector<S> distance;  // along the normal [m]
-  std::vector<S> free;      // no condition
-  std::vector<S> sloped;    // the slope along the normal is given: of values less slope times distance
+  std::vector<S> distance;       // along the normal [m]
+  std::vector<S> unconstrained;  // no condition
+  std::vector<S> given_slope;    // the slope along the normal is given: of values less slope times distance
 };
 
 template <class S> struct NodeFits {
@@ -26,8 +26,8 @@ template <class S> struct NodeFits {
   int particles = 0;               // points of the lists below this count; others are nodes and dummies
   S support{};                     // [m]
 
-  // Of the node in a slot, whose normal is along an axis with a sign (axis < 0: free alone). False: too few particles,
-  // or they do not determine the polynomial.
+  // Of the node in a slot, whose normal is along an axis with a sign (axis < 0: unconstrained alone). False: too few
+  // particles, or they do not determine the polynomial.
   bool around(const Neighbours<S>& lists, const S* records, int slot, int axis, S sign, NodeWeights<S>& weights) const;
 };
 

@@ -50,7 +50,7 @@ bool PolynomialSurface<S>::fill(const Neighbours<S>& lists, int first, S* record
     const auto value = [&](int field) {
       S sum{};
       for (std::size_t k = 0; k < around_.slots.size(); ++k)
-        sum += around_.free[k] * records[std::ptrdiff_t(around_.slots[k]) * kFitRecord + field];
+        sum += around_.unconstrained[k] * records[std::ptrdiff_t(around_.slots[k]) * kFitRecord + field];
       return sum;
     };
     for (int c = 0; c < d; ++c) rates[n * d + c] = own[d + c] = value(d + c);

@@ -95,14 +95,14 @@ template <class S> void PolynomialWalls<S>::fill(const Neighbours<S>& lists, S* 
       return sum;
     };
     for (int c = 0; c < d; ++c)
-      own[d + c] = wall.no_slip || c == wall.axis ? wall.velocity[c] : value(around.sloped, d + c, S(0));
-    own[2 * d] = value(around.free, 2 * d, S(0));
+      own[d + c] = wall.no_slip || c == wall.axis ? wall.velocity[c] : value(around.given_slope, d + c, S(0));
+    own[2 * d] = value(around.unconstrained, 2 * d, S(0));
     if (set_.layout.temperature)
-      own[2 * d + 1] = wall.has_temperature ? wall.temperature : value(around.sloped, 2 * d + 1, wall.slope);
+      own[2 * d + 1] = wall.has_temperature ? wall.temperature : value(around.given_slope, 2 * d + 1, wall.slope);
   }
 }
 
-template <class S> std::string PolynomialWalls<S>::crossed(const S* x) const {
+template <class S> std::string PolynomialWalls<S>::boundary_behind(const S* x) const {
   for (const Wall& wall : walls_)
     if (wall.sign * x[wall.axis] - wall.offset < -S(0.5) * spacing_) return scene_.bodies[wall.body].name;
   return "";

@@ -21,7 +21,7 @@ template <class S> class PolynomialWalls {
   PolynomialWalls(const Scene& scene, const ParticleSet<S>& set, KernelShape shape, int degree, S support);
 
   const std::string& unsupported() const { return unsupported_; }
-  // Nodes, then dummies that only shifting sees. Point w of the walls is point `particles + w` of the lists.
+  // Nodes, then dummy particles that only shifting uses. Point w of the walls is point `particles + w` of the lists.
   int count() const { return static_cast<int>(positions_.size()) / dimensions_; }
   const std::vector<S>& positions() const { return positions_; }
   S widest_support() const { return fits_.support; }
@@ -30,7 +30,7 @@ template <class S> class PolynomialWalls {
   // Records and weights of the slots of walls, from those of the particles.
   void fill(const Neighbours<S>& lists, S* records, SlotWeight<S>* weights) const;
   // The name of a boundary behind which x stands, deeper than half a spacing; empty: none.
-  std::string crossed(const S* x) const;
+  std::string boundary_behind(const S* x) const;
 
  private:
   struct Wall {

@@ -215,8 +215,8 @@ Outcome run_sph(const MethodId& id, const Scene& asked, const Plan& plan, const 
     const auto kernel =
         make_kernel<double>(request->options.kernel, scene.domain.dimensions, request->options.smoothing * spacing);
     const std::string why =
-        unstable(own.scheme, own.overrides, kernel, spacing, mode_rates(scene, particles.options(), kernel),
-                 plan.t_end_s / static_cast<double>(plan.steps), plan.steps);
+        instability_message(own.scheme, own.overrides, kernel, spacing, mode_rates(scene, particles.options(), kernel),
+                            plan.t_end_s / static_cast<double>(plan.steps), plan.steps);
     if (!why.empty()) return refused(why);
   }
   return march(particles, **stepper, own, plan, observer, repeats);
@@ -238,7 +238,8 @@ std::string unstable_at_start(const MethodId& id, const Scene& scene, const Poly
   for (int i = layout.densities(); i < layout.temperatures(); ++i) scale[i] = fluid.density_kg_per_m3;
   for (int i = layout.nodes(); i < layout.size(); ++i) scale[i] = fluid.spacing_m;
   const auto modes = extremal_eigenvalues(particles.system(), 0, y.data(), scale, kSpectrumDimension);
-  return unstable(id.scheme, id.overrides, modes, plan.t_end_s / static_cast<double>(plan.steps), plan.steps);
+  return instability_message(id.scheme, id.overrides, modes, plan.t_end_s / static_cast<double>(plan.steps),
+                             plan.steps);
 }
 
 template <class S>

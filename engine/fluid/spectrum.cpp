@@ -1,3 +1,4 @@
+// Arnoldi's method with a Jacobian by differences.
 #include "fluid/spectrum.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -49,15 +50,15 @@ std::vector<std::complex<double>> extremal_eigenvalues(System<double>& system, d
     if (!w.allFinite()) return {};
     for (int pass = 0; pass < 2; ++pass)  // orthogonalised twice: to round-off
       for (int k = 0; k <= steps; ++k) {
-        const double along = basis.col(k).dot(w);
-        w -= along * basis.col(k);
-        H(k, steps) += along;
+        const double component = basis.col(k).dot(w);
+        w -= component * basis.col(k);
+        H(k, steps) += component;
       }
-    const double left = w.norm();
+    const double remainder = w.norm();
     ++steps;
-    H(steps, steps - 1) = left;
-    if (!(left > 1e-12 * H.col(steps - 1).norm())) break;  // an invariant subspace
-    basis.col(steps) = w / left;
+    H(steps, steps - 1) = remainder;
+    if (!(remainder > 1e-12 * H.col(steps - 1).norm())) break;  // an invariant subspace
+    basis.col(steps) = w / remainder;
   }
   const Eigen::EigenSolver<Eigen::MatrixXd> solver(H.topLeftCorner(steps, steps), false);
   if (solver.info() != Eigen::Success) return {};

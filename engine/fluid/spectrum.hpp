@@ -9,9 +9,9 @@
 namespace atwood::fluid {
 
 // Ritz values of df/dy at (t_s, y) by `dimension` steps of Arnoldi's method (Arnoldi 1951; Saad, Numerical Methods for
-// Large Eigenvalue Problems, 2nd ed., section 6.2), in 1/s. Extremal eigenvalues converge first. The
-// derivative acts by differences of the rate: `scale` has the size of a small change of each unknown (system.size
-// numbers above 0). Empty if a rate is not finite.
+// Large Eigenvalue Problems, 2nd ed., section 6.2), in 1/s. Extremal eigenvalues converge first. The derivative acts by
+// differences of the rate: `scale` has the size of a small change of each unknown (system.size numbers above 0). Empty
+// if a rate is not finite, or if the eigenvalues of the Hessenberg matrix were not found.
 std::vector<std::complex<double>> extremal_eigenvalues(System<double>& system, double t_s, const double* y,
                                                        const std::vector<double>& scale, int dimension);
 

@@ -233,8 +233,8 @@ std::string effects(const StepBounds& bounds) {
 
 }  // namespace
 
-std::string unstable(const std::string& scheme, const Settings& overrides, const Kernel<double>& kernel,
-                     double spacing_m, const ModeRates& rates, double h_s, std::int64_t steps) {
+std::string instability_message(const std::string& scheme, const Settings& overrides, const Kernel<double>& kernel,
+                                double spacing_m, const ModeRates& rates, double h_s, std::int64_t steps) {
   const std::vector<Symbol> all = symbols(kernel, spacing_m);
   StepBounds bounds;
   bounds.force_s = rates.gravity_m_per_s2 > 0
@@ -254,8 +254,8 @@ std::string unstable(const std::string& scheme, const Settings& overrides, const
   return refusal(scheme, bounds.all_s, effects(bounds), h_s, steps);
 }
 
-std::string unstable(const std::string& scheme, const Settings& overrides,
-                     const std::vector<std::complex<double>>& eigenvalues, double h_s, std::int64_t steps) {
+std::string instability_message(const std::string& scheme, const Settings& overrides,
+                                const std::vector<std::complex<double>>& eigenvalues, double h_s, std::int64_t steps) {
   if (eigenvalues.empty()) return "";
   std::vector<std::complex<double>> all = eigenvalues;
   double highest = 0;

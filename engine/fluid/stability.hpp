@@ -1,10 +1,14 @@
-// Is a method stable at a step on the modes of a lattice of particles? The method itself is asked: it steps the linear
-// equations of plane waves on the lattice, and no wave may grow.
+// Linear stability of a method on a lattice of particles. The method steps the equations of plane waves on the lattice;
+// none may grow.
 //
 // With the symbols of the sums on a lattice of spacing D, of the wave vector k along an axis or a diagonal,
-//   G(k) = |sum_j V F_ij x_ij sin(k . x_ij)|,   L(k) = -2 sum_j V F_ij (1 - cos(k . x_ij)),
-// a longitudinal wave is a' = -c G q - nu_l L a, q' = c G a - delta h c L q, a transverse one a' = -nu L a, a thermal
-// one T' = -k / (rho0 C) L T. An explicit method is stable on sound as far as its interval of the imaginary axis
+//   G(k) = |sum_j V F_ij x_ij sin(k . x_ij)|
+//   L(k) = -2 sum_j V F_ij (1 - cos(k . x_ij))
+// the waves are
+//   longitudinal  a' = -c G q - nu_l L a,  q' = c G a - delta h c L q
+//   transverse    a' = -nu L a
+//   thermal       T' = -k / (rho0 C) L T
+// An explicit method is stable on sound as far as its interval of the imaginary axis
 // reaches: explicit Euler's and Heun's have none.
 #pragma once
 
@@ -27,13 +31,13 @@ struct ModeRates {
 };
 
 // Why `scheme` may not take steps of h_s, with the bounds; empty: it may. Waves may grow by a tenth over `steps` steps.
-std::string unstable(const std::string& scheme, const Settings& overrides, const Kernel<double>& kernel,
-                     double spacing_m, const ModeRates& rates, double h_s, std::int64_t steps);
+std::string instability_message(const std::string& scheme, const Settings& overrides, const Kernel<double>& kernel,
+                                double spacing_m, const ModeRates& rates, double h_s, std::int64_t steps);
 
 // The same for modes y' = lambda y with extremal eigenvalues [1/s] (spectrum.hpp), and for undamped
 // oscillations of all frequencies up to the highest one: sound waves of all lengths. A mode that grows by its own
 // equation may grow as fast.
-std::string unstable(const std::string& scheme, const Settings& overrides,
-                     const std::vector<std::complex<double>>& eigenvalues, double h_s, std::int64_t steps);
+std::string instability_message(const std::string& scheme, const Settings& overrides,
+                                const std::vector<std::complex<double>>& eigenvalues, double h_s, std::int64_t steps);
 
 }  // namespace atwood::fluid

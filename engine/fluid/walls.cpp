@@ -229,7 +229,7 @@ void Walls<S>::load_bodies(const Neighbours<S>& lists, const S* records, const S
   }
 }
 
-template <class S> std::string Walls<S>::crossed(const S* x) const {
+template <class S> std::string Walls<S>::boundary_behind(const S* x) const {
   const int d = scene_.domain.dimensions;
   for (const FluidBoundary& boundary : scene_.fluid_boundaries) {
     const Body& body = scene_.bodies[boundary.body];

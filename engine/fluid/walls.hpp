@@ -15,7 +15,7 @@ namespace atwood::fluid {
 // Points follow the particles in Neighbours: wall point w is point `particles + w`.
 template <class S> class Walls {
  public:
-  // The set, the sums and the bodies outlive it. Adds the fluid's load to the bodies.
+  // Keeps references to set, sums and bodies. Adds the fluid's load to the bodies.
   Walls(const Scene& scene, const ParticleSet<S>& set, const PairSums<S>& sums, RigidModel<S>* bodies);
 
   const std::string& unsupported() const { return unsupported_; }
@@ -35,7 +35,7 @@ template <class S> class Walls {
   // Keeps what the particles exert on the bodies, for the rate of the bodies that follows.
   void load_bodies(const Neighbours<S>& lists, const S* records, const S* densities, const S* y);
   // The name of a fixed boundary behind which a particle at x stands, deeper than a spacing; empty: none.
-  std::string crossed(const S* x) const;
+  std::string boundary_behind(const S* x) const;
 
  private:
   struct Point {
