@@ -64,7 +64,7 @@ template <class S> void Constraints<S>::solve(Group& group, const std::vector<S>
 }
 
 template <class S> void Constraints<S>::constrain(S* du) {
-  take_roots();
+  compute_inverse_sqrt_D();
   evaluate();
   for (Row& row : rows_) row.multiplier = S(0);
   S least = S(1);
@@ -79,7 +79,7 @@ template <class S> void Constraints<S>::constrain(S* du) {
     solve(group, b_, du);
   }
   least_pivot_ = real::min(least_pivot_, least);
-  usual_pivot_ = real::max(usual_pivot_, least);
+  typical_pivot_ = real::max(typical_pivot_, least);
 }
 
 template <class S> auto Constraints<S>::wrenches() -> const typename Tree<S>::Wrench* {
@@ -122,13 +122,13 @@ template <class S> void Constraints<S>::closing_coordinates(const Joint& joint, 
   coordinates_of(joint, body_motion(joint.parent), body_motion(joint.child), q, u);
 }
 
-template <class S> RopeCourse<S> Constraints<S>::course(int rope) const {
-  return rope_course(ropes_[rope], body_motion(ropes_[rope].body[0]), body_motion(ropes_[rope].body[1]));
+template <class S> RopePath<S> Constraints<S>::rope_path_of(int rope) const {
+  return rope_path(ropes_[rope], body_motion(ropes_[rope].body[0]), body_motion(ropes_[rope].body[1]));
 }
 
 // ---- projection ---------------------------------------------------------------------------------------------------
 // The coordinates at y moved by `change`, a generalised vector of small displacements.
-template <class S> void Constraints<S>::move(const Group& group, const S* change, S* y) const {
+template <class S> void Constraints<S>::apply_change(const Group& group, const S* change, S* y) const {
   const auto turn = [&](S* q, const Vec3<S>& by) { store4(normalised(load4(q) * so3_exp(by)), q); };
   for (const int i : group.links) {
     const Link<S>& link = tree_.links()[i];
@@ -178,7 +178,7 @@ template <class S> bool Constraints<S>::project_positions(S* y) {
         b_[j] = row.rate >= 0 ? S(0) : -row.scale * row.row.value;
       }
       solve(group, b_, change_.data());
-      move(group, change_.data(), y);
+      apply_change(group, change_.data(), y);
     }
     tree_.kinematics(S(0), y, DrivenJoints::from_state);
     if (!evaluate()) return false;
@@ -208,7 +208,7 @@ template <class S> void Constraints<S>::missing_rates(const Group& group) {
   for (std::size_t j = 0; j < group.used.size(); ++j) {
     const Row& row = rows_[group.used[j]];
     S rate = row.row.rate - row_rate(row, scratch_.data());
-    if (row.further >= 0) rate += row_rate(row.part == 0 ? row : rows_[group.used[j] - 1], scratch_.data());
+    if (row.extra >= 0) rate += row_rate(row.part == 0 ? row : rows_[group.used[j] - 1], scratch_.data());
     b_[j] = row.scale * rate;
   }
 }
@@ -227,7 +227,7 @@ template <class S> void Constraints<S>::project_rates(S* y) {
 }
 
 // Rows that were not chosen hold by themselves, or they are independent of those that were.
-template <class S> bool Constraints<S>::choose_more(const S* y) {
+template <class S> bool Constraints<S>::add_rows(const S* y) {
   const S most = real::sqrt(real::epsilon<S>()) / (S(16) * real::epsilon<S>()) * S(1e-3);
   if (!(worst_value(false) > most)) return false;
   refactor(y);
@@ -246,15 +246,15 @@ template <class S> bool Constraints<S>::choose_more(const S* y) {
 
 template <class S> bool Constraints<S>::project(S* y) {
   if (planar_ != nullptr && planar_->project(y)) return true;
-  set_held(y);
+  set_locked(y);
   if (joints_.empty() && ropes_.empty()) return true;
   if (!project_positions(y)) return false;
-  const bool more = choose_more(y);
+  const bool more = add_rows(y);
   if (more && !project_positions(y)) return false;
   refactor(y);
   if (more && planar_ != nullptr) planar_ = PlanarLoops<S>::of(tree_, *this);
   project_rates(y);
-  set_held(y);
+  set_locked(y);
   return true;
 }
 
@@ -263,7 +263,7 @@ template <class S> void Constraints<S>::rows_at(const S* y, std::vector<BodyRow<
   evaluate();
   rows.clear();
   for (const Row& row : rows_) {
-    if (!row.chosen || row.rate >= 0 || row.further >= 0) continue;
+    if (!row.chosen || row.rate >= 0 || row.extra >= 0) continue;
     BodyRow<S> out{{-1, -1}, {row.row.on[0], row.row.on[1]}, row.row.value, row.tolerance};
     for (int k = 0; k < 2; ++k)
       if (row.link[k] >= 0) out.body[k] = tree_.links()[row.link[k]].body;
@@ -272,31 +272,31 @@ template <class S> void Constraints<S>::rows_at(const S* y, std::vector<BodyRow<
 }
 
 // ---- stops ----------------------------------------------------------------------------------------------------------
-template <class S> void Constraints<S>::hold(int joint, bool held, S at) {
-  rows_[held_row_[joint]].held = held;
-  rows_[held_row_[joint]].held_at = at;
+template <class S> void Constraints<S>::lock(int joint, bool locked, S at) {
+  rows_[locked_row_[joint]].locked = locked;
+  rows_[locked_row_[joint]].locked_at = at;
 }
 
 // Coordinates that rest at a stop and their rates, exactly.
-template <class S> void Constraints<S>::set_held(S* y) const {
+template <class S> void Constraints<S>::set_locked(S* y) const {
   for (const JointStop<S>& stop : stops_) {
-    const Row& row = rows_[held_row_[stop.joint]];
-    if (!row.held) continue;
-    y[stop.q_at] = row.held_at;
+    const Row& row = rows_[locked_row_[stop.joint]];
+    if (!row.locked) continue;
+    y[stop.q_at] = row.locked_at;
     y[stop.u_at] = S(0);
   }
 }
 
-template <class S> S Constraints<S>::held_force(int joint) const { return rows_[held_row_[joint]].multiplier; }
+template <class S> S Constraints<S>::locked_force(int joint) const { return rows_[locked_row_[joint]].multiplier; }
 
 template <class S>
-void Constraints<S>::strike(const S* y, const std::vector<int>& joints, const std::vector<S>& change, S* du,
-                            S* impulse) {
+void Constraints<S>::impact_at_limits(const S* y, const std::vector<int>& joints, const std::vector<S>& change, S* du,
+                                      S* impulse) {
   std::vector<char> before;
   for (const int joint : joints) {
-    Row& row = rows_[held_row_[joint]];
-    before.push_back(row.held);
-    row.held = true;
+    Row& row = rows_[locked_row_[joint]];
+    before.push_back(row.locked);
+    row.locked = true;
   }
   refactor(y);
   std::fill(du, du + tree_.rate_count(), S(0));
@@ -306,14 +306,14 @@ void Constraints<S>::strike(const S* y, const std::vector<int>& joints, const st
     for (std::size_t j = 0; j < group.used.size(); ++j) {
       b_[j] = S(0);
       for (std::size_t i = 0; i < joints.size(); ++i)
-        if (held_row_[joints[i]] == group.used[j]) b_[j] = rows_[group.used[j]].scale * change[i];
+        if (locked_row_[joints[i]] == group.used[j]) b_[j] = rows_[group.used[j]].scale * change[i];
     }
     solve(group, b_, du);
   }
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    Row& row = rows_[held_row_[joints[i]]];
+    Row& row = rows_[locked_row_[joints[i]]];
     impulse[i] = row.multiplier;
-    row.held = before[i] != 0;
+    row.locked = before[i] != 0;
   }
 }
 

@@ -1,17 +1,18 @@
-// Constraints that tie the links of a tree further: joints that close loops, ropes, coordinates that rest at a stop.
+// Further constraints on the links of a tree: joints that close loops, ropes, coordinates that rest at a stop.
 //
 // The tree's articulated-body algorithm factors the mass matrix, M^-1 = W^T W with W generalised force -> "whitened"
 // vector of one component a rate (column k of tree.hpp: force_k / sqrt(D_k)). With the rows G u' = b of the constraints
 // and the free acceleration u'_0, Gauss's principle of least constraint asks for the smallest M-norm of u' - u'_0:
-//   u' = u'_0 + W^T z,   z of least norm with (W G^T)^T z = b - G u'_0
+//   u' = u'_0 + W^T z
+//   (W G^T)^T z = b - G u'_0,  z of least norm
 // found by QR of W G^T with column pivoting (least_norm.hpp), whose R also gives the multipliers. Neither G M^-1 G^T
 // nor its condition, the square, appears: a linkage passes its flat configuration with the pivots that are left.
 //
-// Rows. Of the rows of a closed mechanism some may depend on the others wherever its parts can go (a linkage in a
-// plane; Bricard's). Off the constraints, at the stages of a step, they depend on them no longer exactly and would act
-// as further constraints. So rows are chosen on the constraints, where their rank is known: at the start, there and at
+// Rows. On a closed mechanism some rows may depend on the others in every configuration (a linkage in a plane;
+// Bricard's). Off the constraints, at the stages of a step, the dependence is only approximate: those rows would act as
+// additional constraints. So rows are chosen on the constraints, where their rank is known: at the start, there and at
 // configurations beside it, and again after every projection, which may add rows and never removes one. A row that is
-// not chosen has to hold by itself; a run in which it does not ends.
+// not chosen must be satisfied by itself; a run in which it is not ends.
 //
 // Projection, after a step: of positions onto g(q) = 0, then of rates onto G u = 0, both along M^-1 G^T (the metric is
 // the mass matrix). Positions by Newton's method until no value exceeds 16 roundings of the lengths in it.
@@ -63,8 +64,8 @@ template <class S> class Constraints {
 
   // The same constraints where the tree moves in planes and its loops are closed by hinges across them; null elsewhere.
   PlanarLoops<S>* planar() { return planar_.get(); }
-  // What constrain() notes of its pivots, of rates that planar() has given.
-  void note_pivot(S least) { least_pivot_ = real::min(least_pivot_, least); }
+  // Records the least pivot of rates computed by planar().
+  void record_pivot(S least) { least_pivot_ = real::min(least_pivot_, least); }
 
   // After tree.accelerations() at this state: changes du, the free accelerations, to those under the constraints.
   // Bodies' accelerations stay those of the tree alone.
@@ -93,54 +94,56 @@ template <class S> class Constraints {
   // Of the last constrain()
   S tension(int rope) const;
   // The wrench of a closing joint on its child at its anchor, and which of its components (bits 0 to 2 the force, 3 to
-  // 5 the torque, world axes) the constraints leave open. Of joints of the tree: `not_unique` alone.
+  // 5 the torque, world axes) the constraints do not determine.
   typename Tree<S>::Wrench closing_wrench(int joint) const;
+  // The same components, of any joint.
   unsigned not_unique(int joint) const { return open_components_[joint]; }
   void find_open_components();  // at the present kinematics and factors
 
-  // Of all constrain() since forget_pivots(): the smallest size of a row beside those it was taken after, 1 for one
-  // that nothing hinders. Near a singular configuration it is proportional to the distance from there.
+  // Of all constrain() since reset_pivots(): smallest relative pivot; 1: the row is independent of the others. Near a
+  // singular configuration it is proportional to the distance from there.
   S least_pivot() const { return least_pivot_; }
-  void forget_pivots() { least_pivot_ = S(1); }
-  S usual_pivot() const { return usual_pivot_; }  // the largest least pivot of a constrain() since start() or restart()
-  void restart() { fault_.clear(), usual_pivot_ = S(0); }
+  void reset_pivots() { least_pivot_ = S(1); }
+  // The largest least pivot of a constrain() since start() or restart().
+  S typical_pivot() const { return typical_pivot_; }
+  void restart() { fault_.clear(), typical_pivot_ = S(0); }
 
   // The chosen rows at y; ropes with heavy pulleys and coordinates at stops are left out.
   void rows_at(const S* y, std::vector<BodyRow<S>>& rows);
 
-  // ---- coordinates at their stops: held where they are while `held` (hinge, slider of the tree)
+  // ---- coordinates at their limits; a locked one does not change (hinge, slider of the tree)
   const std::vector<JointStop<S>>& stops() const { return stops_; }
-  void hold(int joint, bool held, S at = S(0));  // at: the coordinate, which projections set
-  S held_force(int joint) const;                 // of the last constrain(): along the coordinate
+  void lock(int joint, bool locked, S at = S(0));  // at: the coordinate, which projections set
+  S locked_force(int joint) const;                 // of the last constrain(): along the coordinate
   // Change of the rates when the coordinate's rate of each listed joint changes by `change`: M^-1-weighted, under the
-  // constraints and the coordinates that are held; impulse: along the coordinates.
-  void strike(const S* y, const std::vector<int>& joints, const std::vector<S>& change, S* du, S* impulse);
+  // constraints and the coordinates that are locked; impulse: along the coordinates.
+  void impact_at_limits(const S* y, const std::vector<int>& joints, const std::vector<S>& change, S* du, S* impulse);
 
   // The coordinates of a closing joint at the present kinematics (constraint.hpp)
   void closing_coordinates(const Joint& joint, S* q, S* u) const;
   const RopeConstraint<S>& rope(int i) const { return ropes_[i]; }
-  RopeCourse<S> course(int rope) const;  // at the present kinematics
+  RopePath<S> rope_path_of(int rope) const;  // at the present kinematics
 
  private:
   struct Row {
     ConstraintRow<S> row;
     int joint = -1, rope = -1;  // index into joints_ or ropes_; both -1: coordinate
     int part = 0;               // which condition
-    int rate = -1;              // of a held coordinate, in generalised vectors
+    int rate = -1;              // of a locked coordinate, in generalised vectors
     int link[2] = {-1, -1};
-    int group = 0, further = -1;  // further: unknown of the group besides the rates, with coefficient -1
-    S scale = S(1);               // of its column, a priori
-    S tolerance = S(0);           // of its value
-    bool chosen = false, held = false;
-    S held_at{}, multiplier{};
+    int group = 0, extra = -1;  // extra: unknown of the group besides the rates, with coefficient -1
+    S scale = S(1);             // of its column, a priori
+    S tolerance = S(0);         // of its value
+    bool chosen = false, locked = false;
+    S locked_at{}, multiplier{};
     std::vector<int> path;  // links from both ends to the roots, outermost first
   };
   struct Group {
     std::vector<int> links, rates, rows;  // ascending
-    std::vector<S> further_kg;
+    std::vector<S> extra_kg;
     std::vector<int> used;  // rows of the last factorisation
     LeastNorm<S> qr;
-    int size() const { return static_cast<int>(rates.size() + further_kg.size()); }
+    int size() const { return static_cast<int>(rates.size() + extra_kg.size()); }
   };
   struct Twist {
     Vec3<S> angular, linear;
@@ -149,22 +152,22 @@ template <class S> class Constraints {
   void build_rows(const Scene& scene);
   void build_groups();
   TiedBody<S> body_motion(int body) const;
-  bool evaluate();  // all rows at the present kinematics; false: a rope has no course
+  bool evaluate();  // all rows at the present kinematics; false: a rope has no path
   void whiten(const Row& row, S* column);
   void unwhiten(const Group& group, const S* z, S* du);
   void factor(Group& group, bool all, S tolerance);
-  void take_roots();
+  void compute_inverse_sqrt_D();
   S row_rate(const Row& row, const S* rates) const;
   S row_acceleration(const Row& row, const S* du) const;
   void refactor(const S* y);
   void solve(Group& group, const std::vector<S>& b, S* du);
-  void move(const Group& group, const S* change, S* y) const;
+  void apply_change(const Group& group, const S* change, S* y) const;
   bool project_positions(S* y);
   void project_rates(S* y);
   void missing_rates(const Group& group);
-  void set_held(S* y) const;
-  bool choose_more(const S* y);
-  void choose_beside(const S* y);
+  void set_locked(S* y) const;
+  bool add_rows(const S* y);
+  void choose_rows_nearby(const S* y);
   S worst_value(bool chosen_alone) const;
   void mark_open_components(int links);
   friend class PlanarLoops<S>;
@@ -180,16 +183,16 @@ template <class S> class Constraints {
   std::vector<Group> groups_;
   std::vector<int> local_;  // of a rate in its group
   std::vector<TiedBody<S>> resting_;
-  std::vector<int> held_row_;  // by scene joint; -1
-  std::vector<Twist> twist_;   // by link
-  std::vector<S> root_;        // 1 / sqrt(D), by rate
+  std::vector<int> locked_row_;    // by scene joint; -1
+  std::vector<Twist> twist_;       // by link
+  std::vector<S> inverse_sqrt_D_;  // 1 / sqrt(D), by rate
   std::vector<S> b_, z_, x_, change_, trial_, scratch_;
   std::vector<Load<S>> no_loads_;
   std::vector<typename Tree<S>::Wrench> wrenches_;
   std::vector<unsigned> open_components_;
   SolveReport report_;
   std::vector<JointStop<S>> stops_;
-  S least_pivot_ = S(1), usual_pivot_{};
+  S least_pivot_ = S(1), typical_pivot_{};
   S size_m_{};
 };
 

@@ -27,11 +27,11 @@ std::string constraint_fault(const Scene& scene) {
     if (joint.closes_loop)
       for (const int body : {joint.parent, joint.child})
         if (body >= 0 && scene.bodies[body].release_s > 0)
-          return "atwood holds no body that a loop ties: `" + scene.bodies[body].name + "` has release_s";
+          return "release_s is not supported for bodies in a closed loop: `" + scene.bodies[body].name + "`";
   for (const Rope& rope : scene.ropes) {
     for (const int body : rope.bodies)
       if (scene.bodies[body].release_s > 0)
-        return "atwood holds no body on a rope: `" + scene.bodies[body].name + "` has release_s";
+        return "release_s is not supported for bodies on a rope: `" + scene.bodies[body].name + "`";
     bool moves = false;
     for (const int body : rope.bodies) moves = moves || !scene.bodies[body].fixed;
     if (!moves) return "rope `" + rope.name + "` ties no moving body";
@@ -52,10 +52,10 @@ Constraints<S>::Constraints(const Scene& scene, Tree<S>& tree) : refusal_(constr
   wrenches_.resize(tree.links().size());
   no_loads_.resize(scene.bodies.size());
   open_components_.assign(scene.joints.size(), 0);
-  held_row_.assign(scene.joints.size(), -1);
+  locked_row_.assign(scene.joints.size(), -1);
   closing_of_joint_.assign(scene.joints.size(), -1);
   const auto rates = static_cast<std::size_t>(tree.rate_count());
-  for (auto* room : {&root_, &change_, &scratch_}) room->assign(rates, S(0));
+  for (auto* room : {&inverse_sqrt_D_, &change_, &scratch_}) room->assign(rates, S(0));
   trial_.resize(static_cast<std::size_t>(tree.state_end()));
   for (const Link<S>& link : tree.links())
     size_m_ = real::max(size_m_, norm(link.from_parent_P) + norm(link.to_centre_B));
@@ -80,7 +80,7 @@ template <class S> void Constraints<S>::build_rows(const Scene& scene) {
         rows_.push_back(row);
       }
     } else if (joint.limits) {
-      held_row_[j] = static_cast<int>(rows_.size());
+      locked_row_[j] = static_cast<int>(rows_.size());
       Row row;
       row.link[1] = tree_.link_of_joint(j);
       const Link<S>& link = tree_.links()[row.link[1]];
@@ -148,8 +148,8 @@ template <class S> void Constraints<S>::build_groups() {
     for (const int r : group.rows) {
       Row& row = rows_[r];
       if (row.rope < 0 || ropes_[row.rope].mass_kg == S(0)) continue;
-      if (row.part == 0) group.further_kg.push_back(ropes_[row.rope].mass_kg);
-      row.further = group.size() - 1;
+      if (row.part == 0) group.extra_kg.push_back(ropes_[row.rope].mass_kg);
+      row.extra = group.size() - 1;
     }
     group.qr.resize(group.size(), static_cast<int>(group.rows.size()));
   }
@@ -189,17 +189,17 @@ template <class S> bool Constraints<S>::evaluate() {
     } else if (row.rope >= 0 && row.part == 0) {
       const RopeConstraint<S>& rope = ropes_[row.rope];
       const TiedBody<S> first = body_motion(rope.body[0]), last = body_motion(rope.body[1]);
-      const RopeCourse<S> course = rope_course(rope, first, last);
-      if (course.fault != nullptr) {
+      const RopePath<S> path = rope_path(rope, first, last);
+      if (path.fault != nullptr) {
         complete = false;
-        if (fault_.empty()) fault_ = course.fault;
+        if (fault_.empty()) fault_ = path.fault;
         continue;  // the rows stay as they were
       }
       ConstraintRow<S> both[2];
-      const int count = rope_rows(rope, course, first, last, both);
+      const int count = rope_rows(rope, path, first, last, both);
       for (int part = 0; part < count; ++part) {
         rows[r + part].row = both[part];
-        rows[r + part].tolerance = round_off * (course.length_m + norm(course.x[0]) + norm(course.x[1]));
+        rows[r + part].tolerance = round_off * (path.length_m + norm(path.x[0]) + norm(path.x[1]));
       }
     }
   }
@@ -239,7 +239,7 @@ template <class S> void Constraints<S>::whiten(const Row& row, S* column) {
         const Column<S>& c = tree_.column(k);
         const S force = (k == row.rate ? S(1) : S(0)) + dot(c.s, c.angular ? p.angular : p.linear);
         const S share = force * c.inverse_D;
-        column[local_[k]] = force * root_[k];
+        column[local_[k]] = force * inverse_sqrt_D_[k];
         p.angular -= share * c.U_n;
         p.linear -= share * c.U_f;
       }
@@ -248,7 +248,7 @@ template <class S> void Constraints<S>::whiten(const Row& row, S* column) {
     to.angular += p.angular + cross(tree_.motion(i).d, p.linear);
     to.linear += p.linear;
   }
-  if (row.further >= 0) column[row.further] = S(-1) / real::sqrt(group.further_kg[row.further - group.rates.size()]);
+  if (row.extra >= 0) column[row.extra] = S(-1) / real::sqrt(group.extra_kg[row.extra - group.rates.size()]);
 }
 
 // du += W^T z
@@ -264,17 +264,17 @@ template <class S> void Constraints<S>::unwhiten(const Group& group, const S* z,
     if (link.driven) continue;
     for (int k = link.first_rate + link.rates - 1; k >= link.first_rate; --k) {
       const Column<S>& c = tree_.column(k);
-      const S change = root_[k] * z[local_[k]] - c.inverse_D * (dot(c.U_n, a.angular) + dot(c.U_f, a.linear));
+      const S change = inverse_sqrt_D_[k] * z[local_[k]] - c.inverse_D * (dot(c.U_n, a.angular) + dot(c.U_f, a.linear));
       du[k] += change;
       (c.angular ? a.angular : a.linear) += change * c.s;
     }
   }
 }
 
-template <class S> void Constraints<S>::take_roots() {
-  for (std::size_t k = 0; k < root_.size(); ++k) {
+template <class S> void Constraints<S>::compute_inverse_sqrt_D() {
+  for (std::size_t k = 0; k < inverse_sqrt_D_.size(); ++k) {
     const S inverse = tree_.column(static_cast<int>(k)).inverse_D;
-    root_[k] = inverse > S(0) ? real::sqrt(inverse) : S(0);
+    inverse_sqrt_D_[k] = inverse > S(0) ? real::sqrt(inverse) : S(0);
   }
 }
 
@@ -282,7 +282,7 @@ template <class S> void Constraints<S>::factor(Group& group, bool all, S toleran
   group.used.clear();
   for (const int r : group.rows) {
     const Row& row = rows_[r];
-    if (row.held || (row.rate < 0 && (all || row.chosen))) group.used.push_back(r);
+    if (row.locked || (row.rate < 0 && (all || row.chosen))) group.used.push_back(r);
   }
   group.qr.resize(group.size(), static_cast<int>(group.used.size()));
   for (std::size_t j = 0; j < group.used.size(); ++j) {
@@ -300,7 +300,7 @@ template <class S> void Constraints<S>::factor(Group& group, bool all, S toleran
 template <class S> void Constraints<S>::refactor(const S* y) {
   tree_.kinematics(S(0), y, DrivenJoints::from_state);
   tree_.accelerations(no_loads_.data(), nullptr, scratch_.data());
-  take_roots();
+  compute_inverse_sqrt_D();
   evaluate();
 }
 
@@ -309,26 +309,26 @@ template <class S> void Constraints<S>::refactor(const S* y) {
 template <class S> void Constraints<S>::start(const S* y) {
   tree_.kinematics(S(0), y, DrivenJoints::from_state);
   for (RopeConstraint<S>& rope : ropes_) {
-    const RopeCourse<S> course = rope_course(rope, body_motion(rope.body[0]), body_motion(rope.body[1]));
-    if (course.fault != nullptr) {
-      refusal_ = std::string("at the start ") + course.fault;
+    const RopePath<S> path = rope_path(rope, body_motion(rope.body[0]), body_motion(rope.body[1]));
+    if (path.fault != nullptr) {
+      refusal_ = std::string("at the start ") + path.fault;
       return;
     }
-    start_rope(course, rope);
+    start_rope(path, rope);
   }
-  for (Row& row : rows_) row.chosen = row.held = false;
+  for (Row& row : rows_) row.chosen = row.locked = false;
   refactor(y);
   for (Group& group : groups_) {
     factor(group, true, rank_tolerance<S>());
     for (int k = 0; k < group.qr.rank(); ++k) rows_[group.used[group.qr.equation(k)]].chosen = true;
   }
-  choose_beside(y);
+  choose_rows_nearby(y);
   tree_.kinematics(S(0), y, DrivenJoints::from_state);
   planar_ = PlanarLoops<S>::of(tree_, *this);
   fault_.clear();
 }
 
-template <class S> void Constraints<S>::choose_beside(const S* y) {
+template <class S> void Constraints<S>::choose_rows_nearby(const S* y) {
   constexpr int tries = 3;
   std::vector<S> beside(trial_.size()), z;
   std::uint64_t random = 0x9e3779b97f4a7c15u;
@@ -361,7 +361,7 @@ template <class S> void Constraints<S>::choose_beside(const S* y) {
       if (!(largest > S(0))) break;
       for (S& change : change_) change *= S(0.05) / largest;
       beside.assign(y, y + beside.size());
-      move(group, change_.data(), beside.data());
+      apply_change(group, change_.data(), beside.data());
       if (!project_positions(beside.data())) continue;
       refactor(beside.data());
       factor(group, true, rank_tolerance<S>());
@@ -379,11 +379,11 @@ template <class S> void Constraints<S>::choose_beside(const S* y) {
   template bool Constraints<S>::evaluate();                           \
   template void Constraints<S>::whiten(const Row&, S*);               \
   template void Constraints<S>::unwhiten(const Group&, const S*, S*); \
-  template void Constraints<S>::take_roots();                         \
+  template void Constraints<S>::compute_inverse_sqrt_D();             \
   template void Constraints<S>::factor(Group&, bool, S);              \
   template void Constraints<S>::refactor(const S*);                   \
   template void Constraints<S>::start(const S*);                      \
-  template void Constraints<S>::choose_beside(const S*);
+  template void Constraints<S>::choose_rows_nearby(const S*);
 ATWOOD_ROWS(float)
 ATWOOD_ROWS(double)
 ATWOOD_ROWS(long double)

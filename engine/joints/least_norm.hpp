@@ -1,11 +1,11 @@
 // The smallest z that satisfies dependent or independent equations A^T z = b: QR factorisation with column pivoting.
 //
-// The columns of A, one an equation, are scaled so that 1 is what they are without cancellation. A Pi = Q R with the
+// The columns of A, one an equation, are scaled so that their length is 1 where nothing cancels. A Pi = Q R with the
 // largest remaining column first (Businger and Golub, Numer. Math. 7 (1965) 269; Golub and Van Loan, Matrix
-// Computations, 4th ed., section 5.4.2); columns of which no more is left than `tolerance` max(1, their length) depend
-// on those before them, and their equations are not used. With R1 the leading block of size rank, z = Q (R1^-T b1, 0).
-// Nothing like A^T A is formed, so the condition of A is not squared. A multiplier of each used equation, x with A x =
-// z, follows as x = R1^-1 R1^-T b1; the others get 0.
+// Computations, 4th ed., section 5.4.2); a column whose remainder is below tolerance * max(1, its norm) is treated as
+// dependent on those before it, and its equation is not used. With R1 the leading block of size rank, z = Q (R1^-T b1,
+// 0). Nothing like A^T A is formed, so the condition of A is not squared. A multiplier of each used equation, x with A
+// x = z, follows as x = R1^-1 R1^-T b1; the others get 0.
 #pragma once
 
 #include <cmath>
@@ -52,7 +52,7 @@ template <class S> class LeastNorm {
     }
   }
   int rank() const { return rank_; }
-  // The equation that came k-th, and the size of its pivot: what is left of its column beside those before it.
+  // The equation that came k-th, and the size of its pivot: the norm of its column's remainder after those before it.
   int equation(int k) const { return order_[k]; }
   S pivot(int k) const { return real::abs(diagonal_[k]); }
 

@@ -14,7 +14,7 @@ template <class S>
 template <class V>
 void PlanarLoops<S>::Work<V>::resize(std::size_t links_count, std::size_t rates, std::size_t equations) {
   links.resize(links_count);
-  places.resize(links_count);
+  poses.resize(links_count);
   twists.resize(links_count);
   root.resize(rates);
   z.resize(std::max(rates, equations));
@@ -120,42 +120,44 @@ template <class S> bool PlanarLoops<S>::take_rows() {
 }
 
 // ---- rates -------------------------------------------------------------------------------------------------------
-template <class S> void PlanarLoops<S>::move(const OneState<S>& y) { planar_.move(y, one_.links.data()); }
-
-template <class S> void PlanarLoops<S>::move(VectorWidth width, const StateLanes<S>& y) {
-  if constexpr (PackOf<S>::in_register)
-    in_lanes<S>(width, [&](auto) ATWOOD_INLINED { planar_.move(y, lanes_.links.data()); });
+template <class S> void PlanarLoops<S>::forward_kinematics(const OneState<S>& y) {
+  planar_.outward_pass(y, one_.links.data());
 }
 
-template <class S> void PlanarLoops<S>::place(const OneState<S>& y, S* to) {
+template <class S> void PlanarLoops<S>::forward_kinematics(VectorWidth width, const StateLanes<S>& y) {
+  if constexpr (PackOf<S>::in_register)
+    in_lanes<S>(width, [&](auto) ATWOOD_INLINED { planar_.outward_pass(y, lanes_.links.data()); });
+}
+
+template <class S> void PlanarLoops<S>::write_poses(const OneState<S>& y, S* to) {
   locate(y, DrivenJoints::from_time, one_);
-  S place[kBodyScalars];
+  S pose[kBodyScalars];
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    write_place(static_cast<int>(i), one_, place);
-    std::copy(place, place + kBodyScalars, to + bodies_[i].body * kBodyScalars);
+    write_pose(static_cast<int>(i), one_, pose);
+    std::copy(pose, pose + kBodyScalars, to + bodies_[i].body * kBodyScalars);
   }
 }
 
-template <class S> void PlanarLoops<S>::place(VectorWidth width, const StateLanes<S>& y, LaneBlock<S>* to) {
+template <class S> void PlanarLoops<S>::write_poses(VectorWidth width, const StateLanes<S>& y, LaneBlock<S>* to) {
   if constexpr (PackOf<S>::in_register)
     in_lanes<S>(width, [&](auto) ATWOOD_INLINED {
       locate(y, DrivenJoints::from_time, lanes_);
-      Pack<S> place[kBodyScalars];
+      Pack<S> pose[kBodyScalars];
       for (std::size_t i = 0; i < bodies_.size(); ++i) {
-        write_place(static_cast<int>(i), lanes_, place);
-        for (int k = 0; k < kBodyScalars; ++k) store<S>(place[k], to[bodies_[i].body * kBodyScalars + k].lane);
+        write_pose(static_cast<int>(i), lanes_, pose);
+        for (int k = 0; k < kBodyScalars; ++k) store<S>(pose[k], to[bodies_[i].body * kBodyScalars + k].lane);
       }
     });
 }
 
-template <class S> void PlanarLoops<S>::bear(const Load<S>* loads) {
+template <class S> void PlanarLoops<S>::apply_loads(const Load<S>* loads) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Load<S>& load = loads[bodies_[i].body];
-    bear_one(static_cast<int>(i), load.acceleration_W, load.force_W, load.torque_B, one_);
+    apply_load(static_cast<int>(i), load.acceleration_W, load.force_W, load.torque_B, one_);
   }
 }
 
-template <class S> void PlanarLoops<S>::bear(VectorWidth width, const LaneBlock<S>* loads) {
+template <class S> void PlanarLoops<S>::apply_loads(VectorWidth width, const LaneBlock<S>* loads) {
   if constexpr (PackOf<S>::in_register)
     in_lanes<S>(width, [&](auto) ATWOOD_INLINED {
       for (std::size_t i = 0; i < bodies_.size(); ++i) {
@@ -164,7 +166,7 @@ template <class S> void PlanarLoops<S>::bear(VectorWidth width, const LaneBlock<
           return Vec3<Pack<S>>{load(at + c * kLaneCount), load(at + (c + 1) * kLaneCount),
                                load(at + (c + 2) * kLaneCount)};
         };
-        bear_one(static_cast<int>(i), three(0), three(3), three(6), lanes_);
+        apply_load(static_cast<int>(i), three(0), three(3), three(6), lanes_);
       }
     });
 }
@@ -188,7 +190,7 @@ LaneBlock<S> PlanarLoops<S>::accelerate(VectorWidth width, const StateLanes<S>& 
 // What the equations ask of positions and rates at y, in the plane; tolerances as in Constraints::evaluate().
 template <class S> void PlanarLoops<S>::set_values(const S* y) {
   const OneState<S> state{S(0), y, unused_.data()};
-  planar_.move(state, one_.links.data(), DrivenJoints::from_state);
+  planar_.outward_pass(state, one_.links.data(), DrivenJoints::from_state);
   locate(state, DrivenJoints::from_state, one_);
   const S round_off = S(16) * real::epsilon<S>();
   for (std::size_t e = 0; e < equations_.size(); ++e) {
@@ -201,11 +203,11 @@ template <class S> void PlanarLoops<S>::set_values(const S* y) {
       const S sign = k == 0 ? S(-1) : S(1);
       Pair x = end.point, v{};
       if (end.link >= 0) {
-        const Place<S>& place = one_.places[end.link];
+        const LinkPose<S>& pose = one_.poses[end.link];
         const Pair r = arm_of(end, end.point, one_), arm = arm_of(end, end.arm, one_);
         const S w = one_.links[end.link].w, across = bodies_[end.link].across;
-        x = {place.A.x + r.x, place.A.y + r.y};
-        v = {place.v.x - w * r.y, place.v.y + w * r.x};
+        x = {pose.A.x + r.x, pose.A.y + r.y};
+        v = {pose.v.x - w * r.y, pose.v.y + w * r.x};
         const Pair centre{x.x - arm.x, x.y - arm.y};
         lengths += real::sqrt(centre.x * centre.x + centre.y * centre.y + across * across);
       }
@@ -230,8 +232,8 @@ template <class S> S PlanarLoops<S>::worst_value(bool chosen_alone) const {
 
 // At the configuration of the last set_values().
 template <class S> void PlanarLoops<S>::factor() {
-  planar_.eliminate(no_forces_.data(), one_.links.data());
-  take_roots(0, one_);
+  planar_.inward_pass(no_forces_.data(), one_.links.data());
+  compute_inverse_sqrt_D(0, one_);
   for (int e = 0; e < chosen_; ++e) scale_[e] = whiten(0, equations_[e], one_, qr_.column(e));
   qr_.factor(S(1024) * real::epsilon<S>());
 }
@@ -283,7 +285,7 @@ template <class S> bool PlanarLoops<S>::project(S* y) {
     factor();
   }
   const S least = least_pivot();
-  constraints_.usual_pivot_ = real::max(constraints_.usual_pivot_, least);
+  constraints_.typical_pivot_ = real::max(constraints_.typical_pivot_, least);
   for (int e = 0; e < chosen_; ++e) b_[e] = -scale_[e] * rate_[e];
   change(y, true);
   return true;

@@ -26,15 +26,15 @@ template <class S> class PlanarLoops {
 
   // ---- rates, in this order; V: S, or Pack<S> of float and double
   // Kinematics at (t, y), where the rates of the coordinates are written.
-  void move(const OneState<S>& y);
-  void move(VectorWidth width, const StateLanes<S>& y);
+  void forward_kinematics(const OneState<S>& y);
+  void forward_kinematics(VectorWidth width, const StateLanes<S>& y);
   // For forces on bodies: p v q w of each link's body, as Tree::write_body gives them, scalar i of body b at
   // to[b kBodyScalars + i]; and the loads that act on it (forces/force.hpp), without uniform gravity. At the same
   // state.
-  void place(const OneState<S>& y, S* to);
-  void place(VectorWidth width, const StateLanes<S>& y, LaneBlock<S>* to);
-  void bear(const Load<S>* loads);
-  void bear(VectorWidth width, const LaneBlock<S>* loads);
+  void write_poses(const OneState<S>& y, S* to);
+  void write_poses(VectorWidth width, const StateLanes<S>& y, LaneBlock<S>* to);
+  void apply_loads(const Load<S>* loads);
+  void apply_loads(VectorWidth width, const LaneBlock<S>* loads);
   // The rates' accelerations under the constraints; the least pivot of one state, and of each of eight.
   S accelerate(const OneState<S>& y, const Vec3<S>& gravity_W, const S* applied);
   LaneBlock<S> accelerate(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W, const Pack<S>* applied);
@@ -74,12 +74,12 @@ template <class S> class PlanarLoops {
     V n{};
     PairOf<V> f;
   };
-  template <class V> struct Place {
+  template <class V> struct LinkPose {
     V angle{};
     PairOf<V> A, v;
   };
   using Finer = std::conditional_t<std::is_same_v<S, long double>, Quad, long double>;
-  struct FinePlace {
+  struct FineLinkPose {
     Finer angle{}, cosine = Finer(1), sine{}, x{}, y{};  // x, y: of the link's point A
     void turn(const Pair& v, Finer& along, Finer& across) const {
       along = cosine * Finer(v.x) - sine * Finer(v.y);
@@ -88,7 +88,7 @@ template <class S> class PlanarLoops {
   };
   template <class V> struct Work {
     RegisterVector<State<V>> links;
-    RegisterVector<Place<V>> places;
+    RegisterVector<LinkPose<V>> poses;
     RegisterVector<Twist<V>> twists;
     RegisterVector<V> root, column, diagonal, reflected, size, b, z;
 
@@ -101,11 +101,11 @@ template <class S> class PlanarLoops {
   bool take_end(int body, const Vec3<S>& anchor_B, Closing& closing, End& end) const;
   template <class V> ATWOOD_INLINE PairOf<V> arm_of(const End& end, const Pair& v, const Work<V>& work) const;
   template <class States, class V> ATWOOD_INLINE void locate(const States& y, DrivenJoints driven, Work<V>& work) const;
-  template <class V> ATWOOD_INLINE void write_place(int i, const Work<V>& work, V (&to)[kBodyScalars]) const;
+  template <class V> ATWOOD_INLINE void write_pose(int i, const Work<V>& work, V (&to)[kBodyScalars]) const;
   template <class V>
-  ATWOOD_INLINE void bear_one(int i, const Vec3<V>& acceleration_W, const Vec3<V>& force_W, const Vec3<V>& torque_B,
-                              Work<V>& work) const;
-  template <class K, class V> ATWOOD_INLINE void take_roots(K lane, Work<V>& work) const;
+  ATWOOD_INLINE void apply_load(int i, const Vec3<V>& acceleration_W, const Vec3<V>& force_W, const Vec3<V>& torque_B,
+                                Work<V>& work) const;
+  template <class K, class V> ATWOOD_INLINE void compute_inverse_sqrt_D(K lane, Work<V>& work) const;
   template <class K, class V> ATWOOD_INLINE V whiten(K lane, const Equation& equation, Work<V>& work, V* column) const;
   template <class V, class F> ATWOOD_INLINE void unwhiten(const V* z, Work<V>& work, const F& add) const;
   template <class V>
@@ -132,7 +132,7 @@ template <class S> class PlanarLoops {
   Work<Pack<S>> lanes_;  // float and double
   // of projections
   LeastNorm<S> qr_;
-  std::vector<FinePlace> fine_;
+  std::vector<FineLinkPose> fine_;
   std::vector<S> value_, tolerance_, rate_, scale_, before_, unused_, no_forces_, b_, z_;
 };
 

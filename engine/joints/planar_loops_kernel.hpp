@@ -16,7 +16,7 @@ ATWOOD_INLINE auto PlanarLoops<S>::arm_of(const End& end, const Pair& v, const W
   return {z.x * v.x - z.y * v.y, z.x * v.y + z.y * v.x};
 }
 
-// Angles, places and velocities of the links' points A, after PlanarRates::move().
+// Angles, poses and velocities of the links' points A, after PlanarRates::outward_pass().
 template <class S>
 template <class States, class V>
 ATWOOD_INLINE void PlanarLoops<S>::locate(const States& y, DrivenJoints driven, Work<V>& work) const {
@@ -24,13 +24,13 @@ ATWOOD_INLINE void PlanarLoops<S>::locate(const States& y, DrivenJoints driven, 
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const auto& link = planar_.links_[i];
     const State<V>& m = work.links[i];
-    Place<V> from{zero, {in_all_lanes<V>(bodies_[i].origin.x), in_all_lanes<V>(bodies_[i].origin.y)}, {zero, zero}};
+    LinkPose<V> from{zero, {in_all_lanes<V>(bodies_[i].origin.x), in_all_lanes<V>(bodies_[i].origin.y)}, {zero, zero}};
     V w0 = zero;
     if (link.parent >= 0) {
-      from = work.places[link.parent];
+      from = work.poses[link.parent];
       w0 = work.links[link.parent].w;
     }
-    Place<V>& to = work.places[i];
+    LinkPose<V>& to = work.poses[i];
     to.angle = from.angle;
     to.A = {from.A.x + m.d.x, from.A.y + m.d.y};
     to.v = {from.v.x - w0 * m.d.y, from.v.y + w0 * m.d.x};
@@ -48,18 +48,18 @@ ATWOOD_INLINE void PlanarLoops<S>::locate(const States& y, DrivenJoints driven, 
 // p v q w of the link's body.
 template <class S>
 template <class V>
-ATWOOD_INLINE void PlanarLoops<S>::write_place(int i, const Work<V>& work, V (&to)[kBodyScalars]) const {
+ATWOOD_INLINE void PlanarLoops<S>::write_pose(int i, const Work<V>& work, V (&to)[kBodyScalars]) const {
   const auto& link = planar_.links_[i];
   const auto& plane = planar_.planes_[link.plane];
   const Body& body = bodies_[i];
-  const Place<V>& place = work.places[i];
+  const LinkPose<V>& pose = work.poses[i];
   const State<V>& m = work.links[i];
   const V rx = m.z.x * link.to_centre.x - m.z.y * link.to_centre.y;
   const V ry = m.z.x * link.to_centre.y + m.z.y * link.to_centre.x;
-  const Vec3<V> p = (place.A.x + rx) * plane.e1 + (place.A.y + ry) * plane.e2 + body.across * plane.normal;
-  const Vec3<V> v = (place.v.x - m.w * ry) * plane.e1 + (place.v.y + m.w * rx) * plane.e2;
+  const Vec3<V> p = (pose.A.x + rx) * plane.e1 + (pose.A.y + ry) * plane.e2 + body.across * plane.normal;
+  const Vec3<V> v = (pose.v.x - m.w * ry) * plane.e1 + (pose.v.y + m.w * rx) * plane.e2;
   V sine, cosine;
-  real::same_sin_cos(S(0.5) * place.angle, sine, cosine);
+  real::same_sin_cos(S(0.5) * pose.angle, sine, cosine);
   const Vec3<V> n = sine * plane.normal;
   const Quat<S>& q = body.attitude;
   const Vec3<V> w = m.w * body.normal_B;
@@ -81,8 +81,8 @@ ATWOOD_INLINE void PlanarLoops<S>::write_place(int i, const Work<V>& work, V (&t
 
 template <class S>
 template <class V>
-ATWOOD_INLINE void PlanarLoops<S>::bear_one(int i, const Vec3<V>& acceleration_W, const Vec3<V>& force_W,
-                                            const Vec3<V>& torque_B, Work<V>& work) const {
+ATWOOD_INLINE void PlanarLoops<S>::apply_load(int i, const Vec3<V>& acceleration_W, const Vec3<V>& force_W,
+                                              const Vec3<V>& torque_B, Work<V>& work) const {
   const auto& link = planar_.links_[i];
   const auto& plane = planar_.planes_[link.plane];
   State<V>& m = work.links[i];
@@ -96,7 +96,7 @@ ATWOOD_INLINE void PlanarLoops<S>::bear_one(int i, const Vec3<V>& acceleration_W
 
 template <class S>
 template <class K, class V>
-ATWOOD_INLINE void PlanarLoops<S>::take_roots(K lane, Work<V>& work) const {
+ATWOOD_INLINE void PlanarLoops<S>::compute_inverse_sqrt_D(K lane, Work<V>& work) const {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const auto& link = planar_.links_[i];
     if ((link.turns || link.slides) && !link.driven) work.root[link.rate] = root(lane, work.links[i].inverse_D);
@@ -177,7 +177,7 @@ ATWOOD_INLINE void PlanarLoops<S>::unwhiten(const V* z, Work<V>& work, const F& 
   }
 }
 
-// G u' and the motion at constant rates, after PlanarRates::accelerate().
+// G u' and the motion at constant rates, after PlanarRates::acceleration_pass().
 template <class S>
 template <class V>
 ATWOOD_INLINE V PlanarLoops<S>::acceleration_along(const Equation& equation, const Vec3<S>& gravity_W,
@@ -254,9 +254,9 @@ template <class S>
 template <class K, class States, class V>
 ATWOOD_INLINE V PlanarLoops<S>::constrain(K lane, const States& y, const Vec3<S>& gravity_W, const V* applied,
                                           Work<V>& work) const {
-  planar_.eliminate(applied, work.links.data());
-  planar_.accelerate(y, gravity_W, work.links.data());
-  take_roots(lane, work);
+  planar_.inward_pass(applied, work.links.data());
+  planar_.acceleration_pass(y, gravity_W, work.links.data());
+  compute_inverse_sqrt_D(lane, work);
   for (int e = 0; e < chosen_; ++e) {
     const V scale = whiten(lane, equations_[e], work, work.column.data() + e * rates_);
     work.b[e] = -(scale * acceleration_along(equations_[e], gravity_W, work));

@@ -9,8 +9,8 @@ template <class S> void PlanarLoops<S>::sharpen_positions(S* y) {
     using W = Finer;
     for (std::size_t i = 0; i < fine_.size(); ++i) {
       const auto& link = planar_.links_[i];
-      FinePlace& to = fine_[i];
-      FinePlace from;
+      FineLinkPose& to = fine_[i];
+      FineLinkPose from;
       from.x = W(bodies_[i].origin.x), from.y = W(bodies_[i].origin.y);
       if (link.parent >= 0) from = fine_[link.parent];
       to = from;
@@ -32,9 +32,9 @@ template <class S> void PlanarLoops<S>::sharpen_positions(S* y) {
         const End& end = closings_[equation.closing].end[k];
         W x = W(end.point.x), z = W(end.point.y);
         if (end.link >= 0) {
-          const FinePlace& place = fine_[end.link];
-          place.turn(end.point, x, z);
-          x += place.x, z += place.y;
+          const FineLinkPose& pose = fine_[end.link];
+          pose.turn(end.point, x, z);
+          x += pose.x, z += pose.y;
         }
         gap += W(k == 0 ? -1 : 1) * (x * W(equation.direction.x) + z * W(equation.direction.y));
       }

@@ -80,9 +80,9 @@ template <class S> bool PlanarRates<S>::add_link(const Tree<S>& tree, int i, std
 }
 
 template <class S> void PlanarRates<S>::rates(const OneState<S>& y, const Vec3<S>& gravity_W, const S* applied) {
-  move(y, state_.data());
-  eliminate(applied, state_.data());
-  accelerate(y, gravity_W, state_.data());
+  outward_pass(y, state_.data());
+  inward_pass(applied, state_.data());
+  acceleration_pass(y, gravity_W, state_.data());
 }
 
 template <class S>
@@ -90,9 +90,9 @@ void PlanarRates<S>::rates(VectorWidth width, const StateLanes<S>& y, const Vec3
                            const Pack<S>* applied) {
   if constexpr (PackOf<S>::in_register)
     in_lanes<S>(width, [&](auto) ATWOOD_INLINED {
-      move(y, lanes_.data());
-      eliminate(applied, lanes_.data());
-      accelerate(y, gravity_W, lanes_.data());
+      outward_pass(y, lanes_.data());
+      inward_pass(applied, lanes_.data());
+      acceleration_pass(y, gravity_W, lanes_.data());
     });
 }
 

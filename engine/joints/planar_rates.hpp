@@ -1,7 +1,7 @@
-// Trees that move in planes: all hinges of a mechanism have parallel axes, its sliders move across them, and it hangs
-// on something at rest. Forces across the plane and moments in it make reactions and no motion, and of the inertia only
-// the moment about the axis of the hinges counts, so the articulated-body algorithm of joints/tree.hpp works with
-// vectors of two components: an inertia about a point is a moment J, a coupling h and a 2x2 mass M,
+// Trees that move in planes: all hinges of a mechanism have parallel axes, its sliders move across them, and its root
+// does not move. Forces normal to the plane and moments within it cause reactions only, and of the inertia only the
+// moment about the axis of the hinges counts, so the articulated-body algorithm of joints/tree.hpp works with vectors
+// of two components: an inertia about a point is a moment J, a coupling h and a 2x2 mass M,
 //   n = J alpha + h . a + n0        f = alpha h + M a + f0
 // Eliminating a hinge leaves neither J nor h: only M - h h^T / J.
 #pragma once
@@ -18,7 +18,7 @@ template <class S> class PlanarLoops;
 
 template <class S> class PlanarRates {
  public:
-  // Null where some mechanism of the tree does not move in a plane to the round-off of S, or a body is free.
+  // Empty where some mechanism of the tree does not move in a plane to the round-off of S, or a body is free.
   static std::optional<PlanarRates> of(const Tree<S>& tree);
 
   // The rates of the joints' part of the state, under uniform gravity and the generalised forces `applied`
@@ -37,13 +37,20 @@ template <class S> class PlanarRates {
     S mass, J, driven_start, driven_rate;
   };
   template <class V> struct State {
-    Pair<V> z, d, s, c;  // z: (cos, sin) of the link's turn; d, c as in LinkMotion; s: a slider's axis
-    V w, J, Mxx, Mxy, Myy, n;
-    Pair<V> h, f;
-    V inverse_D, force, Un;  // of the rate's elimination
+    Pair<V> z;               // (cos, sin) of the link's angle
+    Pair<V> d;               // A less the parent's A [m]
+    Pair<V> s;               // a slider's axis
+    Pair<V> c;               // bias of a [m/s^2]
+    V w;                     // angular velocity [rad/s]
+    V J;                     // articulated moment of inertia about A [kg m^2]
+    V Mxx, Mxy, Myy;         // articulated mass [kg]
+    V n;                     // bias moment about A [N m]
+    Pair<V> h;               // coupling [kg m]
+    Pair<V> f;               // bias force [N]
+    V inverse_D, force, Un;  // of the rate's elimination: as in Column; Un, Uf: U
     Pair<V> Uf;
-    V alpha;
-    Pair<V> a;
+    V alpha;    // angular acceleration [rad/s^2]
+    Pair<V> a;  // acceleration of A, relative to free fall [m/s^2]
   };
   struct Plane {
     Vec3<S> e1, e2, normal;
@@ -53,10 +60,11 @@ template <class S> class PlanarRates {
   bool add_link(const Tree<S>& tree, int i, std::vector<Quat<S>>& attitudes);
   friend class PlanarLoops<S>;
   template <class States, class V>
-  ATWOOD_INLINE void move(const States& y, State<V>* state, DrivenJoints driven = DrivenJoints::from_time) const;
-  template <class V> ATWOOD_INLINE void eliminate(const V* applied, State<V>* state) const;
+  ATWOOD_INLINE void outward_pass(const States& y, State<V>* state,
+                                  DrivenJoints driven = DrivenJoints::from_time) const;
+  template <class V> ATWOOD_INLINE void inward_pass(const V* applied, State<V>* state) const;
   template <class States, class V>
-  ATWOOD_INLINE void accelerate(const States& y, const Vec3<S>& gravity_W, State<V>* state) const;
+  ATWOOD_INLINE void acceleration_pass(const States& y, const Vec3<S>& gravity_W, State<V>* state) const;
 
   std::vector<Constants> links_;
   std::vector<State<S>> state_;

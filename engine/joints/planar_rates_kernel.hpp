@@ -6,11 +6,11 @@
 
 namespace atwood {
 
-// Places, and the wrench of the motion at constant rates. Turning a vector by z multiplies complex numbers; the vector
-// that a turn at unit rate gives to v is (-v.y, v.x).
+// Outward pass: positions, velocities, and the bias wrench at constant rates (Featherstone 2008, table 7.1). Turning a
+// vector by z multiplies complex numbers; the vector that a turn at unit rate gives to v is (-v.y, v.x).
 template <class S>
 template <class States, class V>
-ATWOOD_INLINE void PlanarRates<S>::move(const States& y, State<V>* state, DrivenJoints driven) const {
+ATWOOD_INLINE void PlanarRates<S>::outward_pass(const States& y, State<V>* state, DrivenJoints driven) const {
   const V zero = in_all_lanes<V>(S(0)), one = in_all_lanes<V>(S(1));
   for (std::size_t i = 0; i < links_.size(); ++i) {
     const Constants& link = links_[i];
@@ -47,8 +47,8 @@ ATWOOD_INLINE void PlanarRates<S>::move(const States& y, State<V>* state, Driven
       } else {
         m.s = rotated(z0, link.axis);
         m.d = {m.d.x + q * m.s.x, m.d.y + q * m.s.y};
-        const V twice = S(2) * (w0 * u);  // Coriolis: 2 w x s u
-        m.c = {-twice * m.s.y, twice * m.s.x};
+        const V coriolis = S(2) * (w0 * u);  // Coriolis: 2 w x s u
+        m.c = {-coriolis * m.s.y, coriolis * m.s.x};
       }
     }
     const V w0_square = w0 * w0;
@@ -58,14 +58,15 @@ ATWOOD_INLINE void PlanarRates<S>::move(const States& y, State<V>* state, Driven
     m.h = {-link.mass * r.y, link.mass * r.x};
     m.Mxx = m.Myy = in_all_lanes<V>(link.mass);
     m.Mxy = m.n = zero;
-    const V inwards = -link.mass * (m.w * m.w);
-    m.f = {inwards * r.x, inwards * r.y};
+    const V centripetal = -link.mass * (m.w * m.w);
+    m.f = {centripetal * r.x, centripetal * r.y};
   }
 }
 
+// Inward pass: articulated inertias and bias wrenches, rate by rate.
 template <class S>
 template <class V>
-ATWOOD_INLINE void PlanarRates<S>::eliminate(const V* applied, State<V>* state) const {
+ATWOOD_INLINE void PlanarRates<S>::inward_pass(const V* applied, State<V>* state) const {
   for (int i = static_cast<int>(links_.size()) - 1; i >= 0; --i) {
     const Constants& link = links_[i];
     State<V>& m = state[i];
@@ -85,13 +86,13 @@ ATWOOD_INLINE void PlanarRates<S>::eliminate(const V* applied, State<V>* state) 
       m.inverse_D = S(1) / m.J;
       m.force = torque - m.n;
       if (link.parent < 0) continue;
-      const V share = m.force * m.inverse_D;
+      const V u_dot = m.force * m.inverse_D;
       const Pair<V> k{m.inverse_D * m.h.x, m.inverse_D * m.h.y};
       const V Mxx = m.Mxx - k.x * m.h.x, Mxy = m.Mxy - k.x * m.h.y, Myy = m.Myy - k.y * m.h.y;
       state[link.parent].n = state[link.parent].n + torque;
       add_to_parent(
           Mxx, Mxy, Myy,
-          {m.f.x + share * m.h.x + Mxx * m.c.x + Mxy * m.c.y, m.f.y + share * m.h.y + Mxy * m.c.x + Myy * m.c.y});
+          {m.f.x + u_dot * m.h.x + Mxx * m.c.x + Mxy * m.c.y, m.f.y + u_dot * m.h.y + Mxy * m.c.x + Myy * m.c.y});
       continue;
     }
     V J = m.J, n = m.n, Mxx = m.Mxx, Mxy = m.Mxy, Myy = m.Myy;
@@ -101,15 +102,15 @@ ATWOOD_INLINE void PlanarRates<S>::eliminate(const V* applied, State<V>* state) 
       m.Uf = {Mxx * m.s.x + Mxy * m.s.y, Mxy * m.s.x + Myy * m.s.y};
       m.inverse_D = S(1) / (m.s.x * m.Uf.x + m.s.y * m.Uf.y);
       m.force = applied[link.rate] - (m.s.x * f.x + m.s.y * f.y);
-      const V share = m.force * m.inverse_D, k = m.inverse_D * m.Un;
+      const V u_dot = m.force * m.inverse_D, k = m.inverse_D * m.Un;
       const Pair<V> l{m.inverse_D * m.Uf.x, m.inverse_D * m.Uf.y};
       J = J - k * m.Un;
       h = {h.x - k * m.Uf.x, h.y - k * m.Uf.y};
       Mxx = Mxx - l.x * m.Uf.x;
       Mxy = Mxy - l.x * m.Uf.y;
       Myy = Myy - l.y * m.Uf.y;
-      n = n + share * m.Un;
-      f = {f.x + share * m.Uf.x, f.y + share * m.Uf.y};
+      n = n + u_dot * m.Un;
+      f = {f.x + u_dot * m.Uf.x, f.y + u_dot * m.Uf.y};
     }
     if (link.parent < 0) continue;
     State<V>& to = state[link.parent];
@@ -120,10 +121,11 @@ ATWOOD_INLINE void PlanarRates<S>::eliminate(const V* applied, State<V>* state) 
   }
 }
 
-// Accelerations relative to free fall, so that gravity is an acceleration of the roots. A hinge gives alpha itself.
+// Outward pass: accelerations relative to free fall, so that gravity is an acceleration of the roots. A hinge gives
+// alpha itself.
 template <class S>
 template <class States, class V>
-ATWOOD_INLINE void PlanarRates<S>::accelerate(const States& y, const Vec3<S>& gravity_W, State<V>* state) const {
+ATWOOD_INLINE void PlanarRates<S>::acceleration_pass(const States& y, const Vec3<S>& gravity_W, State<V>* state) const {
   const V zero = in_all_lanes<V>(S(0));
   for (std::size_t i = 0; i < links_.size(); ++i) {
     const Constants& link = links_[i];
@@ -146,9 +148,9 @@ ATWOOD_INLINE void PlanarRates<S>::accelerate(const States& y, const Vec3<S>& gr
       m.alpha = (m.force - (m.h.x * a.x + m.h.y * a.y)) * m.inverse_D;
       y.set(link.at_u, link.sign * (m.alpha - alpha0));
     } else if (link.slides) {
-      const V rise = (m.force - (m.Un * alpha0 + (m.Uf.x * a.x + m.Uf.y * a.y))) * m.inverse_D;
-      m.a = {a.x + rise * m.s.x, a.y + rise * m.s.y};
-      y.set(link.at_u, rise);
+      const V u_dot = (m.force - (m.Un * alpha0 + (m.Uf.x * a.x + m.Uf.y * a.y))) * m.inverse_D;
+      m.a = {a.x + u_dot * m.s.x, a.y + u_dot * m.s.y};
+      y.set(link.at_u, u_dot);
     }
   }
 }

@@ -26,12 +26,12 @@ template <class S> RopeConstraint<S> rope_constraint(const Rope& rope) {
 }
 
 template <class S>
-RopeCourse<S> rope_course(const RopeConstraint<S>& rope, const TiedBody<S>& first, const TiedBody<S>& last) {
-  RopeCourse<S> course;
+RopePath<S> rope_path(const RopeConstraint<S>& rope, const TiedBody<S>& first, const TiedBody<S>& last) {
+  RopePath<S> path;
   const TiedBody<S>* body[2] = {&first, &last};
   for (int k = 0; k < 2; ++k) {
-    course.r[k] = rotate(body[k]->q_WB, rope.point_B[k]);
-    course.x[k] = body[k]->p_WB + course.r[k];
+    path.r[k] = rotate(body[k]->q_WB, rope.point_B[k]);
+    path.x[k] = body[k]->p_WB + path.r[k];
   }
   const std::size_t wheels = rope.over.size();
   const Vec3<S> n = wheels > 0 ? rope.over[0].axis : Vec3<S>{};
@@ -40,86 +40,85 @@ RopeCourse<S> rope_course(const RopeConstraint<S>& rope, const TiedBody<S>& firs
   };
   Vec3<S> before;
   for (std::size_t part = 0; part <= wheels; ++part) {
-    const Vec3<S> from = part == 0 ? course.x[0] : rope.over[part - 1].axle;
-    const Vec3<S> to = part == wheels ? course.x[1] : rope.over[part].axle;
+    const Vec3<S> from = part == 0 ? path.x[0] : rope.over[part - 1].axle;
+    const Vec3<S> to = part == wheels ? path.x[1] : rope.over[part].axle;
     const S apart = (part == wheels ? S(0) : rho_of(part)) - (part == 0 ? S(0) : rho_of(part - 1));
     const bool on_wheel =
         (part > 0 && rope.over[part - 1].radius > S(0)) || (part < wheels && rope.over[part].radius > S(0));
     const Vec3<S> v = to - from;
     const S square = dot(v, v), straight_square = square - apart * apart;
-    if (!(straight_square > S(0))) course.fault = "an end of the rope reaches its pulley";
+    if (!(straight_square > S(0))) path.fault = "an end of the rope reaches its pulley";
     const S off = dot(v, n);
     const S flat = real::max(S(1e-9), S(256) * real::epsilon<S>());
-    if (on_wheel && real::abs(off) > flat * real::sqrt(square))
-      course.fault = "the rope leaves the plane of its pulley";
-    if (course.fault) return course;
+    if (on_wheel && real::abs(off) > flat * real::sqrt(square)) path.fault = "the rope leaves the plane of its pulley";
+    if (path.fault) return path;
     const S straight = real::sqrt(straight_square);
     // d = (l v - apart n x v) / v^2
     const Vec3<S> d = (S(1) / square) * (straight * v - apart * cross(n, v));
-    course.length_m += straight;
+    path.length_m += straight;
     if (part > 0 && rope.over[part - 1].radius > S(0)) {
       const auto& wheel = rope.over[part - 1];
       S angle = real::atan2(dot(wheel.axis, cross(before, d)), dot(before, d));
       if (angle < -turn<S>() / S(8)) angle += turn<S>();
-      if (angle < S(0)) course.fault = "the rope leaves its pulley";
-      course.length_m += wheel.radius * angle;
+      if (angle < S(0)) path.fault = "the rope leaves its pulley";
+      path.length_m += wheel.radius * angle;
     }
     if (part == 0) {
-      course.direction[0] = d;
-      course.straight_m[0] = straight;
+      path.direction[0] = d;
+      path.straight_m[0] = straight;
     }
     before = d;
-    course.direction[1] = d;
-    course.straight_m[1] = straight;
+    path.direction[1] = d;
+    path.straight_m[1] = straight;
   }
-  return course;
+  return path;
 }
 
-template <class S> void start_rope(const RopeCourse<S>& course, RopeConstraint<S>& rope) {
-  rope.length_m = course.length_m;
-  rope.first_m = course.straight_m[0];
+template <class S> void start_rope(const RopePath<S>& path, RopeConstraint<S>& rope) {
+  rope.length_m = path.length_m;
+  rope.first_m = path.straight_m[0];
   rope.first_rad = S(0);
-  rope.reference = course.direction[0];
+  rope.reference = path.direction[0];
 }
 
-template <class S> S rope_run(const RopeConstraint<S>& rope, const RopeCourse<S>& course, S& before) {
-  const S shortened = rope.first_m - course.straight_m[0];
+template <class S> S rope_travel(const RopeConstraint<S>& rope, const RopePath<S>& path, S& before) {
+  const S shortened = rope.first_m - path.straight_m[0];
   if (rope.over.empty() || rope.over[0].radius == S(0)) return shortened;
-  const Vec3<S>&n = rope.over[0].axis, &d = course.direction[0];
+  const Vec3<S>&n = rope.over[0].axis, &d = path.direction[0];
   const S angle = real::atan2(dot(n, cross(rope.reference, d)), dot(rope.reference, d));
   before = angle + turn<S>() * real::floor((before - angle) / turn<S>() + S(0.5));
   return shortened + rope.over[0].radius * (before - rope.first_rad);
 }
 
 template <class S>
-int rope_rows(const RopeConstraint<S>& rope, const RopeCourse<S>& course, const TiedBody<S>& first,
-              const TiedBody<S>& last, ConstraintRow<S>* rows) {
+int rope_rows(const RopeConstraint<S>& rope, const RopePath<S>& path, const TiedBody<S>& first, const TiedBody<S>& last,
+              ConstraintRow<S>* rows) {
   const TiedBody<S>* body[2] = {&first, &last};
   S bend[2];
   Vec3<S> velocity[2];
-  for (int k = 0; k < 2; ++k) velocity[k] = point_velocity(*body[k], course.r[k]);
+  for (int k = 0; k < 2; ++k) velocity[k] = point_velocity(*body[k], path.r[k]);
   const bool straight = rope.over.empty();  // one part, both of whose ends move
   if (straight) {
     velocity[1] = velocity[1] - velocity[0];
     velocity[0] = {};
   }
   for (int k = 0; k < 2; ++k) {
-    const Vec3<S>& d = course.direction[k];
+    const Vec3<S>& d = path.direction[k];
     const Vec3<S> across = velocity[k] - dot(d, velocity[k]) * d;
-    bend[k] = dot(across, across) / course.straight_m[k];
+    bend[k] = dot(across, across) / path.straight_m[k];
   }
   const auto end = [&](int k, S sign) {
-    const Vec3<S> f = sign * course.direction[k];
-    return Wrench<S>{f, cross(course.r[k], f)};
+    const Vec3<S> f = sign * path.direction[k];
+    return Wrench<S>{f, cross(path.r[k], f)};
   };
   const auto turning = [&](int k) {
     const Vec3<S>& w = body[k]->w_WB;
-    return dot(course.direction[k], cross(w, cross(w, course.r[k])));
+    return dot(path.direction[k], cross(w, cross(w, path.r[k])));
   };
   if (rope.mass_kg == S(0)) {
     rows[0].on[0] = end(0, S(-1));
     rows[0].on[1] = end(1, S(1));
-    rows[0].value = course.length_m - rope.length_m;
+    rows[0].value = path.length_m - rope.length_m;
     rows[0].rate = S(0);
     rows[0].drift = (bend[0] + bend[1]) + (turning(1) - turning(0));
     return 1;
@@ -130,18 +129,18 @@ int rope_rows(const RopeConstraint<S>& rope, const RopeCourse<S>& course, const 
   rows[0].drift = turning(0) - bend[0];
   rows[1].on[0] = {};
   rows[1].on[1] = end(1, S(1));
-  rows[1].value = course.length_m - rope.length_m;
+  rows[1].value = path.length_m - rope.length_m;
   rows[1].drift = turning(1) + bend[1];
   rows[0].rate = rows[1].rate = S(0);
   return 2;
 }
 
-#define ATWOOD_ROPE(S)                                                                                              \
-  template RopeConstraint<S> rope_constraint<S>(const Rope&);                                                       \
-  template RopeCourse<S> rope_course<S>(const RopeConstraint<S>&, const TiedBody<S>&, const TiedBody<S>&);          \
-  template void start_rope<S>(const RopeCourse<S>&, RopeConstraint<S>&);                                            \
-  template S rope_run<S>(const RopeConstraint<S>&, const RopeCourse<S>&, S&);                                       \
-  template int rope_rows<S>(const RopeConstraint<S>&, const RopeCourse<S>&, const TiedBody<S>&, const TiedBody<S>&, \
+#define ATWOOD_ROPE(S)                                                                                            \
+  template RopeConstraint<S> rope_constraint<S>(const Rope&);                                                     \
+  template RopePath<S> rope_path<S>(const RopeConstraint<S>&, const TiedBody<S>&, const TiedBody<S>&);            \
+  template void start_rope<S>(const RopePath<S>&, RopeConstraint<S>&);                                            \
+  template S rope_travel<S>(const RopeConstraint<S>&, const RopePath<S>&, S&);                                    \
+  template int rope_rows<S>(const RopeConstraint<S>&, const RopePath<S>&, const TiedBody<S>&, const TiedBody<S>&, \
                             ConstraintRow<S>*);
 ATWOOD_ROPE(float)
 ATWOOD_ROPE(double)

@@ -1,10 +1,13 @@
-// The course of a rope from a point of one body over fixed pulleys to a point of another, and what its length asks of
-// them.
+// The path of a rope from a point of one body over fixed pulleys to a point of another, and the constraint that its
+// length imposes.
 //
 // Straight parts between the points and the pulleys, each touching its pulleys; arcs on them. With n the pulleys' axis,
 // d the direction of a straight part from its first end to its last and rho = radius (axis . n), it touches a pulley at
-// axle + rho d x n, so that two ends at v from each other satisfy v + (rho_last - rho_first) d x n = l d: the part is
-// of length l = sqrt(v^2 - (rho_last - rho_first)^2) and d is v turned about n by asin((rho_first - rho_last) / |v|).
+// axle + rho d x n, so that two ends at v from each other satisfy
+//   v + (rho_last - rho_first) d x n = l d.
+// The part has the length
+//   l = sqrt(v^2 - (rho_last - rho_first)^2)
+// and d is v rotated about n by asin((rho_first - rho_last) / |v|).
 //
 // Where a touching point moves, the part beside it grows as the arc shrinks, so the rate of the whole length is
 //   L' = d_last . x_last' - d_first . x_first',
@@ -38,29 +41,30 @@ template <class S> struct RopeConstraint {
 template <class S> RopeConstraint<S> rope_constraint(const Rope& rope);
 
 // At one configuration.
-template <class S> struct RopeCourse {
+template <class S> struct RopePath {
   S length_m{};
   Vec3<S> x[2], r[2];           // the ends, and the ends from their bodies' centres, world axes
   Vec3<S> direction[2];         // of the straight parts at the first and at the last end
   S straight_m[2] = {};         // their lengths
-  const char* fault = nullptr;  // not null: why there is no such course
+  const char* fault = nullptr;  // not null: why there is no such path
 };
 template <class S>
-RopeCourse<S> rope_course(const RopeConstraint<S>& rope, const TiedBody<S>& first, const TiedBody<S>& last);
+RopePath<S> rope_path(const RopeConstraint<S>& rope, const TiedBody<S>& first, const TiedBody<S>& last);
 
-// Takes the length and the angles of this course as those of the start.
-template <class S> void start_rope(const RopeCourse<S>& course, RopeConstraint<S>& rope);
+// Takes the length and the angles of this path as those of the start.
+template <class S> void start_rope(const RopePath<S>& path, RopeConstraint<S>& rope);
 
 // How far the rope has run over its pulleys since the start [m]; `before`: the angle of its first part at the last
 // call, which it continues.
-template <class S> S rope_run(const RopeConstraint<S>& rope, const RopeCourse<S>& course, S& before);
+template <class S> S rope_travel(const RopeConstraint<S>& rope, const RopePath<S>& path, S& before);
 
-// The rows: with mass_kg = 0 one, whose multiplier is minus the tension; else two that share the rope's speed as a
-// further unknown of that mass, with coefficient -1 in both: d_first . x_first' - s' = 0, its multiplier the tension at
-// the first end, and d_last . x_last' - s' = 0, its multiplier minus the tension at the last end. on[0]: the first
-// body.
+// The rows: with mass_kg = 0 one, whose multiplier is minus the tension; else two that share the rope's speed s' as an
+// extra unknown of that mass, with coefficient -1 in both,
+//   d_first . x_first' - s' = 0, its multiplier the tension at the first end,
+//   d_last . x_last' - s' = 0,   its multiplier minus the tension at the last end.
+// on[0]: the first body.
 template <class S>
-int rope_rows(const RopeConstraint<S>& rope, const RopeCourse<S>& course, const TiedBody<S>& first,
-              const TiedBody<S>& last, ConstraintRow<S>* rows);
+int rope_rows(const RopeConstraint<S>& rope, const RopePath<S>& path, const TiedBody<S>& first, const TiedBody<S>& last,
+              ConstraintRow<S>* rows);
 
 }  // namespace atwood

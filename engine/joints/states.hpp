@@ -1,4 +1,4 @@
-// Where a kernel that works on one state, or on eight states at once, reads a state and writes its rates.
+// Access of a kernel to one state, or to eight states in vector lanes.
 #pragma once
 
 #include <new>
@@ -37,8 +37,8 @@ template <class V, class S> ATWOOD_INLINE V in_all_lanes(S value) {
   else return broadcast(value);
 }
 
-// Vectors of packs, and of structs of packs, at addresses that kernels of every width read whole registers from: to the
-// plain target a pack's alignment is that of its own registers.
+// Vectors of packs, and of structs of packs, at addresses that kernels of every width read whole registers from: code
+// compiled for a narrower target assumes a smaller alignment of packs.
 template <class T> struct RegisterAllocator {
   using value_type = T;
   static constexpr std::align_val_t alignment{64};

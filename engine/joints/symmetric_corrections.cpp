@@ -22,7 +22,7 @@ template <class S> void Constraints<S>::displace(const S* at, const Multipliers&
   };
   for (const Group& group : groups_) {
     displacement(group, by.position);
-    move(group, change_.data(), y);
+    apply_change(group, change_.data(), y);
     displacement(group, by.rate);
     for (std::size_t k = 0; k < change_.size(); ++k)
       if (change_[k] != S(0)) y[tree_.state_of_rate(static_cast<int>(k))] += change_[k];

@@ -26,7 +26,7 @@ std::string joint_fault(const Scene& scene) {
     const std::string named = "joint `" + joint.name + "`";
     if (child.fixed) return named + " moves `" + child.name + "`, which is fixed";
     if (placed[joint.child]++) return "body `" + child.name + "` is placed by two joints";
-    if (child.release_s > 0) return "atwood holds no body that hangs on a joint: `" + child.name + "` has release_s";
+    if (child.release_s > 0) return "release_s is not supported for bodies on joints: `" + child.name + "`";
     for (const int body : {joint.parent, joint.child})
       if (body >= 0 && !scene.bodies[body].fixed && !rotates(scene.bodies[body]))
         return named + " ties the point mass `" + scene.bodies[body].name + "`: a body on a joint needs an inertia";
@@ -135,7 +135,7 @@ template <class S> void Tree<S>::set_joint(const Scene& scene, const Joint& join
   if (link.root_body >= 0) {
     const Body& root = scene.bodies[link.root_body];
     if (root.velocity_m_per_s != Real3{} || root.angular_velocity_body_rad_per_s != Real3{})
-      refusal_ = "atwood hangs no joint on a fixed body in prescribed motion: `" + root.name + "` has a velocity";
+      refusal_ = "a joint cannot be attached to a fixed body that moves: `" + root.name + "` has a velocity";
   }
 }
 

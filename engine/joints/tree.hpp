@@ -1,8 +1,8 @@
 // Mechanisms without closed loops, in the coordinates of their joints: kinematics and dynamics by the articulated-body
 // algorithm (Featherstone, Int. J. Robotics Research 2 (1983) 13; Rigid Body Dynamics Algorithms (2008), chapter 7).
 //
-// A link is a moving body of the scene. Its place follows from its parent's by its joint; a link without a joint is
-// free and has six rates (a point mass: three). In a scene with joints or ropes every moving body is a link, so that
+// A link is a moving body of the scene. Its pose follows from its parent's by its joint; a link without a joint is free
+// and has six rates (a point mass: three). In a scene with joints or ropes every moving body is a link, so that
 // constraints can tie any two of them. Links stand in an order in which parents come first.
 //
 // Everything is in world axes. A link's reference point A is the material point of its body at its joint's anchor; of a
@@ -31,7 +31,7 @@
 
 namespace atwood {
 
-// What does not change: how a link hangs on its parent, its mass, and where its coordinates are in the state.
+// What does not change: how a link is attached to its parent, its mass, and where its coordinates are in the state.
 template <class S> struct Link {
   int body = 0;        // index into Scene::bodies
   int parent = -1;     // a link; -1: free, or its joint ties it to something that does not move
@@ -80,7 +80,7 @@ template <class S> struct Articulated {
   Vec3<S> n, f;
 };
 
-// Where a joint is whose motion is prescribed: at its start + t rate, or where the state has it.
+// The coordinate of a joint whose motion is prescribed: start + t rate, or that in the state.
 enum class DrivenJoints { from_time, from_state };
 
 template <class S> class Tree {
@@ -104,7 +104,7 @@ template <class S> class Tree {
   int joint_count() const { return static_cast<int>(link_of_joint_.size()); }
   int link_of_joint(int joint) const { return link_of_joint_[joint]; }  // -1: the joint closes a loop
   int state_of_rate(int k) const { return state_of_rate_[k]; }          // where a rate stands in the state
-  // Of what a link without a parent hangs on: a fixed body, or the world.
+  // Of what a link without a parent is attached to: a fixed body, or the world.
   Quat<S> root_attitude(int link) const {
     return links_[link].root_body < 0 ? Quat<S>{} : resting_[links_[link].root_body].q_WB;
   }

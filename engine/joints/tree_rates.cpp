@@ -114,8 +114,8 @@ template <class S> TreeRates<S>::TreeRates(const Tree<S>& tree) : freedoms_(tree
 //   ball         alpha_p + w_p x R w_rel                     a_p + B_p d
 template <class S>
 template <class States, class V>
-ATWOOD_INLINE void TreeRates<S>::move(const Constants& of, const States& y, const Node<V>& parent, Node<V>& m,
-                                      Freedom<V>* freedom) const {
+ATWOOD_INLINE void TreeRates<S>::outward_pass(const Constants& of, const States& y, const Node<V>& parent, Node<V>& m,
+                                              Freedom<V>* freedom) const {
   const Link<S>& link = *of.link;
   const V none = in_all_lanes<V>(S(0));
   const auto at3 = [&](int i) ATWOOD_INLINED { return Vec3<V>{y.at(i), y.at(i + 1), y.at(i + 2)}; };
@@ -225,8 +225,8 @@ template <class S> template <class V> ATWOOD_INLINE void TreeRates<S>::start(con
 
 template <class S>
 template <class V>
-ATWOOD_INLINE void TreeRates<S>::eliminate(const Constants& of, const V* applied, Node<V>& m,
-                                           Freedom<V>* freedom) const {
+ATWOOD_INLINE void TreeRates<S>::inward_pass(const Constants& of, const V* applied, Node<V>& m,
+                                             Freedom<V>* freedom) const {
   const Link<S>& link = *of.link;
   if (link.driven) return;
   for (int k = 0; k < link.rates; ++k) {
@@ -274,8 +274,8 @@ ATWOOD_INLINE void TreeRates<S>::add_to_parent(const Node<V>& m, Node<V>& to) co
 // alpha and a become the changes by the rates' u', which are written.
 template <class S>
 template <class States, class V>
-ATWOOD_INLINE void TreeRates<S>::accelerate(const Constants& of, const States& y, const Freedom<V>* freedom,
-                                            Node<V>& m) const {
+ATWOOD_INLINE void TreeRates<S>::acceleration_pass(const Constants& of, const States& y, const Freedom<V>* freedom,
+                                                   Node<V>& m) const {
   const Link<S>& link = *of.link;
   const int to = link.joint < 0 ? link.at_q + 3 : link.at_u;
   for (int k = link.rates - 1; k >= 0; --k) {
@@ -309,11 +309,11 @@ ATWOOD_INLINE void TreeRates<S>::run(const States& y, const Vec3<S>& gravity_W, 
       root.q = all<V>(of.q_root);
       root.R = rotation<S>(root.q);
     }
-    move(of, y, of.parent < 0 ? root : nodes[of.parent], nodes[i], freedoms + of.link->first_rate);
+    outward_pass(of, y, of.parent < 0 ? root : nodes[of.parent], nodes[i], freedoms + of.link->first_rate);
     start(of, nodes[i]);
   }
   for (int i = count - 1; i >= 0; --i) {
-    eliminate(links_[i], applied, nodes[i], freedoms + links_[i].link->first_rate);
+    inward_pass(links_[i], applied, nodes[i], freedoms + links_[i].link->first_rate);
     if (links_[i].parent >= 0) add_to_parent(nodes[i], nodes[links_[i].parent]);
   }
   for (int i = 0; i < count; ++i) {
@@ -324,7 +324,7 @@ ATWOOD_INLINE void TreeRates<S>::run(const States& y, const Vec3<S>& gravity_W, 
       m.alpha = parent.alpha;
       m.a = parent.a + cross(parent.alpha, m.d);
     }
-    accelerate(links_[i], y, freedoms + links_[i].link->first_rate, m);
+    acceleration_pass(links_[i], y, freedoms + links_[i].link->first_rate, m);
   }
 }
 

@@ -46,14 +46,15 @@ template <class S> class TreeRates {
   ATWOOD_INLINE void run(const States& y, const Vec3<S>& gravity_W, const V* applied, Node<V>* nodes,
                          Freedom<V>* freedoms) const;
   template <class States, class V>
-  ATWOOD_INLINE void move(const Constants& of, const States& y, const Node<V>& parent, Node<V>& m,
-                          Freedom<V>* freedom) const;
+  ATWOOD_INLINE void outward_pass(const Constants& of, const States& y, const Node<V>& parent, Node<V>& m,
+                                  Freedom<V>* freedom) const;
   template <class V> ATWOOD_INLINE void start(const Constants& of, Node<V>& m) const;
   template <class V>
-  ATWOOD_INLINE void eliminate(const Constants& of, const V* applied, Node<V>& m, Freedom<V>* freedom) const;
+  ATWOOD_INLINE void inward_pass(const Constants& of, const V* applied, Node<V>& m, Freedom<V>* freedom) const;
   template <class V> ATWOOD_INLINE void add_to_parent(const Node<V>& m, Node<V>& to) const;
   template <class States, class V>
-  ATWOOD_INLINE void accelerate(const Constants& of, const States& y, const Freedom<V>* freedom, Node<V>& m) const;
+  ATWOOD_INLINE void acceleration_pass(const Constants& of, const States& y, const Freedom<V>* freedom,
+                                       Node<V>& m) const;
 
   std::vector<Constants> links_;
   std::vector<Node<S>> nodes_;

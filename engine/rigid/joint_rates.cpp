@@ -97,18 +97,18 @@ template <class S> void JointRates<S>::rates_in_lanes(const StateLanes<S>& y) {
 // False: too near to where their constraints lose rank.
 template <class S> bool JointRates<S>::rate_of_loops(const OneState<S>& y) {
   PlanarLoops<S>& loops = *model_.constraints_->planar();
-  loops.move(y);
+  loops.forward_kinematics(y);
   if (!model_.active_.empty()) {
-    loops.place(y, model_.placed_.data());
+    loops.write_poses(y, model_.placed_.data());
     for (const int i : model_.on_joints_) model_.loads_[i] = {};
     const Motion<S> motion{y.t_s, y.y, model_.slots_.data()};
     for (const ForceTerm<S>* term : model_.active_) term->add_loads(motion, model_.loads_.data());
-    loops.bear(model_.loads_.data());
+    loops.apply_loads(model_.loads_.data());
   }
   model_.apply_joint_forces(y.t_s, y.y);
   const S least = loops.accelerate(y, model_.gravity_, model_.applied_.data());
   if (!(least >= S(PlanarLoops<S>::kMinPivot))) return false;
-  model_.constraints_->note_pivot(least);
+  model_.constraints_->record_pivot(least);
   return true;
 }
 
@@ -116,21 +116,21 @@ template <class S> void JointRates<S>::loops_in_lanes(const StateLanes<S>& y) {
   if constexpr (PackOf<S>::in_register) {
     PlanarLoops<S>& loops = *model_.constraints_->planar();
     const VectorWidth width = model_.width_;
-    loops.move(width, y);
+    loops.forward_kinematics(width, y);
     if (!model_.active_.empty()) {
-      loops.place(width, y, model_.resting_lanes_.data());
+      loops.write_poses(width, y, model_.resting_lanes_.data());
       for (const int i : model_.on_joints_)
         std::fill_n(model_.load_lanes_[i * kLoadScalars].lane, kLoadScalars * kLaneCount, S(0));
       const S* resting = lanes_of(model_.resting_lanes_);
       const S* identity = resting + model_.slots_.size() * kBodyScalars * kLaneCount;
       const LaneMotion<S> motion{width, kLaneCount, y.t_s, y.y, y.stride, model_.slots_.data(), resting, identity};
       for (const ForceTerm<S>* term : model_.active_) term->add_lane_loads(motion, lanes_of(model_.load_lanes_));
-      loops.bear(width, model_.load_lanes_.data());
+      loops.apply_loads(width, model_.load_lanes_.data());
     }
     const LaneBlock<S> least = loops.accelerate(width, y, model_.gravity_, applied_lanes_.data());
     for (int k = 0; k < kLaneCount; ++k) {
       if (least.lane[k] >= S(PlanarLoops<S>::kMinPivot)) {
-        model_.constraints_->note_pivot(least.lane[k]);
+        model_.constraints_->record_pivot(least.lane[k]);
         continue;
       }
       S *state = one_.data(), *rate_of_state = state + model_.state_size_;

@@ -76,12 +76,12 @@ template <class S> void RigidModel<S>::write_constraints(S t_s, const S*, Sample
   for (std::size_t i = 0; i < rope_angle_.size(); ++i) {
     const int at = static_cast<int>(i);
     const RopeConstraint<S>& rope = constraints_->rope(at);
-    const RopeCourse<S> course = constraints_->course(at);
+    const RopePath<S> path = constraints_->rope_path_of(at);
     RopeSample& out = sample.ropes[i];
     out.tension_N = constraints_->tension(at);
     out.pulley_angle_rad.clear();
     if (!(t_s > S(0))) rope_angle_[i] = S(0);
-    const S run = course.fault == nullptr ? rope_run(rope, course, rope_angle_[i]) : S(0);
+    const S run = path.fault == nullptr ? rope_travel(rope, path, rope_angle_[i]) : S(0);
     for (const auto& wheel : rope.over)
       out.pulley_angle_rad.push_back(wheel.angle + (wheel.radius > S(0) ? run / wheel.radius : S(0)));
   }

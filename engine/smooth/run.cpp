@@ -84,18 +84,18 @@ template <class S> bool trial_step(Run<S>& run, S t_s, S h_s) {
     return s.stepper->step(from_s, by_s, from.data(), to.data());
   };
   Constraints<S>* constraints = s.model->constraints();
-  if (constraints != nullptr) constraints->forget_pivots();
+  if (constraints != nullptr) constraints->reset_pivots();
   if (!step(t_s, h_s, s.y, s.y_new)) return false;
-  if (constraints == nullptr || !(constraints->least_pivot() < constraints->usual_pivot() / S(20))) return true;
+  if (constraints == nullptr || !(constraints->least_pivot() < constraints->typical_pivot() / S(20))) return true;
   run.middle_y.resize(s.y.size());
   const auto in_two = [&](S part) {
-    constraints->forget_pivots();
+    constraints->reset_pivots();
     return step(t_s, part * h_s, s.y, run.middle_y) && step(t_s + part * h_s, h_s - part * h_s, run.middle_y, s.y_new);
   };
   S most = constraints->least_pivot(), best = S(1);
   for (const double part : {0.5, 0.382, 0.618, 0.3, 0.7, 0.45, 0.55}) {
     if (!in_two(S(part))) continue;
-    if (!(constraints->least_pivot() < constraints->usual_pivot() / S(20))) return true;
+    if (!(constraints->least_pivot() < constraints->typical_pivot() / S(20))) return true;
     if (!(constraints->least_pivot() > most)) continue;
     most = constraints->least_pivot();
     best = S(part);

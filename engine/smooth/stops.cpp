@@ -47,7 +47,7 @@ template <class S> S Stops<S>::holding_force(const Limit& limit, S t_s, const S*
   RigidModel<S>& model = *simulation_.model;
   model.system().rate(t_s, y, rates_.data());
   return sign<S>(limit.side == Side::lower) *
-         model.constraints()->held_force(model.constraints()->stops()[limit.stop].joint);
+         model.constraints()->locked_force(model.constraints()->stops()[limit.stop].joint);
 }
 
 // ---- where the first event is ---------------------------------------------------------------------------------------
@@ -170,7 +170,7 @@ template <class S> void Stops<S>::report(EventKind kind, const Limit& limit, S t
 }
 
 // The impulses of all coordinates that are at their limits and move outwards.
-template <class S> bool Stops<S>::strike(S t_s) {
+template <class S> bool Stops<S>::resolve_impacts(S t_s) {
   RigidModel<S>& model = *simulation_.model;
   Constraints<S>& constraints = *model.constraints();
   std::vector<S>& y = simulation_.y;
@@ -190,15 +190,15 @@ template <class S> bool Stops<S>::strike(S t_s) {
     }
     if (joints.empty()) return true;
     impulse.resize(joints.size());
-    constraints.strike(y.data(), joints, change, du_.data(), impulse.data());
+    constraints.impact_at_limits(y.data(), joints, change, du_.data(), impulse.data());
     for (Limit& limit : sides_) {  // a stop pushes: one that would have to pull lets go
       if (!limit.resting) continue;
       const auto& stop = constraints.stops()[limit.stop];
-      if (constraints.held_force(stop.joint) * sign<S>(limit.side == Side::lower) < S(0)) {
+      if (constraints.locked_force(stop.joint) * sign<S>(limit.side == Side::lower) < S(0)) {
         limit.resting = false;
-        constraints.hold(stop.joint, false);
+        constraints.lock(stop.joint, false);
         report(EventKind::separate, limit, t_s, S(0), S(0), S(0));
-        constraints.strike(y.data(), joints, change, du_.data(), impulse.data());
+        constraints.impact_at_limits(y.data(), joints, change, du_.data(), impulse.data());
       }
     }
     for (std::size_t k = 0; k < du_.size(); ++k)
@@ -211,7 +211,7 @@ template <class S> bool Stops<S>::strike(S t_s) {
     }
     ++model.system().epoch;
   }
-  fault_ = "stops of joints strike each other without end";
+  fault_ = "impacts at joint limits follow each other without end";
   return false;
 }
 
@@ -232,14 +232,14 @@ template <class S> void Stops<S>::settle(S t_s) {
     const S rest_s = away > S(0) ? t_s + S(2) * away / (pressing * (S(1) - stop.restitution)) : t_s;
     if (away > S(0)) {
       S impulse{};
-      constraints.strike(y.data(), {stop.joint}, {-y[stop.u_at]}, du_.data(), &impulse);
+      constraints.impact_at_limits(y.data(), {stop.joint}, {-y[stop.u_at]}, du_.data(), &impulse);
       for (std::size_t k = 0; k < du_.size(); ++k)
         if (du_[k] != S(0)) y[model.tree()->state_of_rate(static_cast<int>(k))] += du_[k];
     }
     y[stop.q_at] = limit.at;
     y[stop.u_at] = S(0);
     limit.resting = true;
-    constraints.hold(stop.joint, true, limit.at);
+    constraints.lock(stop.joint, true, limit.at);
     ++model.system().epoch;
     report(EventKind::rest, limit, rest_s, S(0), -away, S(0));
   }
@@ -256,14 +256,14 @@ template <class S> bool Stops<S>::resolve(S t_s) {
   for (Limit& limit : sides_) {
     if (!limit.reached || !limit.resting) continue;
     limit.resting = false;
-    constraints.hold(constraints.stops()[limit.stop].joint, false);
+    constraints.lock(constraints.stops()[limit.stop].joint, false);
     ++simulation_.model->system().epoch;
     report(EventKind::separate, limit, t_s, S(0), S(0), S(0));
     limit.reached = false;
-    if (!strike(t_s)) return false;
+    if (!resolve_impacts(t_s)) return false;
     return true;  // it is not pressed against its stop any more, but for round-off
   }
-  if (!strike(t_s)) return false;
+  if (!resolve_impacts(t_s)) return false;
   settle(t_s);
   return true;
 }
@@ -276,13 +276,13 @@ template <class S> bool Stops<S>::start(const Observer* observer) {
   for (Limit& limit : sides_) {
     const auto& stop = simulation_.model->constraints()->stops()[limit.stop];
     limit.resting = limit.reached = false;
-    simulation_.model->constraints()->hold(stop.joint, false);
+    simulation_.model->constraints()->lock(stop.joint, false);
     if (gap(limit, simulation_.y.data()) < -limit.round_off) {
       fault_ = "joint `" + stop.name + "` starts beyond its limits";
       return false;
     }
   }
-  if (!strike(S(0))) return false;
+  if (!resolve_impacts(S(0))) return false;
   settle(S(0));
   return true;
 }

@@ -49,7 +49,7 @@ template <class S> class Stops {
   bool first_passage(S t_s, S h_s, Limit& limit, S until, S& fraction);
   bool first_release(S t_s, S h_s, Limit& limit, S until, S& fraction);
   S holding_force(const Limit& limit, S t_s, const S* y);
-  bool strike(S t_s);
+  bool resolve_impacts(S t_s);
   void settle(S t_s);
   void report(EventKind kind, const Limit& limit, S t_s, S impulse, S before, S after);
 
