@@ -48,6 +48,16 @@ std::string joints_refused(const MethodId& id, const Scene& scene) {
   return "+event takes no bodies on joints or ropes; use +impulse or +penalty";
 }
 
+// Of the scheme alone.
+Outcome run_without_contacts(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer,
+                             int repeats) {
+  if (id.scalar.empty() || id.scalar == "double") return run_smooth<double>(id, scene, plan, observer, repeats);
+  if (id.scalar == "float") return run_smooth<float>(id, scene, plan, observer, repeats);
+  if (id.scalar == "long-double") return run_smooth<long double>(id, scene, plan, observer, repeats);
+  if (id.scalar == "quad") return run_smooth<Quad>(id, scene, plan, observer, repeats);
+  return refused("atwood does not compute in `" + id.scalar + "`; use float, double, long-double or quad");
+}
+
 Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   const bool for_fluids = fluid::find_response(id.response) != nullptr;
   const MethodId own = for_fluids ? fluid::integrator_part(id) : integrator_part(id);
@@ -58,12 +68,10 @@ Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Obse
   if (const std::string why = joints_refused(id, scene); !why.empty()) return refused(why);
   if (for_fluids) return fluid::run_fluid(id, scene, plan, observer, repeats);
   if (contacts_possible(scene)) return run_in_contact(id, scene, plan, observer, repeats);
-  const MethodId& smooth = own;  // a response's settings have no effect without contacts
-  if (id.scalar.empty() || id.scalar == "double") return run_smooth<double>(smooth, scene, plan, observer, repeats);
-  if (id.scalar == "float") return run_smooth<float>(smooth, scene, plan, observer, repeats);
-  if (id.scalar == "long-double") return run_smooth<long double>(smooth, scene, plan, observer, repeats);
-  if (id.scalar == "quad") return run_smooth<Quad>(smooth, scene, plan, observer, repeats);
-  return refused("atwood does not compute in `" + id.scalar + "`; use float, double, long-double or quad");
+  Outcome outcome = run_without_contacts(own, scene, plan, observer, repeats);
+  if (outcome.status == Status::unsupported && !id.response.empty())
+    outcome.reason = "no contact is possible in this scene, so +" + id.response + " has no effect; " + outcome.reason;
+  return outcome;
 }
 
 // Are there two shaped bodies, one of them moving, that no joint ties together?

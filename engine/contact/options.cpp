@@ -1,7 +1,6 @@
 #include "contact/options.hpp"
 
 #include "contact/stepping_options.hpp"
-#include "integrators/formulas.hpp"
 #include "integrators/responses.hpp"
 
 namespace atwood {
@@ -15,32 +14,25 @@ std::vector<MethodInfo> make_responses() {
       "Time stepping in small substeps. Fast approaches of contacts with restitution are resolved as impacts, one after "
       "another in the order of their times; all other contacts are solved at the level of velocities, with a round "
       "friction cone. Overlap is corrected in the positions alone. Few contacts are solved together by Newton's method, "
-      "many by warm-started sweeps of projected Gauss-Seidel.";
+      "many by warm-started sweeps of projected Gauss-Seidel. Where no contact is possible the scheme runs alone.";
   impulse.doc +=
-      " substeps: 0 is at least four, none longer than 1/480 s. solver: direct refuses islands of more than "
-      "direct_points contact points; auto solves them by sweeps, and so scenes in motion of more than 32 points. "
-      "rest_sweeps: the most sweeps in a substep while there are at most 1000 pairs and no body is faster than the "
-      "velocity that gravity adds in a substep; they end when the velocities stay.";
+      " A scene's simultaneous_impacts must suit all its pairs: sequential if all have restitution (at one instant the "
+      "fastest approach first, ties in the scene's order), together if none has; otherwise the scene is refused. "
+      "Cylinders and capsules that roll are stepped by leapfrog: contacts are detected and Euler's equations are stepped "
+      "in every substep.";
   impulse.doc +=
-      " sleeping: islands in which every point has been slower than sleep_below_m_per_s for sleep_after_s are treated "
-      "as fixed until a moving body comes near (off by default: their remaining momentum is lost).";
-  impulse.doc +=
-      " A scene's simultaneous_impacts is followed where it is that of all pairs: sequential where they have "
-      "restitution (at one instant the fastest approach first, ties in the scene's order), together where they have "
-      "none; else the scene is refused. Cylinders and capsules that roll are stepped by leapfrog: contacts are detected "
-      "and Euler's equations are stepped in every substep.";
-  impulse.doc +=
-      " Mechanisms are stepped by symplectic-euler alone: bodies in their own coordinates, contacts, stops and joints in "
-      "one solve of every substep (SHAKE). Claims: order 1; joints without gap, to round-off; momenta kept; no drift of "
-      "the energy between contacts; dampers along joints implicit, springs explicit. Sweeps are at least 30 there. Ropes "
-      "and sleeping are refused.";
+      " Mechanisms with contacts are stepped by symplectic-euler alone: bodies in their own coordinates, contacts, stops "
+      "and joints in one solve of every substep (SHAKE), by at least 30 sweeps. Claims: order 1; joints without gap, to "
+      "round-off; momenta kept; no drift of the energy between contacts; dampers along joints implicit, springs explicit. "
+      "Ropes and sleeping are refused.";
   impulse.source =
       "Moreau (1988); Stewart and Trinkle (1996); Alart and Curnier (1991); Macklin et al., Small Steps (2019); mechanisms: Ryckaert, Ciccotti, "
       "Berendsen, J. Comput. Phys. 23 (1977) 327";
-  impulse.doc = with_formula(
-      impulse.doc,
-      "M (v_new - v) = h F + G^T P, of each contact P_n >= 0, u_n + b >= 0, P_n (u_n + b) = 0 and |P_t| <= mu P_n, with P_t "
-      "= -mu P_n u_t / |u_t| where it slips; u = G v_new, b the velocity bias; of an impact u_n = -e u_n before it");
+  impulse.formula =
+      "M (v_new - v) = h F + G^T P, where u = G v_new and b is the velocity bias\n"
+      "contact: P_n >= 0, u_n + b >= 0, P_n (u_n + b) = 0\n"
+      "friction: |P_t| <= mu P_n; where it slips P_t = -mu P_n u_t / |u_t|\n"
+      "impact: u_n = -e u_n before it";
   declare_settings(impulse, stepping::setting_table());
   MethodInfo event;
   event.id = "+event";
@@ -57,11 +49,13 @@ std::vector<MethodInfo> make_responses() {
       "split forces or expand them in series, rk4 (with a tolerance: dopri5) integrates lasting contacts.";
   event.doc += " Bodies on joints or ropes are refused.";
   event.source = "Hairer, Norsett, Wanner (1993), II.6; Pfeiffer and Glocker (1996); Stronge, Impact Mechanics (2000)";
-  event.doc = with_formula(
-      event.doc,
-      "impact at g(t) = 0: M (v_after - v_before) = G^T P, |P_t| <= mu P_n, and newton: u_n after = -e u_n before, poisson: "
-      "P_r = e P_c, stronge: W_r = -e^2 W_c, of compression (c) and restitution (r); between impacts M v' = F + G^T f, f_n "
-      ">= 0, g'' >= 0, f_n g'' = 0");
+  event.formula =
+      "impact at g(t) = 0: M (v_after - v_before) = G^T P, |P_t| <= mu P_n\n"
+      "  newton: u_n after = -e u_n before\n"
+      "  poisson: P_r = e P_c, of the impulses of compression (c) and restitution (r)\n"
+      "  stronge: W_r = -e^2 W_c, of their work\n"
+      "between impacts: M v' = F + G^T f\n"
+      "  f_n >= 0, g'' >= 0, f_n g'' = 0";
   declare_settings(
       event, {{"restitution", std::string("newton"), {one_of({"newton", "poisson", "stronge"}), "Law of restitution."}},
               {"simultaneous",
@@ -78,16 +72,18 @@ std::vector<MethodInfo> make_responses() {
       "Friction: a tangential spring of `tangential_ratio` of the normal stiffness, limited by Coulomb's cone. Steps "
       "beyond the method's stability limit on the stiffest contact are refused. Impacts last and have no instant: a "
       "scene with simultaneous_impacts is refused, unless all its pairs have a contact_law.";
-  penalty.doc += " Mechanisms are taken, ropes and loops too; bodies that a joint ties together do not collide.";
+  penalty.doc += " Mechanisms, ropes and closed loops are supported; bodies that a joint ties together do not collide.";
   penalty.source =
       "Cundall and Strack, Geotechnique 29 (1979) 47; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; "
       "Schwager and Poeschel, Granular Matter 9 (2007) 465";
-  penalty.doc = with_formula(
-      penalty.doc,
-      "f_n = k d + c d' or, by Hertz's law, f_n = k d^(3/2) (1 + c d'), 0 where that pulls and the law has no `pull`, with "
-      "the depth d; f_t = -k_t s - c_t u_t, shortened to |f_t| <= mu f_n, with the tangential displacement s and velocity u_t, "
-      "k_t = tangential_ratio f_n / d, c_t = tangential_ratio c (Hertz: 0); c = 2 zeta sqrt(k m) where the pair names no law, "
-      "m its reduced mass");
+  penalty.formula =
+      "linear: f_n = k d + c d', of the depth d\n"
+      "Hertz: f_n = k d^(3/2) (1 + c d')\n"
+      "f_n = 0 where that pulls and the law has no `pull`\n"
+      "f_t = -k_t s - c_t u_t, shortened to |f_t| <= mu f_n, of the tangential displacement s and velocity u_t\n"
+      "k_t = tangential_ratio f_n / d\n"
+      "c_t = tangential_ratio c (Hertz: 0)\n"
+      "c = 2 zeta sqrt(k m) where the pair names no law, m its reduced mass";
   declare_settings(
       penalty,
       {{"overlap", 1e-3, {between(1e-9, 0.5), "Depth of an impact at impact_speed_m_per_s, over the smaller body."}},

@@ -104,8 +104,8 @@ PenaltyForce<S>::PenaltyForce(const Scene& scene, const PenaltyOptions& options)
       refusal_ = "Hertz's law needs spheres, planes or rectangles: " + both;
     else if (law.rolling_friction_m != 0) refusal_ = "+penalty has no rolling friction: " + both;
     else if (damping_ratio_[static_cast<std::size_t>(&law - scene.pairs.data())] < S(0))
-      refusal_ = "a linear contact without adhesion has no restitution of " + format_double(law.restitution) + " (" +
-                 both + "); +penalty{damping_ratio=1} uses critical damping instead";
+      refusal_ = "a linear contact without adhesion cannot have a restitution of " + format_double(law.restitution) +
+                 " (" + both + "): set damping_ratio=1, critical damping";
   };
   // Pairs of a large scene have few materials and shapes: one body of each kind is checked for all.
   std::vector<int> kinds;

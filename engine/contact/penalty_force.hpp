@@ -25,7 +25,8 @@ struct PenaltyOptions {
   double tangential_ratio = 2.0 / 7;
 };
 
-// The fastest that bodies may meet: twice the largest speed at the start and that of a fall through the scene's height.
+// Upper bound on the approach speed of two bodies: twice the largest speed at the start and that of a fall through the
+// scene's height.
 double scene_speed(const Scene& scene);
 
 // The damping ratio z of a linear contact that never pulls, whose restitution is e (at least kMinRestitution). It

@@ -2,7 +2,6 @@
 
 #include "fluid/kernel.hpp"
 #include "fluid/kick_drift.hpp"
-#include "integrators/formulas.hpp"
 #include "integrators/responses.hpp"
 
 namespace atwood::fluid {
@@ -33,10 +32,10 @@ MethodInfo sph_info() {
   info.source =
       "Monaghan, Rep. Prog. Phys. 68 (2005) 1703; Morris, Fox, Zhu, J. Comput. Phys. 136 (1997) 214; Cleary, Monaghan, "
       "J. Comput. Phys. 148 (1999) 227; Adami, Hu, Adams, J. Comput. Phys. 231 (2012) 7057";
-  info.doc = with_formula(
-      info.doc,
-      "rho_i' = sum_j m_j F_ij (v_ij . x_ij), v_i' = -sum_j m_j (p_i / rho_i^2 + p_j / rho_j^2) F_ij x_ij + sum_j m_j A_ij + "
-      "g, with grad W_ij = F_ij x_ij and the viscous terms A_ij of docs/fluids.md");
+  info.formula =
+      "rho_i' = sum_j m_j F_ij (v_ij . x_ij)\n"
+      "v_i' = -sum_j m_j (p_i / rho_i^2 + p_j / rho_j^2) F_ij x_ij + sum_j m_j A_ij + g\n"
+      "grad W_ij = F_ij x_ij; A_ij: the viscous terms of docs/fluids.md";
   const SphOptions standard;
   declare_settings(
       info,
@@ -93,10 +92,10 @@ MethodInfo polynomial_info() {
   info.source =
       "Lancaster, Salkauskas, Math. Comp. 37 (1981) 141; Liszka, Orkisz, Computers & Structures 11 (1980) 83; Lind et "
       "al., J. Comput. Phys. 231 (2012) 1499; Oger et al., J. Comput. Phys. 313 (2016) 76";
-  info.doc = with_formula(
-      info.doc,
-      "rho_i' = -rho_i div v, v_i' = -(p'(rho_i) / rho_i) grad rho + (mu / rho_i) lap v + g, with the derivatives at x_i of the "
-      "polynomial q that makes sum_j w_ij (q(x_j) - f_j)^2 least, q(x_i) = f_i");
+  info.formula =
+      "rho_i' = -rho_i div v\n"
+      "v_i' = -(p'(rho_i) / rho_i) grad rho + (mu / rho_i) lap v + g\n"
+      "derivatives at x_i: those of the polynomial q with q(x_i) = f_i that makes sum_j w_ij (q(x_j) - f_j)^2 least";
   declare_settings(
       info,
       {{"degree", std::int64_t(4), {one_of({"2", "4"}), "Degree of the fitted polynomials."}},

@@ -88,7 +88,7 @@ std::vector<MethodInfo> build_catalogue() {
                              composition_methods(), rotation_methods(), implicit_methods(), multistep_methods(),
                              conserving_methods(), high_precision_methods(), constrained_methods()})
     all.insert(all.end(), family.begin(), family.end());
-  for (MethodInfo& info : all) info.doc = with_formula(info.doc, formula_of(info.id.substr(info.id.find('/') + 1)));
+  for (MethodInfo& info : all) info.formula = formula_of(info.id.substr(info.id.find('/') + 1));
   return all;
 }
 

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <stdexcept>
+#include <vector>
 
 namespace atwood {
 namespace {
@@ -252,18 +253,40 @@ std::string multistep_formula(const std::string& scheme) {
   return text + " = h f(t_(n+1), y_(n+1)), nabla y_n = y_n - y_(n-1)";
 }
 
+// The formula with each equation or map on a line of its own: it is broken at a comma or semicolon outside brackets
+// where the text up to the next one defines something ("y_new = ...", "K(s): ...").
+std::string one_equation_a_line(const std::string& formula) {
+  std::vector<std::string> parts(1);
+  std::string separators;
+  int depth = 0;
+  for (std::size_t i = 0; i < formula.size(); ++i) {
+    const char c = formula[i];
+    depth += (c == '(' || c == '{') - (c == ')' || c == '}');
+    if (depth == 0 && (c == ',' || c == ';') && i + 1 < formula.size() && formula[i + 1] == ' ') {
+      separators += c;
+      parts.emplace_back();
+      ++i;
+    } else {
+      parts.back() += c;
+    }
+  }
+  const auto defines = [](const std::string& part) {
+    return part.find(" = ") != std::string::npos || part.find(": ") != std::string::npos;
+  };
+  std::string text = parts.front();
+  for (std::size_t k = 1; k < parts.size(); ++k)
+    text += defines(parts[k]) ? "\n" + parts[k] : separators[k - 1] + (" " + parts[k]);
+  return text;
+}
+
 }  // namespace
 
 std::string formula_of(const std::string& scheme) {
   for (const auto* formulas : {&explicit_formulas(), &splitting_formulas(), &rotation_formulas(), &implicit_formulas()})
-    if (const auto found = formulas->find(scheme); found != formulas->end()) return found->second;
+    if (const auto found = formulas->find(scheme); found != formulas->end()) return one_equation_a_line(found->second);
   const std::string of_steps = multistep_formula(scheme);
   if (of_steps.empty()) throw std::logic_error("atwood/" + scheme + " has no formula (integrators/formulas.cpp)");
-  return of_steps;
-}
-
-std::string with_formula(const std::string& doc, const std::string& formula) {
-  return doc + " Formula: " + formula + ".";
+  return one_equation_a_line(of_steps);
 }
 
 }  // namespace atwood

@@ -153,6 +153,7 @@ Json describe(const std::vector<MethodInfo>& methods) {
                     {"source", method.source},
                     {"claims", claims},
                     {"adaptive", method.adaptive}});
+    if (!method.formula.empty()) list.back()["formula"] = method.formula;
     if (!method.rules.empty()) list.back()["setting_rules"] = to_json(method.rules, method.settings);
   }
   return list;
@@ -164,6 +165,7 @@ MethodInfo read_method(const Json& each) {
   method.id = text(need(each, "id"), "id");
   method.doc = text_or(each, "doc", "");
   method.source = text_or(each, "source", "");
+  method.formula = text_or(each, "formula", "");
   if (each.contains("settings")) method.settings = read_settings(each["settings"]);
   if (each.contains("setting_rules")) RuleReader(method).read(each["setting_rules"]);
   if (each.contains("adaptive")) method.adaptive = each["adaptive"].is_boolean() && each["adaptive"].get<bool>();

@@ -33,6 +33,7 @@ struct MethodInfo {
   bool adaptive = false;                        // takes a tolerance
   Settings settings;                            // every setting of the engine behind the method, at its default
   SettingRules rules = {};  // what the settings mean and take; an engine may leave some out, then it judges them itself
+  std::string formula = {};  // what a step computes, in plain text, one equation a line
 };
 // Settings of a method from their table: defaults and rules; replaces those of the same names.
 void declare_settings(MethodInfo& info, const std::vector<Setting>& table);

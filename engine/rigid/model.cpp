@@ -96,7 +96,7 @@ template <class S> void RigidModel<S>::build_bodies(const Scene& scene) {
     Slot<S> slot;
     slot.rotates = atwood::rotates(body) || body.fixed;  // a fixed body has an attitude too
     if (!body.fixed && !(body.mass_kg > 0) && scene.problem.empty())
-      unsupported_ = "atwood moves no body without mass; `" + body.name + "` has none";
+      unsupported_ = "a body that moves needs a mass: `" + body.name + "` has none";
     if (placed[i]) {
       slot.on_joint = true;
       slot.resting = placed_.data() + i * kRotatingSize;

@@ -78,10 +78,9 @@ def methods_page(data):
                     *(f"{m['claimed_order'][motion]:g}" if motion in m["claimed_order"] else "-" for motion in MOTIONS),
                     "[tol]" if m["adaptive"] else ""] for m in own]) + "\n"
     for m in own + data["responses"]:
-        doc, _, formula = m["doc"].partition(" Formula: ")
-        text += f"## `{m['id']}` {{ #{anchor(m['id'])} }}\n\n{cell(doc)}\n\n"
-        if formula:
-            text += f"Formula: {code(formula.rstrip('.'))}.\n\n"
+        text += f"## `{m['id']}` {{ #{anchor(m['id'])} }}\n\n{cell(m['doc'])}\n\n"
+        if m["formula"]:
+            text += f"Formula:\n\n```text\n{m['formula']}\n```\n\n"
         if m in own:
             text += f"Claimed orders: {cell(orders(m))}.\n\n"
         if m["source"]:

@@ -33,11 +33,23 @@ bool names_method(const std::string& text) {
   }
 }
 
+// The equations as an indented block, one a line, unwrapped.
+std::string formula_block(const std::string& formula) {
+  if (formula.empty()) return "";
+  std::string text = "  Formula:\n";
+  for (std::size_t at = 0; at < formula.size();) {
+    const std::size_t end = std::min(formula.find('\n', at), formula.size());
+    text += "    " + formula.substr(at, end - at) + "\n";
+    at = end + 1;
+  }
+  return text;
+}
+
 void print_method(const MethodInfo& info, const Engine& engine, const std::string& asked) {
   const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 60, 120));
   fmt::print("{}{}\n  engine:  {} {}, {}\n  order:   {}\n{}", asked,
              info.adaptive ? "  (takes a tolerance: [:rtol[,atol]])" : "", engine.name, engine.version, engine.scalar,
-             claims_words(info), wrapped(info.doc, 2, width));
+             claims_words(info), wrapped(info.doc, 2, width) + formula_block(info.formula));
   if (!info.source.empty()) fmt::print("{}", wrapped("Source: " + info.source, 2, width));
   if (!info.settings.empty()) fmt::print("  settings:\n");
   fmt::print("{}", settings_text(info, width));
@@ -58,7 +70,7 @@ const MethodInfo* response_of(const Engine& engine, const MethodId& id, const st
 
 void print_response(const MethodInfo& info) {
   const auto width = static_cast<std::size_t>(std::clamp(terminal_width(), 60, 120));
-  fmt::print("\n{}\n{}", info.id, wrapped(info.doc, 2, width));
+  fmt::print("\n{}\n{}{}", info.id, wrapped(info.doc, 2, width), formula_block(info.formula));
   if (!info.source.empty()) fmt::print("{}", wrapped("Source: " + info.source, 2, width));
   fmt::print("  settings:\n");
   fmt::print("{}", settings_text(info, width));

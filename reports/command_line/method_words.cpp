@@ -44,6 +44,7 @@ json method_json(const MethodInfo& info) {
   }
   return {{"id", info.id},
           {"doc", info.doc},
+          {"formula", info.formula},
           {"source", info.source},
           {"claimed_order", info.claimed_order},
           {"adaptive", info.adaptive},
