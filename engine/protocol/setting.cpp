@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "protocol/method.hpp"
 #include "protocol/printed_setting.hpp"
@@ -19,6 +20,7 @@ bool inside(double value, const SettingRange& range) {
 }
 
 std::string number_words(double value) {
+  if (std::abs(value) < 1e7 && value == std::floor(value)) return std::to_string(static_cast<std::int64_t>(value));
   const std::string text = format_double(value);
   return text.ends_with(".0") ? text.substr(0, text.size() - 2) : text;
 }

@@ -35,9 +35,13 @@ double median_in_place(std::vector<double>& x) {
 double nearest_rank(std::vector<double> x, double p) {
   if (x.empty()) return kNone;
   std::sort(x.begin(), x.end());
+  return x[nearest_rank_index(x.size(), p)];
+}
+
+std::size_t nearest_rank_index(std::size_t n, double p) {
   constexpr double kRoundOff = 1e-12;  // 0.95 * 20 is 19, not a little more
-  const double rank = std::ceil(p * static_cast<double>(x.size()) * (1 - kRoundOff));
-  return x[std::clamp<std::size_t>(static_cast<std::size_t>(rank), 1, x.size()) - 1];
+  const double rank = std::ceil(p * static_cast<double>(n) * (1 - kRoundOff));
+  return std::clamp<std::size_t>(static_cast<std::size_t>(rank), 1, n) - 1;
 }
 
 Estimate median_interval(std::vector<double> x) {

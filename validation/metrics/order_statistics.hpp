@@ -18,6 +18,8 @@ double median_in_place(std::vector<double>& x);
 // The quantile p in (0, 1] by nearest rank: the smallest value such that at least a fraction p of x does not exceed it.
 // NaN of none. A 95th percentile needs 20 values: with fewer it is the largest.
 double nearest_rank(std::vector<double> x, double p);
+// Its index among n > 0 sorted values.
+std::size_t nearest_rank_index(std::size_t n, double p);
 constexpr std::size_t kMinForP95 = 20;
 
 // The median and its interval by order statistics: the ranks of the sorted values that enclose the distribution's

@@ -6,6 +6,7 @@
 
 #include "scene/pair_sweep.hpp"
 #include "validation/metrics/measurements.hpp"
+#include "validation/metrics/order_statistics.hpp"
 
 namespace atwood {
 namespace {
@@ -82,13 +83,12 @@ class Tally {
     keep_worst(what, list);
   }
   // Median, 99th percentile and largest; no row where nothing was compared.
-  void spread(const std::string& metric, const std::string& what, const std::string& unit_note) {
+  void add_quantiles(const std::string& metric, const std::string& what, const std::string& unit_note) {
     auto& list = errors_of(what);
     if (list.empty()) return;
     std::sort(list.begin(), list.end(),
               [](const Error& a, const Error& b) { return std::pair(a.value, a.index) < std::pair(b.value, b.index); });
-    const auto last = static_cast<double>(list.size() - 1);
-    const auto at = [&](double part) { return list[static_cast<std::size_t>(part * last)]; };
+    const auto at = [&](double p) { return list[metrics::nearest_rank_index(list.size(), p)]; };
     const std::string reason = std::to_string(list.size()) + " poses" + unit_note;
     put(metric + "-median", at(0.5).value, reason, at(0.5).bar);
     put(metric + "-p99", at(0.99).value, reason, at(0.99).bar);
@@ -176,11 +176,11 @@ PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& s
   tally.count(swept ? "touch-misses" : "contact-misses", "miss", poses);
   tally.count(swept ? "touch-false-hits" : "contact-false-hits", "false-hit", poses);
   if (swept) {
-    tally.spread("touch-time-error", "time", "");
+    tally.add_quantiles("touch-time-error", "time", "");
   } else {
-    tally.spread("contact-depth-error", "depth", ", relative to the smaller body");
-    tally.spread("contact-normal-error", "normal", " with one direction of least depth");
-    tally.spread("contact-distance-error", "distance", " apart, relative to the smaller body");
+    tally.add_quantiles("contact-depth-error", "depth", ", relative to the smaller body");
+    tally.add_quantiles("contact-normal-error", "normal", " with one direction of least depth");
+    tally.add_quantiles("contact-distance-error", "distance", " apart, relative to the smaller body");
   }
   return out;
 }

@@ -168,7 +168,7 @@ TEST_CASE("a value outside its range is refused with the range, and nothing runs
              Catch::StartsWith(who + "`pair_law` is `mine`; expected the scene's"));
   if (engine.name == "mujoco") {
     CHECK(why("cone", std::string("round")) == who + "`cone` is `round`; expected pyramidal or elliptic");
-    CHECK(why("impratio", 0.0) == who + "`impratio` is `0`; expected a number above 0 and at most 1e+06");
+    CHECK(why("impratio", 0.0) == who + "`impratio` is `0`; expected a number above 0 and at most 1000000");
   } else {
     CHECK(why("erp", 1.5) == who + "`erp` is `1.5`; expected a number from 0 to 1");
     CHECK_THAT(why("cfm", -1.0), Catch::StartsWith(who + "`cfm` is `-1`; expected a number from "));
