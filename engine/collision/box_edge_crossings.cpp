@@ -31,13 +31,13 @@ Vec corner(const PosedBox& box, int bits) {
   return x;
 }
 
-struct Crossing {
+struct EdgeCrossing {
   Vec x_W, outward_W;
   double depth;
 };
 
 // Where the segment from `from` to `to` passes through faces of the box.
-void cross_faces(const Vec& from_W, const Vec& to_W, const PosedBox& box, std::vector<Crossing>& out) {
+void cross_faces(const Vec& from_W, const Vec& to_W, const PosedBox& box, std::vector<EdgeCrossing>& out) {
   const Vec from = to_body(box.pose, from_W - box.pose.p_W), to = to_body(box.pose, to_W - box.pose.p_W);
   const std::array<double, 3> p{from.x, from.y, from.z}, q{to.x, to.y, to.z};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -53,8 +53,8 @@ void cross_faces(const Vec& from_W, const Vec& to_W, const PosedBox& box, std::v
   }
 }
 
-std::vector<Crossing> crossings(const PosedBox& edges_of, const PosedBox& faces_of) {
-  std::vector<Crossing> out;
+std::vector<EdgeCrossing> crossings(const PosedBox& edges_of, const PosedBox& faces_of) {
+  std::vector<EdgeCrossing> out;
   for (int bits = 0; bits < 8; ++bits)
     for (int k = 0; k < 3; ++k)
       if (!((bits >> k) & 1)) cross_faces(corner(edges_of, bits), corner(edges_of, bits | (1 << k)), faces_of, out);
@@ -82,12 +82,12 @@ ContactAnswer find_contacts_by_box_edges(const Scene& scene, const ContactQuery&
     for (std::size_t b = a + 1; b < scene.bodies.size(); ++b) {
       if (scene.bodies[a].fixed && scene.bodies[b].fixed) continue;
       const PosedBox box_a = posed_box(scene.bodies[a]), box_b = posed_box(scene.bodies[b]);
-      const auto add = [&](const Crossing& c, const Vec& normal_W) {
+      const auto add = [&](const EdgeCrossing& c, const Vec& normal_W) {
         answer.contacts.push_back(
             {static_cast<int>(a), static_cast<int>(b), widened(c.x_W), widened(normal_W), Wide(c.depth)});
       };
-      for (const Crossing& c : crossings(box_a, box_b)) add(c, -c.outward_W);
-      for (const Crossing& c : crossings(box_b, box_a)) add(c, c.outward_W);
+      for (const EdgeCrossing& c : crossings(box_a, box_b)) add(c, -c.outward_W);
+      for (const EdgeCrossing& c : crossings(box_b, box_a)) add(c, c.outward_W);
     }
   }
   return answer;

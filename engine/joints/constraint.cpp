@@ -71,7 +71,7 @@ template <class S> JointConstraint<S> joint_constraint(const Joint& joint, const
 
 template <class S>
 void constraint_row(const JointConstraint<S>& joint, int i, const TiedBody<S>& parent, const TiedBody<S>& child, S t_s,
-                    ConstraintRow<S>& row) {
+                    JointRow<S>& row) {
   const Condition<S>& condition = joint.conditions[i];
   const Vec3<S>&w_p = parent.w_WB, &w_c = child.w_WB;
   row.rate = condition.rate;
@@ -160,7 +160,7 @@ void coordinates_of(const Joint& joint, const TiedBody<S>& parent, const TiedBod
   template void directions_across<S>(const Vec3<S>&, Vec3<S>&, Vec3<S>&);                                    \
   template JointConstraint<S> joint_constraint<S>(const Joint&, const Quat<S>&);                             \
   template void constraint_row<S>(const JointConstraint<S>&, int, const TiedBody<S>&, const TiedBody<S>&, S, \
-                                  ConstraintRow<S>&);                                                        \
+                                  JointRow<S>&);                                                             \
   template void coordinates_of<S>(const Joint&, const TiedBody<S>&, const TiedBody<S>&, S*, S*);
 ATWOOD_CONSTRAINT(float)
 ATWOOD_CONSTRAINT(double)

@@ -24,7 +24,7 @@ template <class S> struct TiedBody {
 
 template <class S> struct Wrench { Vec3<S> force, torque; };
 
-template <class S> struct ConstraintRow {
+template <class S> struct JointRow {
   Wrench<S> on[2];  // on the parent and on the child
   S value{};        // g: m, or the sine of an angle
   S rate{};         // what the twists' product with `on` has to be: 0 unless the motion is prescribed
@@ -58,7 +58,7 @@ template <class S> JointConstraint<S> joint_constraint(const Joint& joint, const
 // The row of condition `i` at time t.
 template <class S>
 void constraint_row(const JointConstraint<S>& joint, int i, const TiedBody<S>& parent, const TiedBody<S>& child, S t_s,
-                    ConstraintRow<S>& row);
+                    JointRow<S>& row);
 
 // A joint's coordinates and rates from the poses and twists of its bodies (scene/joint.hpp). Angles continue those in
 // `q` to the nearest turn, a ball's quaternion keeps its sign. Of poses off the constraints: of the nearest rotation

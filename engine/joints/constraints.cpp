@@ -82,14 +82,14 @@ template <class S> void Constraints<S>::constrain(S* du) {
   typical_pivot_ = real::max(typical_pivot_, least);
 }
 
-template <class S> auto Constraints<S>::wrenches() -> const typename Tree<S>::Wrench* {
-  std::fill(wrenches_.begin(), wrenches_.end(), typename Tree<S>::Wrench{});
+template <class S> auto Constraints<S>::wrenches() -> const typename Tree<S>::JointWrench* {
+  std::fill(wrenches_.begin(), wrenches_.end(), typename Tree<S>::JointWrench{});
   for (const Row& row : rows_) {
     if (row.rate >= 0 || row.multiplier == S(0)) continue;
     for (int k = 0; k < 2; ++k) {
       if (row.link[k] < 0) continue;
       const Wrench<S>& on = row.row.on[k];
-      typename Tree<S>::Wrench& to = wrenches_[row.link[k]];
+      typename Tree<S>::JointWrench& to = wrenches_[row.link[k]];
       to.force_W += row.multiplier * on.force;
       to.moment_W += row.multiplier * (on.torque + cross(tree_.motion(row.link[k]).r, on.force));
     }
@@ -103,8 +103,8 @@ template <class S> S Constraints<S>::tension(int rope) const {
   return S(0);
 }
 
-template <class S> auto Constraints<S>::closing_wrench(int joint) const -> typename Tree<S>::Wrench {
-  typename Tree<S>::Wrench wrench;
+template <class S> auto Constraints<S>::closing_wrench(int joint) const -> typename Tree<S>::JointWrench {
+  typename Tree<S>::JointWrench wrench;
   const int closing = closing_of_joint_[joint];
   if (closing < 0) return wrench;
   const JointConstraint<S>& constraint = joints_[closing];
@@ -357,13 +357,13 @@ template <class S> void Constraints<S>::mark_open_components(int links) {
       what(j, link >= 0 ? wrenches_[link] : closing_wrench(j));
     }
   };
-  each_joint([&](int, const typename Tree<S>::Wrench& wrench) {
+  each_joint([&](int, const typename Tree<S>::JointWrench& wrench) {
     force = real::max(force, norm(wrench.force_W));
     moment = real::max(moment, norm(wrench.moment_W));
   });
   const S size = size_m_ > S(0) ? size_m_ : S(1);
   const S least_force = S(1e-6) * real::max(force, moment / size), least_moment = least_force * size;
-  each_joint([&](int j, const typename Tree<S>::Wrench& wrench) {
+  each_joint([&](int j, const typename Tree<S>::JointWrench& wrench) {
     const S of[6] = {wrench.force_W.x,  wrench.force_W.y,  wrench.force_W.z,
                      wrench.moment_W.x, wrench.moment_W.y, wrench.moment_W.z};
     for (int k = 0; k < 6; ++k)

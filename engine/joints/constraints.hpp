@@ -71,7 +71,7 @@ template <class S> class Constraints {
   // Bodies' accelerations stay those of the tree alone.
   void constrain(S* du);
   // Of the last constrain(): the wrench of all constraints on each link, about its point A; one entry a link.
-  const typename Tree<S>::Wrench* wrenches();
+  const typename Tree<S>::JointWrench* wrenches();
 
   // Positions and rates in y onto the constraints. False: not found; fault() says why.
   bool project(S* y);
@@ -95,7 +95,7 @@ template <class S> class Constraints {
   S tension(int rope) const;
   // The wrench of a closing joint on its child at its anchor, and which of its components (bits 0 to 2 the force, 3 to
   // 5 the torque, world axes) the constraints do not determine.
-  typename Tree<S>::Wrench closing_wrench(int joint) const;
+  typename Tree<S>::JointWrench closing_wrench(int joint) const;
   // The same components, of any joint.
   unsigned not_unique(int joint) const { return open_components_[joint]; }
   void find_open_components();  // at the present kinematics and factors
@@ -126,7 +126,7 @@ template <class S> class Constraints {
 
  private:
   struct Row {
-    ConstraintRow<S> row;
+    JointRow<S> row;
     int joint = -1, rope = -1;  // index into joints_ or ropes_; both -1: coordinate
     int part = 0;               // which condition
     int rate = -1;              // of a locked coordinate, in generalised vectors
@@ -188,7 +188,7 @@ template <class S> class Constraints {
   std::vector<S> inverse_sqrt_D_;  // 1 / sqrt(D), by rate
   std::vector<S> b_, z_, x_, change_, trial_, scratch_;
   std::vector<Load<S>> no_loads_;
-  std::vector<typename Tree<S>::Wrench> wrenches_;
+  std::vector<typename Tree<S>::JointWrench> wrenches_;
   std::vector<unsigned> open_components_;
   SolveReport report_;
   std::vector<JointStop<S>> stops_;

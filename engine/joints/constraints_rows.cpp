@@ -195,7 +195,7 @@ template <class S> bool Constraints<S>::evaluate() {
         if (fault_.empty()) fault_ = path.fault;
         continue;  // the rows stay as they were
       }
-      ConstraintRow<S> both[2];
+      JointRow<S> both[2];
       const int count = rope_rows(rope, path, first, last, both);
       for (int part = 0; part < count; ++part) {
         rows[r + part].row = both[part];
@@ -207,7 +207,7 @@ template <class S> bool Constraints<S>::evaluate() {
 }
 
 // 1 is the column of the row's wrenches on the bodies by themselves, without joints.
-template <class S> void set_scale(const Tree<S>& tree, const int* links, const ConstraintRow<S>& row, S& scale) {
+template <class S> void set_scale(const Tree<S>& tree, const int* links, const JointRow<S>& row, S& scale) {
   S square = S(0);
   for (int k = 0; k < 2; ++k) {
     if (links[k] < 0) continue;

@@ -92,7 +92,7 @@ template <class S> S rope_travel(const RopeConstraint<S>& rope, const RopePath<S
 
 template <class S>
 int rope_rows(const RopeConstraint<S>& rope, const RopePath<S>& path, const TiedBody<S>& first, const TiedBody<S>& last,
-              ConstraintRow<S>* rows) {
+              JointRow<S>* rows) {
   const TiedBody<S>* body[2] = {&first, &last};
   S bend[2];
   Vec3<S> velocity[2];
@@ -141,7 +141,7 @@ int rope_rows(const RopeConstraint<S>& rope, const RopePath<S>& path, const Tied
   template void start_rope<S>(const RopePath<S>&, RopeConstraint<S>&);                                            \
   template S rope_travel<S>(const RopeConstraint<S>&, const RopePath<S>&, S&);                                    \
   template int rope_rows<S>(const RopeConstraint<S>&, const RopePath<S>&, const TiedBody<S>&, const TiedBody<S>&, \
-                            ConstraintRow<S>*);
+                            JointRow<S>*);
 ATWOOD_ROPE(float)
 ATWOOD_ROPE(double)
 ATWOOD_ROPE(long double)

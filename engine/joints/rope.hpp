@@ -65,6 +65,6 @@ template <class S> S rope_travel(const RopeConstraint<S>& rope, const RopePath<S
 // on[0]: the first body.
 template <class S>
 int rope_rows(const RopeConstraint<S>& rope, const RopePath<S>& path, const TiedBody<S>& first, const TiedBody<S>& last,
-              ConstraintRow<S>* rows);
+              JointRow<S>* rows);
 
 }  // namespace atwood

@@ -141,13 +141,13 @@ template <class S> class Tree {
   // ---- reactions, after the bodies' final accelerations are known
   // The wrench that each link's joint exerts on it, at A (LinkMotion::n, f); `loads` as above, `wrenches` (one a link,
   // null: none) of constraints that are no tree joints: force, and moment about the link's A.
-  struct Wrench {
+  struct JointWrench {
     Vec3<S> force_W, moment_W;
   };
-  void reactions(const Load<S>* loads, const Wrench* wrenches);
+  void reactions(const Load<S>* loads, const JointWrench* wrenches);
   // Its part that does no work: without what acts along the free directions of the joint. Of a driven joint everything
   // but the forces `applied` along its coordinate.
-  Wrench constraint_wrench(int link, const S* applied) const;
+  JointWrench constraint_wrench(int link, const S* applied) const;
 
  private:
   void order_links(const Scene& scene, const std::vector<int>& offsets);

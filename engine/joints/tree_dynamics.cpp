@@ -186,7 +186,7 @@ template <class S> Vec3<S> Tree<S>::angular_acceleration_W(int body) const {
 }
 
 // From the leaves inwards: a joint gives its link what the link's motion needs, less what acts on it from outside.
-template <class S> void Tree<S>::reactions(const Load<S>* loads, const Wrench* wrenches) {
+template <class S> void Tree<S>::reactions(const Load<S>* loads, const JointWrench* wrenches) {
   const int count = static_cast<int>(links_.size());
   for (int i = 0; i < count; ++i) {
     start_link(i, loads);
@@ -208,9 +208,9 @@ template <class S> void Tree<S>::reactions(const Load<S>* loads, const Wrench* w
 
 // Free directions of one joint are orthogonal, but for the two axes of a universal joint: there the torque that does no
 // work is along their normal.
-template <class S> auto Tree<S>::constraint_wrench(int i, const S* applied) const -> Wrench {
+template <class S> auto Tree<S>::constraint_wrench(int i, const S* applied) const -> JointWrench {
   const Link<S>& link = links_[i];
-  Wrench wrench{motion_[i].f, motion_[i].n};
+  JointWrench wrench{motion_[i].f, motion_[i].n};
   if (link.joint < 0) return {};
   const Column<S>* column = columns_.data() + link.first_rate;
   if (link.kind == JointKind::universal) {

@@ -60,10 +60,10 @@ template <class S> std::vector<ContactFeature<S>> features_of_shape(const Shape&
   return features;
 }
 
-template <class S> bool is_flat(const std::vector<Triangle<S>>& mesh) {
+template <class S> bool is_flat(const std::vector<FacetTriangle<S>>& mesh) {
   if (mesh.empty()) return false;
-  const Triangle<S>& first = mesh.front();
-  return std::all_of(mesh.begin(), mesh.end(), [&](const Triangle<S>& triangle) {
+  const FacetTriangle<S>& first = mesh.front();
+  return std::all_of(mesh.begin(), mesh.end(), [&](const FacetTriangle<S>& triangle) {
     return std::all_of(triangle.corner_B, triangle.corner_B + 3, [&](const Vec3<S>& corner) {
       const Vec3<S> from = corner - first.corner_B[0];
       return real::abs(dot(from, first.normal_B)) <= S(64) * real::epsilon<S>() * (norm(from) + norm(corner));
@@ -75,7 +75,7 @@ template <class S> Surface<S> mesh_surface(const Mesh& mesh) {
   Surface<S> surface;
   surface.kind = SurfaceKind::mesh;
   for (const auto& corners : mesh.triangles) {
-    Triangle<S> triangle;
+    FacetTriangle<S> triangle;
     for (int i = 0; i < 3; ++i) triangle.corner_B[i] = narrow3<S>(mesh.points_m[static_cast<std::size_t>(corners[i])]);
     const Vec3<S> n = cross(triangle.corner_B[1] - triangle.corner_B[0], triangle.corner_B[2] - triangle.corner_B[0]);
     if (!(norm(n) > S(0))) continue;

@@ -47,8 +47,8 @@ template <class S>
 bool edges_touch(const Bodies<S>& bodies, const Proximity<S>& proximity, const FaceBoundary<S>& boundary, const S* y) {
   const Pose<S> of = pose_of(bodies, boundary.feature_body, y), on = pose_of(bodies, boundary.surface_body, y);
   if (norm(of.p - on.p) > proximity.pairs[boundary.pair].bounding_radii) return false;
-  for (const Edge<S>& a : proximity.edges[boundary.feature_body])
-    for (const Edge<S>& b : proximity.edges[boundary.surface_body]) {
+  for (const BodyEdge<S>& a : proximity.edges[boundary.feature_body])
+    for (const BodyEdge<S>& b : proximity.edges[boundary.surface_body]) {
       bool apart = false;
       const Facet<S> facet = edge_facet(a, of, b, on, bodies.gap_round_off(), apart);
       if (apart) continue;
@@ -68,8 +68,8 @@ template <class S>
 Parallel<S> parallel_edges(const Bodies<S>& bodies, const Proximity<S>& proximity, const FaceBoundary<S>& boundary,
                            const S* y, S near_by_m) {
   const Pose<S> of = pose_of(bodies, boundary.feature_body, y), on = pose_of(bodies, boundary.surface_body, y);
-  for (const Edge<S>& a : proximity.edges[boundary.feature_body])
-    for (const Edge<S>& b : proximity.edges[boundary.surface_body]) {
+  for (const BodyEdge<S>& a : proximity.edges[boundary.feature_body])
+    for (const BodyEdge<S>& b : proximity.edges[boundary.surface_body]) {
       const Vec3<S> along = to_world(of, a.along_B);
       if (norm(cross(along, to_world(on, b.along_B))) >= least_crossing_sine<S>()) continue;
       const Vec3<S> middle = of.p + to_world(of, a.middle_B), to = on.p + to_world(on, b.middle_B) - middle;

@@ -6,11 +6,11 @@ namespace atwood::event {
 
 namespace {
 
-template <class S> std::vector<Edge<S>> box_edges(const Real3& half) {
-  std::vector<Edge<S>> edges;
+template <class S> std::vector<BodyEdge<S>> box_edges(const Real3& half) {
+  std::vector<BodyEdge<S>> edges;
   for (int axis = 0; axis < 3; ++axis)
     for (int corner = 0; corner < 4; ++corner) {
-      Edge<S> edge;
+      BodyEdge<S> edge;
       component(edge.along_B, axis) = S(1);
       edge.half_length = S(half[axis]);
       for (int k = 0; k < 2; ++k) {
@@ -25,11 +25,11 @@ template <class S> std::vector<Edge<S>> box_edges(const Real3& half) {
   return edges;
 }
 
-template <class S> std::vector<Edge<S>> rectangle_edges(const std::array<double, 2>& half) {
-  std::vector<Edge<S>> edges;
+template <class S> std::vector<BodyEdge<S>> rectangle_edges(const std::array<double, 2>& half) {
+  std::vector<BodyEdge<S>> edges;
   for (int axis = 0; axis < 2; ++axis)
     for (const S sign : {S(-1), S(1)}) {
-      Edge<S> edge;
+      BodyEdge<S> edge;
       component(edge.along_B, axis) = S(1);
       edge.half_length = S(half[axis]);
       component(edge.middle_B, 1 - axis) = sign * S(half[1 - axis]);
@@ -60,7 +60,8 @@ LineCrossing<S> cross_lines(const Vec3<S>& middle_a, const Vec3<S>& a, const Vec
 
 // The least of n . side over b's cone and -n . side over a's.
 template <class S>
-S depth_inside_cones(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Pose<S>& on, const Vec3<S>& n) {
+S depth_inside_cones(const BodyEdge<S>& a, const Pose<S>& of, const BodyEdge<S>& b, const Pose<S>& on,
+                     const Vec3<S>& n) {
   S least = S(1);
   for (int k = 0; k < 2; ++k) {
     least = real::min(least, dot(n, to_world(on, b.side_B[k])));
@@ -75,14 +76,14 @@ template <class S> S cone_round_off(S sine, S round_off_m, S length) {
 
 }  // namespace
 
-template <class S> std::vector<Edge<S>> edges_of(const Shape& shape) {
+template <class S> std::vector<BodyEdge<S>> edges_of(const Shape& shape) {
   if (const auto* box = std::get_if<Box>(&shape)) return box_edges<S>(box->half_extents_m);
   if (const auto* sheet = std::get_if<Rectangle>(&shape))
     return rectangle_edges<S>({sheet->half_extents_m[0], sheet->half_extents_m[1]});
   return {};
 }
 
-template <class S> ContactFeature<S> edge_feature(const Edge<S>& edge) {
+template <class S> ContactFeature<S> edge_feature(const BodyEdge<S>& edge) {
   ContactFeature<S> feature{edge.middle_B, S(0), false, false, edge.along_B};
   feature.edge = true;
   return feature;
@@ -110,7 +111,7 @@ void edge_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, const 
 }
 
 template <class S>
-Facet<S> edge_facet(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Pose<S>& on, S round_off_m,
+Facet<S> edge_facet(const BodyEdge<S>& a, const Pose<S>& of, const BodyEdge<S>& b, const Pose<S>& on, S round_off_m,
                     bool& apart) {
   LineCrossing<S> it = cross_lines(of.p + to_world(of, a.middle_B), to_world(of, a.along_B),
                                    on.p + to_world(on, b.middle_B), to_world(on, b.along_B));
@@ -131,7 +132,7 @@ Facet<S> edge_facet(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const
 }
 
 template <class S>
-EdgeDepths<S> depths_inside_edges(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Facet<S>& facet,
+EdgeDepths<S> depths_inside_edges(const BodyEdge<S>& a, const Pose<S>& of, const BodyEdge<S>& b, const Facet<S>& facet,
                                   const Pose<S>& on, S round_off_m) {
   const LineCrossing<S> it = cross_lines(of.p + to_world(of, a.middle_B), to_world(of, a.along_B),
                                          on.p + to_world(on, b.middle_B), to_world(on, facet.direction_B));
@@ -141,14 +142,14 @@ EdgeDepths<S> depths_inside_edges(const Edge<S>& a, const Pose<S>& of, const Edg
   return {real::min(a.half_length - real::abs(it.along_a), b.half_length - real::abs(it.along_b)), cones * length};
 }
 
-#define ATWOOD_EDGES(S)                                                                                             \
-  template std::vector<Edge<S>> edges_of<S>(const Shape&);                                                          \
-  template ContactFeature<S> edge_feature<S>(const Edge<S>&);                                                       \
-  template void edge_kinematics<S>(const ContactFeature<S>&, const Pose<S>&, const Facet<S>&, const Pose<S>&, bool, \
-                                   GapKinematics<S>&);                                                              \
-  template Facet<S> edge_facet<S>(const Edge<S>&, const Pose<S>&, const Edge<S>&, const Pose<S>&, S, bool&);        \
-  template EdgeDepths<S> depths_inside_edges<S>(const Edge<S>&, const Pose<S>&, const Edge<S>&, const Facet<S>&,    \
-                                                const Pose<S>&, S);
+#define ATWOOD_EDGES(S)                                                                                              \
+  template std::vector<BodyEdge<S>> edges_of<S>(const Shape&);                                                       \
+  template ContactFeature<S> edge_feature<S>(const BodyEdge<S>&);                                                    \
+  template void edge_kinematics<S>(const ContactFeature<S>&, const Pose<S>&, const Facet<S>&, const Pose<S>&, bool,  \
+                                   GapKinematics<S>&);                                                               \
+  template Facet<S> edge_facet<S>(const BodyEdge<S>&, const Pose<S>&, const BodyEdge<S>&, const Pose<S>&, S, bool&); \
+  template EdgeDepths<S> depths_inside_edges<S>(const BodyEdge<S>&, const Pose<S>&, const BodyEdge<S>&,              \
+                                                const Facet<S>&, const Pose<S>&, S);
 ATWOOD_EDGES(float)
 ATWOOD_EDGES(double)
 ATWOOD_EDGES(long double)

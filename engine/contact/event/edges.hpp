@@ -19,7 +19,7 @@
 namespace atwood::event {
 
 // A straight edge in its body's axes. Its normal cone: the unit vectors n across it with n . side_B >= 0 for both.
-template <class S> struct Edge {
+template <class S> struct BodyEdge {
   Vec3<S> middle_B, along_B;  // along_B: unit
   S half_length{};
   Vec3<S> side_B[2];
@@ -27,8 +27,8 @@ template <class S> struct Edge {
 };
 
 // 12 of a box, 4 of a rectangle, none of any other shape. The contact feature of an edge.
-template <class S> std::vector<Edge<S>> edges_of(const Shape& shape);
-template <class S> ContactFeature<S> edge_feature(const Edge<S>& edge);
+template <class S> std::vector<BodyEdge<S>> edges_of(const Shape& shape);
+template <class S> ContactFeature<S> edge_feature(const BodyEdge<S>& edge);
 
 // Edges nearer to parallel than that (the sine of their angle) do not cross: their normal would be round-off.
 template <class S> S least_crossing_sine() { return S(64) * real::sqrt(real::epsilon<S>()); }
@@ -41,14 +41,14 @@ void edge_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, const 
 // The facet of the surface's edge for the feature's; `apart`: the edges do not meet, whatever the
 // gap between their lines.
 template <class S>
-Facet<S> edge_facet(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Pose<S>& on, S round_off_m,
+Facet<S> edge_facet(const BodyEdge<S>& a, const Pose<S>& of, const BodyEdge<S>& b, const Pose<S>& on, S round_off_m,
                     bool& apart);
 // How far [m] a contact of two edges is from its end: the least distance of the crossing point from an end of an edge,
 // and of the normal (times the shorter half length) to the boundary of a cone, where one edge lies on a face of the
 // other's body. Below -round_off_m the contact has ended.
 template <class S> struct EdgeDepths { S to_ends{}, to_face{}; };
 template <class S>
-EdgeDepths<S> depths_inside_edges(const Edge<S>& a, const Pose<S>& of, const Edge<S>& b, const Facet<S>& facet,
+EdgeDepths<S> depths_inside_edges(const BodyEdge<S>& a, const Pose<S>& of, const BodyEdge<S>& b, const Facet<S>& facet,
                                   const Pose<S>& on, S round_off_m);
 
 }  // namespace atwood::event

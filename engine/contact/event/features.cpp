@@ -83,7 +83,7 @@ template <class S> Facet<S> face_of_slab(const Vec3<S>& half, const Vec3<S>& c, 
 }
 
 // C. Ericson, Real-Time Collision Detection (2005), 5.1.5.
-template <class S> Facet<S> nearest_of_triangle(const Triangle<S>& triangle, const Vec3<S>& c) {
+template <class S> Facet<S> nearest_of_triangle(const FacetTriangle<S>& triangle, const Vec3<S>& c) {
   const Vec3<S>&A = triangle.corner_B[0], &B = triangle.corner_B[1], &C = triangle.corner_B[2];
   const Vec3<S> ab = B - A, ac = C - A, ap = c - A, bp = c - B, cp = c - C;
   const S d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp), d6 = dot(ac, cp);
@@ -108,10 +108,10 @@ template <class S> S distance_to(const Facet<S>& facet, const Vec3<S>& c) {
 
 // At equal distance a face comes before edges and vertices: edges inside a flat mesh are no edges, and a point right
 // above one belongs to a face.
-template <class S> Facet<S> nearest_of_mesh(const std::vector<Triangle<S>>& mesh, const Vec3<S>& c) {
+template <class S> Facet<S> nearest_of_mesh(const std::vector<FacetTriangle<S>>& mesh, const Vec3<S>& c) {
   Facet<S> best;
   S least = S(-1);
-  for (const Triangle<S>& triangle : mesh) {
+  for (const FacetTriangle<S>& triangle : mesh) {
     const Facet<S> facet = nearest_of_triangle(triangle, c);
     const S distance = distance_to(facet, c);
     const S round_off = S(8) * real::epsilon<S>() * (norm(c) + distance);
@@ -123,7 +123,7 @@ template <class S> Facet<S> nearest_of_mesh(const std::vector<Triangle<S>>& mesh
   }
   if (best.dimension == 2) return best;
   const S round_off = S(8) * real::epsilon<S>() * (norm(c) + least);
-  for (const Triangle<S>& triangle : mesh) {
+  for (const FacetTriangle<S>& triangle : mesh) {
     const S above = dot(triangle.normal_B, c - triangle.corner_B[0]);
     if (real::abs(above) <= least + round_off && depth_inside_triangle(triangle, c) >= -round_off)
       return {2, triangle.corner_B[0], above < S(0) ? -triangle.normal_B : triangle.normal_B};
@@ -132,10 +132,10 @@ template <class S> Facet<S> nearest_of_mesh(const std::vector<Triangle<S>>& mesh
 }
 
 // A point inside is nearest to the face of least depth.
-template <class S> Facet<S> nearest_of_hull(const std::vector<Triangle<S>>& hull, const Vec3<S>& c) {
-  const Triangle<S>* shallowest = nullptr;
+template <class S> Facet<S> nearest_of_hull(const std::vector<FacetTriangle<S>>& hull, const Vec3<S>& c) {
+  const FacetTriangle<S>* shallowest = nullptr;
   S most{};
-  for (const Triangle<S>& triangle : hull) {
+  for (const FacetTriangle<S>& triangle : hull) {
     const S above = dot(triangle.normal_B, c - triangle.corner_B[0]);
     if (shallowest != nullptr && above <= most) continue;
     most = above;
@@ -146,7 +146,7 @@ template <class S> Facet<S> nearest_of_hull(const std::vector<Triangle<S>>& hull
 }
 
 template <class S>
-Facet<S> face_of_mesh(const std::vector<Triangle<S>>& mesh, const Vec3<S>& c, const Vec3<S>& side, S& outside_m) {
+Facet<S> face_of_mesh(const std::vector<FacetTriangle<S>>& mesh, const Vec3<S>& c, const Vec3<S>& side, S& outside_m) {
   Facet<S> facet = nearest_of_mesh(mesh, c);
   outside_m = facet.dimension == 2 ? S(0) : distance_to(facet, c);
   if (facet.dimension == 2 && dot(facet.direction_B, side - facet.point_B) < S(0))
@@ -232,7 +232,7 @@ void circle_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, cons
 
 }  // namespace
 
-template <class S> S depth_inside_triangle(const Triangle<S>& triangle, const Vec3<S>& at_B) {
+template <class S> S depth_inside_triangle(const FacetTriangle<S>& triangle, const Vec3<S>& at_B) {
   S least{};
   for (int i = 0; i < 3; ++i) {
     const Vec3<S>& from = triangle.corner_B[i];
@@ -293,7 +293,7 @@ void gap_kinematics_with_rates(const ContactFeature<S>& feature, const Pose<S>& 
 
 #define ATWOOD_FEATURES(S)                                                                                 \
   template Vec3<S> lowest_point_of_circle<S>(const ContactFeature<S>&, const Pose<S>&, const Vec3<S>&);    \
-  template S depth_inside_triangle<S>(const Triangle<S>&, const Vec3<S>&);                                 \
+  template S depth_inside_triangle<S>(const FacetTriangle<S>&, const Vec3<S>&);                            \
   template Facet<S> nearest_facet<S>(const Surface<S>&, const Vec3<S>&, bool, const Vec3<S>&, S&);         \
   template GapKinematics<S> gap_kinematics<S>(const ContactFeature<S>&, const Pose<S>&, const Surface<S>&, \
                                               const Facet<S>&, const Pose<S>&);                            \

@@ -26,11 +26,11 @@ template <class S> struct Facet {
   Vec3<S> point_B, direction_B;
 };
 
-template <class S> struct Triangle { Vec3<S> corner_B[3], normal_B; };
+template <class S> struct FacetTriangle { Vec3<S> corner_B[3], normal_B; };
 
 // The least of the three signed distances [m] of a point to the planes that stand on a triangle's sides; positive
 // inside.
-template <class S> S depth_inside_triangle(const Triangle<S>& triangle, const Vec3<S>& at_B);
+template <class S> S depth_inside_triangle(const FacetTriangle<S>& triangle, const Vec3<S>& at_B);
 
 enum class SurfaceKind : unsigned char { plane, point, segment, slab, mesh, edge };
 
@@ -40,7 +40,7 @@ template <class S> struct Surface {
   S offset{};
   S radius{};            // point: of the sphere about it; segment: of the capsule
   Vec3<S> half_extents;  // slab: of a box, or of a rectangle with z = 0; segment: z only
-  std::vector<Triangle<S>> mesh;
+  std::vector<FacetTriangle<S>> mesh;
   bool flat = false;    // mesh: all triangles lie in one plane
   bool convex = false;  // mesh: of a convex hull, normals outwards
 };

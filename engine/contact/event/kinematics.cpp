@@ -67,7 +67,7 @@ Facet<S> facet_below(const Bodies<S>& bodies, const Proximity<S>& proximity, con
   const bool is_vertex = surface.radius + candidate.feature.radius == S(0) || !candidate.feature.centered;
   const Vec3<S> center_B = to_body(on, center - on.p), side_B = to_body(on, of.p - on.p);
   if (surface.flat) {  // a triangle that the feature is above is the nearest facet
-    const auto face = [&](const Triangle<S>& triangle) {
+    const auto face = [&](const FacetTriangle<S>& triangle) {
       const bool below = dot(triangle.normal_B, (is_vertex ? side_B : center_B) - triangle.corner_B[0]) < S(0);
       return Facet<S>{2, triangle.corner_B[0], below ? -triangle.normal_B : triangle.normal_B};
     };

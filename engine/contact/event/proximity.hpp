@@ -61,8 +61,8 @@ template <class S> struct Proximity {
   std::vector<Candidate<S>> candidates;
   std::vector<Surface<S>> surfaces;
   std::vector<FaceBoundary<S>> boundaries;
-  std::vector<std::vector<Edge<S>>> edges;  // of each body
-  int edge_surface = -1;                    // the surface of candidates of edges
+  std::vector<std::vector<BodyEdge<S>>> edges;  // of each body
+  int edge_surface = -1;                        // the surface of candidates of edges
   std::size_t candidates_without_edges = 0, surfaces_without_edges = 0;
   std::vector<int> near;                    // pairs that may touch within the present trial step
   std::vector<S> path_length, path_bounds;  // [m] a body: path length so far; bound of its path in the trial step

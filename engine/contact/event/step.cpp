@@ -34,7 +34,7 @@ constexpr const char* kSingularSlip =
 
 // Time left in the step when time last advanced, the number of events and segments since then, and the facet changes of
 // the whole step.
-template <class S> struct Progress {
+template <class S> struct StepProgress {
   S left_at_event_s, left_at_segment_s;
   int events = 0, segments = 0, facet_changes = 0;
 
@@ -196,7 +196,7 @@ template <class S> void advance_to(EventRun<S>& run, State<S>& reached) {
 }
 
 // False: the time no longer advances, or slip runs into a singular configuration; the run ends.
-template <class S> bool check_progress(EventRun<S>& run, Progress<S>& progress, S t_s, S h_s, S left_s) {
+template <class S> bool check_progress(EventRun<S>& run, StepProgress<S>& progress, S t_s, S h_s, S left_s) {
   if (progress.stalls_at_segment(left_s, S(kMinProgressOfAStep) * h_s))
     return diverged_at(run.report, static_cast<double>(t_s),
                        "slip changes so fast that 100000 segments cover less than a thousandth of a step");
@@ -211,7 +211,7 @@ template <class S> bool check_progress(EventRun<S>& run, Progress<S>& progress, 
 template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
   const S round_off_s = S(4) * real::epsilon<S>() * real::abs(t_s + h_s);  // what is left of a step below it is none
   S left_s = h_s;
-  Progress<S> progress{left_s, left_s};
+  StepProgress<S> progress{left_s, left_s};
   for (;;) {
     if (!check_progress(run, progress, t_s, h_s, left_s)) return false;
     if (run.active.active_set_epoch != run.bodies.model.system().epoch) {

@@ -17,9 +17,10 @@ namespace {
 // Depth of c inside the face formed by the coplanar triangles: the largest depth in any of them; negative outside. Sets
 // `over` to that triangle, and tries `over` first: if c is inside it, its depth is returned.
 template <class S>
-S depth_inside_face(const std::vector<Triangle<S>>& mesh, const Facet<S>& facet, const Vec3<S>& c, S tiny, int& over) {
+S depth_inside_face(const std::vector<FacetTriangle<S>>& mesh, const Facet<S>& facet, const Vec3<S>& c, S tiny,
+                    int& over) {
   const int count = static_cast<int>(mesh.size());
-  const auto on_the_face = [&](const Triangle<S>& triangle) {
+  const auto on_the_face = [&](const FacetTriangle<S>& triangle) {
     return std::all_of(triangle.corner_B, triangle.corner_B + 3, [&](const Vec3<S>& corner) {
       return real::abs(dot(corner - facet.point_B, facet.direction_B)) <= tiny;
     });

@@ -28,7 +28,7 @@ template <class S> S size_of(const World<S>& world, int i) { return world.geomet
 // its margin. Displacements are measured from the position at detection, so that a body that rests or oscillates keeps
 // its pairs; rotations are summed.
 template <class S> bool candidates_remain_valid(World<S>& world, S h_s) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   const S dv_m_per_s = norm(world.gravity_W) * h_s;
   std::atomic<bool> valid = world.candidates_valid;
   for_bodies(world, [&](int first, int last) {
@@ -51,7 +51,7 @@ template <class S> bool candidates_remain_valid(World<S>& world, S h_s) {
 template <class S> void build_broad_phase_items(World<S>& world, S h_s) {
   world.items.clear();
   world.item_body.clear();
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   for (int i = 0; i < bodies.count; ++i) {
     const ShapeKind kind = world.geometry[i].kind;
     if (kind == ShapeKind::none || kind == ShapeKind::plane) continue;
@@ -95,7 +95,7 @@ template <class S> SphereBatch<S> empty_batch(const World<S>& world) {
 // Sets lane `lane` to a new contact of the pair. Its normal is +z until the centres are apart.
 template <class S>
 void init_sphere_contact(World<S>& world, SphereBatch<S>& batch, int lane, const CandidatePair& pair) {
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   batch.a[lane] = pair.a;
   batch.b[lane] = pair.b;
   batch.radius_a.lane[lane] = world.geometry[pair.a].radius;
@@ -196,7 +196,7 @@ void build_batches(World<S>& world, std::vector<CandidatePair>& pairs, const std
 // Colours the pairs of spheres and of spheres with planes, and builds their batches. Pairs for which no colour is left
 // get one of their own; a sphere has one contact with each plane, so each plane is a colour.
 template <class S> void colour_sphere_pairs(World<S>& world) {
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   world.sphere_contacts.clear();
   GraphColouring& colouring = world.scratch.colouring;
   colouring.used.assign(static_cast<std::size_t>(bodies.count), 0);
@@ -278,7 +278,7 @@ template <class S> void update_candidate_pairs(World<S>& world, S h_s) {
 }
 
 template <class S> bool may_miss_a_pair(const World<S>& world, int body, S remaining_s) {
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   const auto path = [&](int i, S size) {
     if (!bodies.moves[i]) return S(0);
     const S *v = bodies.velocity[i].at, *shift = bodies.impact_shift[i].at;

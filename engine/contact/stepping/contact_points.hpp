@@ -167,7 +167,7 @@ template <class S> Vec3<S> apply_inverse_inertia(const Row<S>& inertia, const Ve
           I[2] * L.x + I[4] * L.y + I[5] * L.z};
 }
 // Velocity of b less that of a at the contact point, m/s.
-template <class S> Vec3<S> relative_velocity(const Bodies<S>& bodies, const SolverPoint<S>& point) {
+template <class S> Vec3<S> relative_velocity(const BodyRows<S>& bodies, const SolverPoint<S>& point) {
   const S *a = bodies.velocity[point.a].at, *b = bodies.velocity[point.b].at;
   return (load3(b) + cross(load3(b + 3), point.arm_b)) - (load3(a) + cross(load3(a + 3), point.arm_a));
 }

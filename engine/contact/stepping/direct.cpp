@@ -51,7 +51,7 @@ template <class S> SolverPoint<S> point_of(const World<S>& world, int contact) {
 // Sets d.contacts to the contacts by islands, within an island in their own order, and d.inactive to those left out.
 // `all`: none is left out.
 template <class S> void build_islands(World<S>& world, DirectSolver<S>& d, bool all) {
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   d.parent.resize(static_cast<std::size_t>(bodies.count));
   for (int i = 0; i < bodies.count; ++i) d.parent[static_cast<std::size_t>(i)] = i;
   d.contacts.clear();
@@ -94,7 +94,7 @@ template <class S> void project(const DirectSolver<S>& d, int i, const S (&z)[3]
 
 // Sets d.jacobian: the rows n, t and s of each point.
 template <class S> void compute_jacobian(const World<S>& world, DirectSolver<S>& d) {
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   d.jacobian.clear();
   for (const SolverPoint<S>& p : d.points)
     for (int c = 0; c < 3; ++c) {
@@ -351,7 +351,7 @@ template <class S> void solve_island(World<S>& world, DirectSolver<S>& d) {
 
 // Applies the change of the impulses to the bodies and stores them. Changes velocities and impulses.
 template <class S> void apply(World<S>& world, DirectSolver<S>& d) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   for (int i = 0; i < d.n(); ++i) {
     SolverPoint<S>& p = d.points[i];
     if (d.contact_of_point[i] < 0) {

@@ -5,7 +5,7 @@
 namespace atwood::stepping {
 
 template <class S> LinearMotion<S> linear_motion(const World<S>& world, int body) {
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   if (!bodies.moves[body]) return {load3(bodies.pose[body].at), {}, {}, {}};
   const S *p = bodies.pose[body].at, *v = bodies.velocity[body].at, *shift = bodies.impact_shift[body].at;
   return {load3(p) + load3(shift), load3(v), load3(v + 3), load3(bodies.velocity_increment[body].at)};
@@ -110,7 +110,7 @@ template <class S> PredictedImpact<S> predict_impact_after(const World<S>& world
   }
   const auto rotation = [&](int body) {
     if (!world.bodies.moves[body]) return Vec3<S>{};
-    const Bodies<S>& all = world.bodies;
+    const BodyRows<S>& all = world.bodies;
     return load3(all.pose[body].at + 3) + load3(all.impact_shift[body].at + 3) +
            now_s * load3(all.velocity[body].at + 3);
   };

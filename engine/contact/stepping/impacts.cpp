@@ -1,10 +1,10 @@
-// Impacts within a substep: fast approaches of contacts with restitution, resolved one after another in the order of
-// their times.
+// Impacts within a substep: fast approaches of contacts with restitution, resolved one after another in the order
+// of their times.
 //
 // Between impacts the bodies move uniformly from where the substep begins, p + v t. An impact at t changes v by dv, and
-// from then on the body moves as if it had started from p - t dv. That displacement is kept in Bodies::impact_shift and
-// added when the positions are advanced, so an isolated impact ends where event-driven motion would put it, with any
-// step, and no approach is slowed down to close the gap.
+// from then on the body moves as if it had started from p - t dv. That displacement is kept in BodyRows::impact_shift
+// and added when the positions are advanced, so an isolated impact ends where event-driven motion would put it, with
+// any step, and no approach is slowed down to close the gap.
 //
 // An approach that is no faster than the velocity increment of a substep is a lasting contact and left to the velocity
 // solver. So are contacts without restitution and, after inelastic collapse, the impacts that remain at the limit. The
@@ -30,7 +30,7 @@ constexpr std::size_t kMaxImpactsAtAnInstant = 10000, kMaxImpactsAtAnInstantPerC
 
 template <class S> ImpactBody<S> impact_body(const World<S>& world, int body, const Vec3<S>& arm) {
   ImpactBody<S> out;
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   if (!bodies.moves[body]) return out;
   const S *v = bodies.velocity[body].at, *I = bodies.inertia[body].at;
   out.inverse_mass_per_kg = I[6];
@@ -46,7 +46,7 @@ template <class S> ImpactBody<S> impact_body(const World<S>& world, int body, co
 // Sets the velocities after an impact at t_s, and adds to the impact shift, so that the motion starts from the place of
 // the impact.
 template <class S> void set_velocity_after_impact(World<S>& world, int body, const ImpactBody<S>& after, S t_s) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   if (!bodies.moves[body]) return;
   S *v = bodies.velocity[body].at, *shift = bodies.impact_shift[body].at;
   store3(load3(shift) - t_s * (after.v_W - load3(v)), shift);
@@ -63,7 +63,7 @@ template <class S> S restitution_of(const World<S>& world, int contact) {
 
 // The body's transform at t_s of the substep.
 template <class S> Transform<S> transform_at(const World<S>& world, int body, S t_s) {
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   const LinearMotion<S> f = linear_motion(world, body);
   if (!bodies.moves[body]) return transform(f.p, bodies.q_WB[body]);
   const Vec3<S> rotation = load3(bodies.pose[body].at + 3) + load3(bodies.impact_shift[body].at + 3) + t_s * f.w;
@@ -177,9 +177,9 @@ template <class S> const std::vector<int>& mechanism_with(const World<S>& world,
   return tied.mechanisms[static_cast<std::size_t>(tied.mechanism_of[static_cast<std::size_t>(body)])].bodies;
 }
 
-// Sets Impacts::with_restitution, first and of_body.
+// Sets ImpactQueue::with_restitution, first and of_body.
 template <class S> void list_contacts_by_body(World<S>& world, int contacts) {
-  Impacts<S>& impacts = world.impacts;
+  ImpactQueue<S>& impacts = world.impacts;
   impacts.first.assign(static_cast<std::size_t>(world.bodies.count) + 2, 0);
   impacts.with_restitution.clear();
   const auto each = [&](const auto& visit) {
@@ -206,8 +206,8 @@ template <class S> S approach_speed_m_per_s(const World<S>& world, int contact, 
   return -dot((fb.v + cross(fb.w, predicted.arm_b)) - (fa.v + cross(fa.w, predicted.arm_a)), predicted.normal);
 }
 
-// Impacts count as simultaneous if their times differ by less than this: round-off of the positions over the speed at
-// which the gap closes, and round-off of the time.
+// Impacts count as simultaneous if their times differ by less than this: round-off of the positions over the speed
+// at which the gap closes, and round-off of the time.
 template <class S> S simultaneity_tolerance_s(const World<S>& world, int contact, S approach) {
   const auto [a, b] = bodies_of(world, contact);
   const auto size = [&](int body) {
@@ -303,7 +303,7 @@ template <class S> void list_contacts_with_restitution(World<S>& world) {
 template <class S> void resolve_impacts(World<S>& world) {
   const bool has_stops = world.tied != nullptr && world.tied->has_stop_restitution;
   if (!world.has_restitution && !has_stops) return;
-  Impacts<S>& impacts = world.impacts;
+  ImpactQueue<S>& impacts = world.impacts;
   auto& queue = impacts.queue;
   queue.clear();
   const auto later = [](const PredictedTime<S>& x, const PredictedTime<S>& y) {

@@ -1,5 +1,5 @@
-// Impacts of mechanisms: one impulse at a contact or along a joint's coordinate, and at the same instant the impulses
-// of all joints, so that no joint's rate changes.
+// Impacts of mechanisms: one impulse at a contact or along a joint's coordinate, and at the same instant the
+// impulses of all joints, so that no joint's rate changes.
 #include <algorithm>
 
 #include "contact/slip_path.hpp"
@@ -131,7 +131,7 @@ template <class S>
 Impulse<S> collide_tied(World<S>& world, int a, int b, const ImpactLaw<S>& law, const Vec3<S>& normal,
                         const Vec3<S>& arm_a, const Vec3<S>& arm_b, S t_s, Vec3<S>& impulse_W) {
   TiedBodies<S>& tied = *world.tied;
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   Mechanism<S>*of_a = mechanism_of(world, a), *of_b = mechanism_of(world, b);
   if (of_a != nullptr) begin_impact(world, *of_a, t_s);
   if (of_b != nullptr && of_b != of_a) begin_impact(world, *of_b, t_s);

@@ -29,7 +29,7 @@ S set_values(const World<S>& world, Mechanism<S>& mechanism, S t_s, const PoseOf
   for (const int j : mechanism.joints) {
     const JointConstraint<S>& constraint = world.tied->joints[static_cast<std::size_t>(j)].constraint;
     const TiedBody<S> parent = pose_of(constraint.parent), child = pose_of(constraint.child);
-    ConstraintRow<S> c;
+    JointRow<S> c;
     for (int i = 0; i < static_cast<int>(constraint.conditions.size()); ++i, ++at) {
       constraint_row(constraint, i, parent, child, t_s, c);
       mechanism.rows[at].value = c.value;

@@ -79,7 +79,7 @@ void set_coordinate_row(const Joint& joint, int k, const TiedBody<S>& parent, co
 template <class S>
 void set_condition_row(const TiedJoint<S>& joint, int i, const TiedBody<S>& parent, const TiedBody<S>& child, S t_s,
                        S size_m, TiedRow<S>& row) {
-  ConstraintRow<S> c;
+  JointRow<S> c;
   constraint_row(joint.constraint, i, parent, child, t_s, c);
   row.body[0] = joint.constraint.parent;
   row.body[1] = joint.constraint.child;
@@ -103,7 +103,7 @@ void set_condition_row(const TiedJoint<S>& joint, int i, const TiedBody<S>& pare
 
 template <class S> TiedBody<S> tied_body(const World<S>& world, int body, S after_s) {
   if (body < 0) return {};
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   const TiedBodies<S>& tied = *world.tied;
   const auto i = static_cast<std::size_t>(body);
   const S* v = bodies.velocity[i].at;

@@ -27,7 +27,7 @@ namespace atwood::stepping {
 
 // One scalar condition on the velocities of two bodies: sum of on[k] . (v, w) = target_rate.
 template <class S> struct TiedRow {
-  int body[2] = {-1, -1};  // index into Bodies; -1: the world
+  int body[2] = {-1, -1};  // index into BodyRows; -1: the world
   Wrench<S> on[2];         // torques about the centres of mass, world axes
   S scale{};               // of its column, to unit length
   S value{}, tolerance{};  // of the condition: m, or the sine of an angle; its round-off
@@ -55,7 +55,7 @@ template <class S> struct StopConstraint {
 
 // Bodies that joints connect with each other. Fixed ones and the world connect nothing.
 template <class S> struct Mechanism {
-  std::vector<int> bodies, joints, stops;  // indices into Bodies, Scene::joints, TiedBodies::stops
+  std::vector<int> bodies, joints, stops;  // indices into BodyRows, Scene::joints, TiedBodies::stops
   std::vector<TiedRow<S>> rows;
   LeastNorm<S> qr;                    // columns: M^-1/2 times the rows, scaled
   std::vector<S> columns;             // before they were factored

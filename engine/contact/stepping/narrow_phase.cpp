@@ -37,7 +37,7 @@ template <class S> Vec3<S> rotation_of(const World<S>& world, int body) {
 // Centre of mass.
 template <class S> Vec3<S> position_of(const World<S>& world, int body) { return load3(world.bodies.pose[body].at); }
 
-// q_WB now; Bodies::q_WB is that of the beginning of the step.
+// q_WB now; BodyRows::q_WB is that of the beginning of the step.
 template <class S> Quat<S> orientation(const World<S>& world, int body) {
   const Vec3<S> s = rotation_of(world, body);
   const Quat<S>& q = world.bodies.q_WB[body];
@@ -207,7 +207,7 @@ template <class S> void set_manifold_contact(World<S>& world, int index, int slo
 // Colours the manifolds and builds their batches. Within a colour, manifolds of one or two points are apart from those
 // with more, so that a batch has few empty points. Contacts for which no colour is left get one of their own.
 template <class S> void build_batches(World<S>& world) {
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   GraphColouring& colouring = world.scratch.colouring;
   std::vector<int>&count = world.scratch.count, &next_slot = world.scratch.next_slot, &colour = world.scratch.colour;
   colouring.used.assign(static_cast<std::size_t>(bodies.count), 0);
@@ -344,8 +344,8 @@ template <class S> void find_manifolds(World<S>& world) {
   list_fast_manifolds(world);
 }
 
-// A manifold holds the points that were closest at detection. Bodies that rotate or slide along each other bring other
-// points close, and a corner that no point represents would penetrate until the next step.
+// A manifold holds the points that were closest at detection. Bodies that rotate or slide along each other bring
+// other points close, and a corner that no point represents would penetrate until the next step.
 template <class S> void update_stale_manifolds(World<S>& world) {
   std::vector<int>& stale = world.stale_manifolds;
   stale.clear();

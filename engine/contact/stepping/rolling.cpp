@@ -84,7 +84,7 @@ template <class S> void apply_angular_impulse(World<S>& world, int body, const V
 // Adds a body to those that roll in this step of h_s, and sets what forces do to its body rate in a substep. Removes
 // from its increments what they contain of the free top, which set_rolling_velocity_increments() steps anew.
 template <class S> void begin_rolling(World<S>& world, int body, S h_s) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   Rolling<S>& rolling = world.rolling;
   if (rolling.rolls[body] == 0) rolling.acceleration_by_contacts[body] = {};
   rolling.rolls[body] = 2;
@@ -122,14 +122,14 @@ template <class S> void list_rolling(World<S>& world, S h_s) {
 }
 
 template <class S> void update_rolling_inertias(World<S>& world) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   for (const int i : world.rolling.bodies)
     if (!bodies.isotropic[i])
       bodies.inertia[i] = inverse_inertia(world.model->mass(i), so3_exp(load3(bodies.pose[i].at + 3)) * bodies.q_WB[i]);
 }
 
 template <class S> void set_rolling_velocity_increments(World<S>& world) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   Rolling<S>& rolling = world.rolling;
   for (const int i : rolling.bodies) {
     const Vec3<S> w = load3(bodies.velocity[i].at + 3);
@@ -153,7 +153,7 @@ template <class S> void set_rolling_velocity_increments(World<S>& world) {
 
 // The velocities contain the warm start's impulses.
 template <class S> void predict_rolling_contact_points(World<S>& world) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   for (const int index : world.rolling.manifolds) {
     const ContactManifold<S>& manifold = world.manifolds[static_cast<std::size_t>(index)];
     ManifoldBatch<S>& batch = world.manifold_contacts.batches[static_cast<std::size_t>(manifold.slot / kLaneCount)];
@@ -188,7 +188,7 @@ template <class S> void predict_rolling_contact_points(World<S>& world) {
 }
 
 template <class S> void compose_rolling_rotations(World<S>& world) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   Rolling<S>& rolling = world.rolling;
   for (const int i : rolling.bodies) {
     rolling.acceleration_by_contacts[i] =

@@ -19,9 +19,9 @@ using namespace stepping;
 constexpr const char *kJointsNotMet = "the joint constraints were not satisfied",
                      *kImpactsStandStill = "10000 impacts or more followed each other without the time advancing";
 
-// Impacts with restitution are resolved one after another, contacts without it are solved together. A scene that names
-// a convention for simultaneous impacts is refused where one of its pairs follows the other convention. Returns the
-// reason; "": there is none.
+// Impacts with restitution are resolved one after another, contacts without it are solved together. A scene that
+// names a convention for simultaneous impacts is refused where one of its pairs follows the other convention. Returns
+// the reason; "": there is none.
 std::string convention_conflict(const Scene& scene) {
   const SimultaneousImpacts named = scene.simultaneous_impacts;
   if (named == SimultaneousImpacts::unspecified) return "";
@@ -90,7 +90,7 @@ void build_world(World<S>& world, const Scene& scene, Simulation<S>& simulation,
     world.geometry.push_back(make_geometry<S>(body.shape));
     world.material.push_back(body.material);
   }
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   bodies.count = static_cast<int>(count);
   for (auto* rows :
        {&bodies.velocity, &bodies.pose, &bodies.inertia, &bodies.velocity_increment, &bodies.pose_increment,

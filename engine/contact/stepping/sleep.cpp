@@ -47,7 +47,7 @@ template <class S> bool is_moving(const World<S>& world, int body) {
 }  // namespace
 
 template <class S> void freeze_body(World<S>& world, int body) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   bodies.moves[body] = 0;
   bodies.velocity[body] = bodies.inertia[body] = bodies.velocity_increment[body] = bodies.pose_increment[body] =
       bodies.impact_shift[body] = Row<S>{};

@@ -51,7 +51,7 @@ template <class S> bool is_isotropic(const MassProperties<S>& mass) {
 // the change of the body rate divided among the substeps, and the pose increment, the rotation that the substeps'
 // velocities do not account for.
 template <class S> void set_free_rotation(World<S>& world, int i, S h_s) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   const MassProperties<S>& mass = world.model->mass(i);
   const Quat<S> q = bodies.q_WB[i];
   const Vec3<S> w_W = load3(bodies.velocity[i].at + 3), w_B = rotate_back(q, w_W);
@@ -73,7 +73,7 @@ template <class S> void set_free_rotation(World<S>& world, int i, S h_s) {
 // Symplectic Euler without contacts: velocities by the accelerations at the step's beginning, then positions by the new
 // velocities. Sets the velocity and pose increments of the substeps.
 template <class S> void set_increments_of_symplectic_euler(World<S>& world, S t_s, S h_s) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   RigidModel<S>& model = *world.model;
   const bool forces = model.feels_forces();
   if (forces) {
@@ -105,7 +105,7 @@ template <class S> void set_increments_of_symplectic_euler(World<S>& world, S t_
 //   p_free = p + h (v + v_free) / 2 + remainder
 // Sets the velocity and pose increments. False: the scheme's implicit equations were not solved.
 template <class S> bool set_increments_of_stepper(World<S>& world, S t_s, S h_s) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   RigidModel<S>& model = *world.model;
   store_bodies(world);
   if (!world.stepper->step(t_s, h_s, world.y.data(), world.y_free.data())) return false;
@@ -130,7 +130,7 @@ template <class S> bool set_increments_of_stepper(World<S>& world, S t_s, S h_s)
 
 // v += dv_free.
 template <class S> void apply_free_velocity_increments(World<S>& world) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
       if (world.positions_by_mean_velocity) bodies.velocity_before[i] = bodies.velocity[i];
@@ -142,7 +142,7 @@ template <class S> void apply_free_velocity_increments(World<S>& world) {
 // p += sub_s v, with the velocity or with the mean of those before and after the increment; adds the pose increments
 // and the impact shifts.
 template <class S> void integrate_positions(World<S>& world) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   const S h = world.sub_s, by[kLaneCount] = {h, h, h, h, h, h, S(0), S(0)};
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
@@ -164,7 +164,7 @@ template <class S> void integrate_positions(World<S>& world) {
 
 // At the end of the step: q_WB <- exp(s) q_WB of the rotation vector s since its beginning.
 template <class S> void update_orientations(World<S>& world) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i) {
       if (!bodies.moves[i] || !world.model->rotates(i)) continue;
@@ -182,7 +182,7 @@ template <class S> bool sweeps_to_convergence(const World<S>& world) {
   constexpr std::size_t max_pairs = 1000;
   if (world.sphere_pairs.size() + world.plane_pairs.size() + world.manifolds.size() > max_pairs) return false;
   const S most = norm(world.gravity_W) * world.sub_s;
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   for (int i = 0; i < bodies.count; ++i) {
     const S* v = bodies.velocity[i].at;
     if (bodies.moves[i] && !(norm(load3(v)) + world.geometry[i].bounding_radius * norm(load3(v + 3)) <= most))
@@ -193,7 +193,7 @@ template <class S> bool sweeps_to_convergence(const World<S>& world) {
 
 // Largest component of the change of a surface velocity by the last sweep, m/s.
 template <class S> S largest_change(const World<S>& world) {
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   S most{};
   for (int i = 0; i < bodies.count; ++i)
     for (int c = 0; c < 3; ++c) {
@@ -209,7 +209,7 @@ template <class S> S largest_change(const World<S>& world) {
 // Adds the sweeps of a substep to the run's tallies. `change`: largest change of a surface velocity in the last sweep
 // [m/s]; the residual is its ratio to what gravity gives in a substep or to the largest velocity, whichever is larger.
 template <class S> void report_sweeps(World<S>& world, int sweeps, S change) {
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   S scale = norm(world.gravity_W) * world.sub_s;
   for (int i = 0; i < bodies.count; ++i)
     for (int c = 0; c < 6 && bodies.moves[i]; ++c) {
@@ -311,7 +311,7 @@ template <class S> Row<S> inverse_inertia(const MassProperties<S>& mass, const Q
 }
 
 template <class S> void load_bodies(World<S>& world) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   const RigidModel<S>& model = *world.model;
   std::fill(bodies.moves.begin(), bodies.moves.end(), 0);
   for (const int i : model.moving()) bodies.moves[i] = 1;
@@ -323,7 +323,7 @@ template <class S> void load_bodies(World<S>& world) {
 }
 
 template <class S> void set_gravity_increments(World<S>& world) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   const Row<S> increment = make_row(world.sub_s * world.gravity_W, Vec3<S>{});
   for_bodies(world, [&](int first, int last) {
     for (int i = first; i < last; ++i)
@@ -332,7 +332,7 @@ template <class S> void set_gravity_increments(World<S>& world) {
 }
 
 template <class S> void load_body(World<S>& world, int i) {
-  Bodies<S>& bodies = world.bodies;
+  BodyRows<S>& bodies = world.bodies;
   const RigidModel<S>& model = *world.model;
   const BodyState<S> state = model.body(i, world.y.data());
   const MassProperties<S>& mass = model.mass(i);
@@ -352,7 +352,7 @@ template <class S> void load_body(World<S>& world, int i) {
 }
 
 template <class S> void store_bodies(World<S>& world) {
-  const Bodies<S>& bodies = world.bodies;
+  const BodyRows<S>& bodies = world.bodies;
   for (int i = 0; i < bodies.count; ++i) {
     if (!bodies.moves[i]) continue;
     const S* v = bodies.velocity[i].at;

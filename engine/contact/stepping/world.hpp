@@ -41,7 +41,7 @@ namespace atwood::stepping {
 //   pose      px py pz  sx sy sz  .    .       s: rotation vector since the step began
 //   inertia   I^-1: xx xy xz yy yz zz  1/m  .
 // The velocity and inertia rows of a fixed or sleeping body are 0.
-template <class S> struct Bodies {
+template <class S> struct BodyRows {
   int count = 0;  // row `count` is 0 throughout: the body of unused lanes
   std::vector<Row<S>> velocity, pose, inertia;
   std::vector<Quat<S>> q_WB;               // at the beginning of the step
@@ -122,7 +122,7 @@ template <class S> struct PredictedTime {
   S t_s{};  // since the substep began
   int contact = 0;
 };
-template <class S> struct Impacts {
+template <class S> struct ImpactQueue {
   std::vector<int> with_restitution;           // contacts
   std::vector<int> first, of_body;             // those of body i: of_body[first[i]] .. of_body[first[i + 1]]
   std::vector<PredictedTime<S>> queue;         // a heap, the earliest on top
@@ -174,8 +174,8 @@ template <class S> struct World {
   bool impacts_stand_still = false;  // impacts at one instant found no end; the run ends
   int points_beyond_limit = 0;       // solver=direct: points of an island that is too large for it; the run ends
 
-  Bodies<S> bodies;
-  bool has_pose_increment = false;      // some row of Bodies::pose_increment is not 0
+  BodyRows<S> bodies;
+  bool has_pose_increment = false;      // some row of BodyRows::pose_increment is not 0
   std::unique_ptr<TiedBodies<S>> tied;  // null: the scene has no joints
   Rolling<S> rolling;
   Sleep sleep;
@@ -200,7 +200,7 @@ template <class S> struct World {
   // ---- contacts
   ColouredBatches<SphereBatch<S>> sphere_contacts;
   ColouredBatches<ManifoldBatch<S>> manifold_contacts;
-  Impacts<S> impacts;
+  ImpactQueue<S> impacts;
   DirectSolver<S> direct;
   std::vector<ImpulseSum<S>> impulse_sums;  // by contact
   std::vector<ApproachSpeed<S>> approach_speeds;
