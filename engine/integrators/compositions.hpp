@@ -28,6 +28,7 @@ struct Composition {
   std::vector<Substep> (*substeps)();
 };
 
+// All compositions of the catalogue, in its order.
 const std::vector<Composition>& compositions();
 const Composition* find_composition(const std::string& id);  // null: there is none of that name
 

@@ -1,3 +1,4 @@
+// Runge-Kutta's classical step with a correction that keeps the energy.
 #pragma once
 
 #include "integrators/compensation.hpp"

@@ -1,3 +1,4 @@
+// The energy-conserving midpoint method by discrete gradients.
 #pragma once
 
 #include "integrators/compensation.hpp"

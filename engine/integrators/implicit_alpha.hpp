@@ -1,3 +1,4 @@
+// Generalised alpha.
 #pragma once
 
 #include "integrators/compensation.hpp"

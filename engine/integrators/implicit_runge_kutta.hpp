@@ -1,3 +1,4 @@
+// Implicit Runge-Kutta methods: collocation and diagonally implicit tables.
 #pragma once
 
 #include "integrators/collocation_nodes.hpp"

@@ -1,3 +1,4 @@
+// Linear multistep methods: Adams-Bashforth, Adams-Moulton and BDF.
 #pragma once
 
 #include <memory>

@@ -48,6 +48,7 @@ template <class S> struct RopePath {
   S straight_m[2] = {};         // their lengths
   const char* fault = nullptr;  // not null: why there is no such path
 };
+// The path between the ends at the bodies' present poses; `fault` is set where there is none.
 template <class S>
 RopePath<S> rope_path(const RopeConstraint<S>& rope, const TiedBody<S>& first, const TiedBody<S>& last);
 

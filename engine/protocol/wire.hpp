@@ -45,11 +45,13 @@ struct Request {
   std::uint64_t seed = 0;
   std::int64_t from = 0, count = 0;
 };
+// The line that a worker reads.
 std::string to_line(const Request& request);
 // Throws Garbage; `cell` is set as soon as it is known, so that the answer can name it.
 Request read_request(std::string_view line, std::int64_t& cell);
 
 // ---- answers ----------------------------------------------------------------------------------------------------
+// The answer to hello: what the engine is, its methods and their settings.
 std::string hello_line(const Engine& engine);
 // Throws Garbage, also where the engine has no usable name, speaks another protocol, or lists a method that does not
 // begin with its name and a slash. `run` stays empty.

@@ -62,6 +62,7 @@ template <class T> struct Key {
 };
 template <class T> using Keys = std::vector<Key<T>>;
 
+// Whether a key that stands `in` some files stands in those of this form.
 inline bool belongs(In in, Form form) { return in == In::both || (in == In::file) == (form == Form::file); }
 
 template <class T, class B, class M> Key<T> key(std::string name, M B::*member, Codec<M> codec, std::string doc) {
@@ -140,6 +141,7 @@ template <class T> void schema_of(const Keys<T>& keys, Form form, Value& propert
     if (k.required) required_keys.push_back(k.name);
   }
 }
+// The JSON Schema of an object with these keys.
 Value object_schema(Value properties, Value::List required_keys);
 template <class T> Value object_schema(const Keys<T>& keys, Form form) {
   Value properties{Value::Table{}};
@@ -160,6 +162,7 @@ Range positive();
 Range non_negative();
 Range closed_range(double low, double high);
 
+// Throws InputError where the value is no number of the range; the same for values that the codecs read.
 double read_number(Reading& r, const Value& v, const Range& range);
 Codec<double> number(Range range = any_number());
 Codec<bool> boolean();

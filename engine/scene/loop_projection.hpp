@@ -24,6 +24,7 @@ void project_start(const Scene& scene, MechanismStart& start);
 struct LoopGap {
   double gap = 0, rate = 0;
 };
+// Of a closing joint, and of a rope, at the start.
 LoopGap joint_gap(const Scene& scene, const MechanismStart& start, int joint);
 LoopGap rope_gap(const Scene& scene, const MechanismStart& start, int rope);
 

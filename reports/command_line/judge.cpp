@@ -83,7 +83,7 @@ int command_gate(const Place& place, const Options& options) {
 
 int command_bless(const Place& place, const Options& options) {
   if (options.reason.find_first_not_of(" \t\n") == std::string::npos)
-    throw InputError("bless: --reason is empty; expected why");
+    throw InputError("bless: --reason is empty; expected words that say why");
   const Selection selection = select_cells(place, options);
   std::signal(SIGXFSZ, SIG_IGN);  // under a file-size limit writes then fail with EFBIG
   const StudyResult stored = load_rows(options.out_dir + "/store.db", selection.cells);

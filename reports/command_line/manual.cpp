@@ -46,7 +46,14 @@ const std::map<std::string, std::string>& value_names() {
                                                         {"--lease-expiry", "SECONDS"},
                                                         {"--prune-keep", "N"},
                                                         {"--prune-older", "DAYS"},
-                                                        {"--keep", "all|worst|none"}};
+                                                        {"--keep", "all|worst|none"},
+                                                        {"--spacing", "METRES"},
+                                                        {"--sound-speed", "M/S"},
+                                                        {"--max-cells", "COUNT"},
+                                                        {"--trials", "COUNT"},
+                                                        {"--seed", "SEED"},
+                                                        {"--class", "CLASS"},
+                                                        {"--file", "FILE"}};
   return names;
 }
 

@@ -45,20 +45,28 @@ struct Largest {
 // values are not finite, ...); no row where it can.
 std::vector<Row> status_rows(const Scenario& scenario, const Truth& truth, const Recording& run);
 
+// Whether the truth has samples to compare with.
 bool has_truth(const Truth& truth);
 // Predictability horizon of a scene tagged "chaotic": the time at which twins that start 1e-10 of the scale apart are
 // 1e-3 apart, by the reference's equations. t_end for other scenes.
 double state_horizon_s(const Scenario& scenario, const Truth& truth);
+// error-position-*, error-velocity-*, ...: of bodies, or of the unknowns of a bare problem.
 void append_state_errors(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 // quaternion-norm-drift; needs no truth.
 void append_norm_drift(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
+// Largest sizes of the truth's quantities, by which relative errors are divided.
 void append_sizes(const Scenario& scenario, const Truth& truth, std::vector<Row>& rows);
+// Energy, momenta and their drifts.
 void append_conservation(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 // joint-gap, joint-tilt, error-joint-*, error-reaction-*; none for a scene without joints and ropes.
 void append_joints(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
+// Times, impulses and points of impacts; none without contacts.
 void append_contact(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
+// Complementarity and friction of the reported contact forces; needs no truth.
 void append_contact_forces(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
+// The deepest overlap of the samples.
 void append_penetration(const Scene& scene, const Recording& run, std::vector<Row>& rows);
+// Position and velocity where a body lands.
 void append_landing(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 // solver-* rows, also for a run that ended early. None for a run that reports no solver.
 void append_solver_figures(const Recording& run, std::vector<Row>& rows);
@@ -67,6 +75,7 @@ void append_solver_figures(const Recording& run, std::vector<Row>& rows);
 struct GrowthFloors {
   double position_m = 0, attitude_rad = 0, energy = 0;
 };
+// The laws by which the errors of a series grow.
 void append_growth(const Series& series, const GrowthFloors& floors, std::vector<Row>& rows);
 
 // Max of kinetic + |V - V0| over the truth's samples; without a truth, over a run of the reference whose energy has

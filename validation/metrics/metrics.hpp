@@ -25,10 +25,11 @@ const std::vector<MetricInfo>& all_metrics();  // the report prints the definiti
 // metric "status", with its status and reason. Never throws on NaN: a non-finite sample gives status not_finite.
 std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Recording& run);
 
-// Error and relative energy against time, for plots and growth laws. One entry per sample.
+// Error and relative energy against time, for plots and growth laws.
 struct Series {
   std::vector<double> t_s, position_m, velocity_m_per_s, attitude_rad, body_rate_rad_per_s, energy;
 };
+// One entry per sample of the run; empty where the recording cannot be measured.
 Series error_series(const Scenario& scenario, const Truth& truth, const Recording& run);
 
 // ---- state error, from two samples --------------------------------------------------------------------------
@@ -48,6 +49,7 @@ struct OrderFit {
   std::vector<int> used;              // indices of rungs in the asymptotic window
   std::vector<std::string> left_out;  // one entry per rung: "", "pre-asymptotic", "floor", "not finite"
 };
+// Of the errors of a ladder's rungs, one entry a rung. At least four rungs above 30 floors are needed.
 OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, std::span<const double> floor);
 
 // ---- growth law: bounded, t^1/2, t, t^3/2, t^2, exponential, inconclusive ------------------------------------
@@ -56,6 +58,7 @@ struct GrowthFit {
   double exponent = 0, half_width_95 = 0;
   std::string reason;
 };
+// Of one run, by the largest error of each of twelve windows of time.
 GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error, double floor);
 // At the round-off floor, where one run is a single random sample: runs[k][i] is the error of run k at t_s[i], at least
 // 32 runs; the law of their root mean square, its interval by bootstrap over the runs.
@@ -89,7 +92,9 @@ struct GridConvergence {
   double difference = 0;     // |f2 - f1|
   std::vector<double> extrapolated;
 };
+// Of three steps, the finest first; all values have the same number of components.
 GridConvergence grid_convergence(const GridLevel& fine, const GridLevel& medium, const GridLevel& coarse);
+// "monotone", ...: as reasons of rows name it.
 std::string to_string(GridConvergence::Kind kind);
 
 // ---- tolerance calibration: slope of log error on log rtol (1: proportional), tolerances near the floor left out --
@@ -99,6 +104,7 @@ struct ToleranceFit {
   double exponent = 0, half_width_95 = 0;
   int used = 0;
 };
+// Of runs at several tolerances, one entry a run.
 ToleranceFit fit_tolerance(std::span<const double> rtol, std::span<const double> error, std::span<const double> floor);
 
 // ---- chaos: the mean of ln(d_end / d_start) / T over stretches, one after another; stretches 0: too few (9) -------
@@ -106,6 +112,8 @@ struct LyapunovFit {
   double exponent_per_s = std::numeric_limits<double>::quiet_NaN(), half_width_95 = 0;
   int stretches = 0;
 };
+// local_exponents: one of each stretch [1/s]; the first tenth is left out, in which the separation turns to the
+// direction of fastest growth.
 LyapunovFit fit_lyapunov(std::span<const double> local_exponents);
 
 // At the round-off floor, where one run's drift is a single random sample: the mean over runs (at least 32) of each

@@ -25,7 +25,7 @@ Store::Store(const std::string& path, Mode mode) {
       try {
         database_->fail(error);
       } catch (const std::runtime_error&) {
-        database_->remove_what_was_made();
+        database_->remove_new_store();
         throw;
       }
     }

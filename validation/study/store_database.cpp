@@ -154,7 +154,7 @@ void StoreDatabase::fail(const SQLite::Exception& error) const {
     case SQLITE_ERROR:  // statements are correct, so the tables are not those of the schema
     case SQLITE_SCHEMA:
     case SQLITE_CONSTRAINT:
-    case SQLITE_MISMATCH: damaged("its tables are not what they were made to be");
+    case SQLITE_MISMATCH: damaged("its tables do not match the schema");
     default: fail(what);
   }
 }
@@ -194,7 +194,7 @@ std::string network_file_system_name(std::uint32_t magic) {
 void StoreDatabase::take_lock() {
   struct stat info {};
   if (stat(path.c_str(), &info) == 0 && !S_ISREG(info.st_mode))
-    fail(std::string("is ") + (S_ISDIR(info.st_mode) ? "a folder" : "no regular file") + "; expected a file");
+    fail(std::string("is ") + (S_ISDIR(info.st_mode) ? "a folder" : "not a regular file") + "; expected a file");
   made = access(path.c_str(), F_OK) != 0;
   lock = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (lock >= 0 && lock <= STDERR_FILENO) {  // else text for standard error would be written into the database
@@ -214,7 +214,7 @@ void StoreDatabase::open_for_writing() {
   network_file_system = network_file_system_of(path);
   take_lock();
   sql = std::make_unique<SQLite::Database>(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | kOwnLock, 10000);
-  // First of all: without memory that processes share, a database in WAL mode can be read in this mode only.
+  // Before anything is read: without shared memory a WAL database can be opened in exclusive mode only.
   if (!network_file_system.empty()) sql->exec("PRAGMA locking_mode=EXCLUSIVE");
   check_identity();
   if (network_file_system.empty()) {
@@ -277,7 +277,7 @@ void StoreDatabase::open_new() {
 void StoreDatabase::open_for_reading(bool count_keys) {
   struct stat info {};
   if (stat(path.c_str(), &info) == 0 && !S_ISREG(info.st_mode))
-    fail(std::string("is ") + (S_ISDIR(info.st_mode) ? "a folder" : "no regular file") + "; expected a file");
+    fail(std::string("is ") + (S_ISDIR(info.st_mode) ? "a folder" : "not a regular file") + "; expected a file");
   const std::size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
   if (access(folder.c_str(), W_OK) == 0 && access(path.c_str(), W_OK) == 0) {
@@ -341,7 +341,7 @@ void StoreDatabase::check_tables() {
     if (!there.contains(name)) damaged("it has no table `" + name + "`");
 }
 
-void StoreDatabase::remove_what_was_made() {
+void StoreDatabase::remove_new_store() {
   forget_statements();
   sql.reset();
   if (!made) return;

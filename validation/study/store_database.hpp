@@ -78,7 +78,7 @@ struct StoreDatabase {
   void open_for_writing();
   void open_for_reading(bool count_keys);
   void open_new();  // for `merge`: without a journal, over what a killed program left
-  void remove_what_was_made();
+  void remove_new_store();
   bool is_current() { return version() == kStoreSchema; }
 
   // ---- failures ----

@@ -123,7 +123,7 @@ std::string why_unknown(const std::vector<std::string>& command, const Mapped& m
     const std::string path = named_path(command[i]);
     std::error_code error;
     if (path.empty() || !fs::exists(path, error)) continue;
-    if (!is_regular(path)) return "its command names " + path + ", which is no regular file";
+    if (!is_regular(path)) return "its command names " + path + ", which is not a regular file";
     if (is_executable(path)) return "its command names the program " + path;
     if (is_text(path)) return "its command names the text file " + path;
   }
@@ -206,7 +206,7 @@ WorkerIdentity identify_worker(const std::vector<std::string>& command, const En
     if (!fs::exists(path, error))
       identity.error = "hello lists the file `" + listed + "`, which does not exist (" + path + ")";
     else if (hash.empty())
-      identity.error = "hello lists `" + listed + "`, which is no regular file that can be read (" + path + ")";
+      identity.error = "hello lists `" + listed + "`, which is not a regular file that can be read (" + path + ")";
     if (!identity.error.empty()) break;
     add("listed " + listed, hash);
   }

@@ -198,7 +198,7 @@ class Damage(OwnEngine):
         os.rmdir(store)
         os.mkfifo(store)
         for command in ("gate", "report", "run"):
-            self.atwood(command, *words, code=5, told=["no regular file"])
+            self.atwood(command, *words, code=5, told=["not a regular file"])
 
 
 class Bounds(OwnEngine):

@@ -54,7 +54,7 @@ std::vector<double> run(Polynomial<double>& fluid, const Scene& scene, double t_
   std::vector<double> y(fluid.layout().size()), next(y.size());
   fluid.initial_state(y.data());
   for (int n = 0; n < steps; ++n) {
-    (*stepper)->step(n * t_end_s / steps, t_end_s / steps, y.data(), next.data());
+    REQUIRE((*stepper)->step(n * t_end_s / steps, t_end_s / steps, y.data(), next.data()));
     y.swap(next);
     const std::string found = fluid.fault(y.data());
     if (fault == nullptr) REQUIRE(found == "");

@@ -1,4 +1,4 @@
-// Any scene survives JSON, to the bit.
+// Scenes of bodies and forces round-trip through JSON bit for bit.
 #include <rapidcheck.h>
 
 #include <catch2/catch.hpp>
@@ -117,7 +117,7 @@ bool same_body(const Body& a, const Body& b) {
 
 }  // namespace
 
-TEST_CASE("any scene survives JSON to the bit") {
+TEST_CASE("scenes of bodies and forces survive JSON to the bit") {
   REQUIRE(rc::check("scene_from_json(scene_to_json(s)) == s", [] {
     const Scene scene = any_scene();
     const std::string json = scene_to_json(scene);

@@ -78,7 +78,7 @@ TEST_CASE("the words of a worker's command count, and the bytes of the files tha
   }
   CHECK(linked.worker({"--table=" + table}).build_id != linked.worker({"--mask=" + table}).build_id);
   CHECK_THAT(linked.worker({linked.file("model.lua", "print(1)\n")}).unknown_code, Catch::Contains("text file"));
-  CHECK_THAT(linked.worker({linked.folder.path}).unknown_code, Catch::Contains("no regular file"));
+  CHECK_THAT(linked.worker({linked.folder.path}).unknown_code, Catch::Contains("not a regular file"));
   CHECK_THAT(linked.worker({linked.engine}).unknown_code, Catch::Contains("names the program"));
 }
 
@@ -100,7 +100,7 @@ TEST_CASE("a worker's own fingerprint and files count; a file that is not there 
   linked.file("plugin.so", "two");
   CHECK(linked.worker().build_id != before.build_id);
   Linked::hello(R"("files":["."])");
-  CHECK_THAT(linked.worker().reason, Catch::Contains("`.`, which is no regular file"));
+  CHECK_THAT(linked.worker().reason, Catch::Contains("`.`, which is not a regular file"));
   Linked::hello(R"("files":[7])");
   CHECK(linked.worker().status == Status::crashed);
 }

@@ -229,7 +229,7 @@ TEST_CASE("a store without its tables, or that is no file, is an error in words 
   CHECK_THROWS_WITH(Store(folder / "folder.db", Store::Mode::write), Catch::Contains("is a folder; expected a file"));
   REQUIRE(mkfifo((folder / "fifo.db").c_str(), 0644) == 0);
   CHECK(read_and_write("fifo.db") == 5);
-  CHECK_THROWS_WITH(load_rows(folder / "fifo.db", cells), Catch::Contains("no regular file"));
+  CHECK_THROWS_WITH(load_rows(folder / "fifo.db", cells), Catch::Contains("not a regular file"));
 }
 
 TEST_CASE("with the standard descriptors closed, nothing that is printed reaches the store") {
