@@ -7,10 +7,12 @@ namespace atwood {
 namespace {
 
 // Compression up to v_n = 0, then restitution by the hypothesis. Poisson's and Stronge's laws never gain energy.
-// Stronge's: the normal work is -(1 - e^2) of what compression took, friction's is never positive. Poisson's: dT/dp = u
-// . d with d = dJ/dp, and its slope d . K d never grows along the path (the least over the disk of friction in stick
-// and in slip that sets in anew; d/dp = -2 mu (slip's turning)^2 / |u_t| while it turns), so dT/dp is concave and its
-// integral over [0, (1 + e) p_c] is at most that of its tangent at p_c, where it is -mu |u_t|: not positive for e <= 1.
+// Stronge's: the normal work is -(1 - e^2) of what compression took, friction's is never positive. Poisson's: with d =
+// dJ/dp,
+//   dT/dp = u . d,
+// and its slope d . K d never grows along the path (the least over the disk of friction in stick and in slip that sets
+// in anew; d/dp = -2 mu (slip's turning)^2 / |u_t| while it turns), so dT/dp is concave and its integral over [0, (1 +
+// e) p_c] is at most that of its tangent at p_c, where it is -mu |u_t|: not positive for e <= 1.
 template <class S> struct SlipState {
   const ImpactLaw<S>& law;
   const S (&K)[3][3];

@@ -16,9 +16,9 @@ constexpr int kCorrections = 2;
 constexpr double kCorrected = 1e-3;
 
 // x^(-3/2) to 3 units in the last place, and x^-1 to 1e-5: some 25 additions and multiplications, which run in the
-// pipelines of a processor where square roots and divisions of packs wait for one unit. The first guess of y =
-// x^(-1/2), to 3.5 %, comes from the bits of x (Lomont 2003); then, with e = 1 - x y^2, the series of (1 - e)^(-1/2)
-// and, for the result, of (1 - e)^(-3/2). 0 and infinity give no finite number.
+// pipelines of a processor where square roots and divisions of packs wait for one unit. The first guess y of x^(-1/2),
+// to 3.5 %, comes from the bits of x (Lomont 2003); then, with e = 1 - x y^2, the series of (1 - e)^(-1/2) and, for the
+// result, of (1 - e)^(-3/2). 0 and infinity give no finite number.
 ATWOOD_INLINE P inverse_cube_of_root(const P& x, P& inverse) {
   radau::DoubleBits bits;
   __builtin_memcpy(&bits, &x, sizeof(bits));

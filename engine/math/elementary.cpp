@@ -27,8 +27,8 @@ template <int terms> constexpr std::array<long double, terms> factorial_reciproc
   return c;
 }
 
-// x = 2^k m, m in [sqrt(1/2), sqrt 2). With s = (m - 1) / (m + 1), |s| < 0.172:  log m = 2 (s + s^3 / 3 + s^5 / 5 +
-// ...)
+// x = 2^k m, m in [sqrt(1/2), sqrt 2). With s = (m - 1) / (m + 1), |s| < 0.172:
+//   log m = 2 (s + s^3 / 3 + s^5 / 5 + ...)
 long double log_of(double x) {
   int k = 0;
   double m = std::frexp(x, &k);

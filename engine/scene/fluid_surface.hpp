@@ -4,8 +4,8 @@
 // unless a plane of a boundary lies within D / 2 of it: the middles of square cells of edges L / round(L / D). A circle
 // or an ellipse of semi-axes a, b: n = round(2 pi sqrt(a b) / D) points at equal steps of the angle, the first on the x
 // axis. A ball or an ellipsoid: n = round(4 pi (a b c)^(2/3) / D^2) points (a s cos p, b s sin p, c z) with z = 1 - (2
-// k + 1) / n, s^2 = 1 - z^2 and p = k pi (3 - sqrt 5) (Fibonacci's lattice). Points on or behind a boundary (depth >
-// -1e-9 D) are left out. In two dimensions all points have z = 0.
+// k + 1) / n, s^2 = 1 - z^2 and p = k pi (3 - sqrt 5) (Fibonacci's lattice). Points on or behind a boundary (to 1e-9 D)
+// are left out. In two dimensions all points have z = 0.
 #pragma once
 
 #include <vector>

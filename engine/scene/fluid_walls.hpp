@@ -1,13 +1,13 @@
 // Points that stand for the solids behind the boundaries of fluids, for methods that fill walls with particles.
 //
-// D is the spacing of the first fluid. A plane, whose normal is along an axis: layers at the depths (l + 1/2) D for
-// l = 0, 1, ... while l D < max_depth, each a square lattice of spacing D whose points stand at (i + 1/2) D from the
-// corner of the first fluid's region, of another region than a box that of the box around its particles with D / 2
-// around each (along a periodic axis: at (i + 1/2) L / n, n = round(L / D)). It extends along each open axis over all
-// fluids and all planes across that axis, and beyond by four times the largest extent of the fluids and max_depth. A
-// box: cells of edges 2 a / n, n = max(1, round(2 a / D)), along its own axes, those whose centre is less than
-// `max_depth` below the surface. A ball (a circle in two dimensions): a square lattice through its centre moved by D /
-// 2, those inside and less than `max_depth` deep. In two dimensions all points have z = 0.
+// D is the spacing of the first fluid. A plane, whose normal is along an axis: layers at the depths (l + 1/2) D for l =
+// 0, 1, ... while l D < max_depth, each a square lattice of spacing D whose points stand at (i + 1/2) D from the corner
+// of the first fluid's region, of another region than a box that of the box around its particles with D / 2 around each
+// (along a periodic axis: at (i + 1/2) L / n, n = round(L / D)). It extends along each open axis over all fluids and
+// all planes across that axis, and beyond by four times the largest extent of the fluids and max_depth. A box: cells of
+// edges 2 a / n, n = max(1, round(2 a / D)), along its own axes, those whose centre is less than `max_depth` below the
+// surface. A ball (a circle in two dimensions): a square lattice through its centre moved by half a D, those inside and
+// less than `max_depth` deep. In two dimensions all points have z = 0.
 #pragma once
 
 #include <string>

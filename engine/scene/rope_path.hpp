@@ -16,9 +16,12 @@ struct RopePath {
   std::vector<quad::Vector> directions, begins_m, ends_m;
 };
 
-// Between nodes with centres a and b, radii and senses, the part of direction d has L d = b - a + k d x n with n the
-// axis and k the difference of radius times sense; so L^2 = |b - a|^2 - k^2 and d = (L (b - a) + k (b - a) x n) / |b -
-// a|^2. Returns what forbids it ("its pulley 1 has ..."), or nothing. `ends_m`: the points of the bodies, world.
+// Between nodes with centres a and b, radii and senses, the part of direction d and length L satisfies
+//   L d = b - a + k d x n
+// with n the axis and k the difference of radius times sense, so that
+//   L^2 = |b - a|^2 - k^2
+//   d = (L (b - a) + k (b - a) x n) / |b - a|^2
+// Returns what forbids it ("its pulley 1 has ..."), or nothing. `ends_m`: the points of the bodies, world.
 std::string rope_path(const Rope& rope, const std::array<quad::Vector, 2>& ends_m, RopePath& out);
 
 }  // namespace atwood

@@ -217,8 +217,8 @@ struct Scenario {
   std::int64_t samples = 0;          // divides every step count
   std::vector<double> frame_ends_s;  // recorded frames instead of equal steps; empty: none
   // Of scenes with fluids: the ladders of the particles' spacing and of the sound speed, the coarsest and the slowest
-  // first. `steps` are those of the first entries; other entries take them times spacing_0 / spacing and speed /
-  // speed_0, so that the Courant number stays. `scene` is at the first entries. Empty: as the fluids say.
+  // first. `steps` are those of the first entries; for other entries they are scaled by the ratios of spacing and of
+  // speed, so that the Courant number stays. `scene` is at the first entries. Empty: as the fluids say.
   std::vector<double> spacings_m, sound_speeds_m_per_s;
   Scene scene;
   TruthSpec truth;

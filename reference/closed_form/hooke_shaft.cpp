@@ -2,8 +2,9 @@
 // W. With n1, n2 the bearings' axes, e along n1 x n2, f1 = n1 x e, f2 = n2 x e and the first shaft's pin a1 = c e + s
 // f1 (c, s: cosine and sine of its angle), the second shaft's pin is orthogonal to a1 and n2. With b the angle of n2 x
 // pin,
-//   tan b = cos(beta) tan a,   b' = W cos(beta) / D,   b'' = 2 W^2 cos(beta) sin^2(beta) s c / D^2,   D = 1 -
-//   sin^2(beta) s^2
+//   tan b = cos(beta) tan a
+//   b'  = W cos(beta) / D,   D = 1 - sin^2(beta) s^2
+//   b'' = 2 W^2 cos(beta) sin^2(beta) s c / D^2
 // (R. Hooke, Helioscopes, 1676; J. J. Uicker, G. R. Pennock and J. E. Shigley, Theory of Machines and Mechanisms, 4th
 // ed. (2011), section 12.7). The joint's rates are the parts of the relative angular velocity along its two pins;
 // reactions and the motor's torque follow from the Newton-Euler equations.

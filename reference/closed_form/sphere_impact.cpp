@@ -1,6 +1,6 @@
-// Two spheres in free flight, Newton's law of impact: E. J. Routh, Dynamics of a System of Rigid Bodies, art. 169.
-// Both have the same acceleration, so that their relative motion d = d0 + u t is uniform; they touch at |d| = R = r_a +
-// r_b:
+// Two spheres in free flight, Newton's law of impact: E. J. Routh, Dynamics of a System of Rigid Bodies, art. 169. Both
+// have the same acceleration, so that their relative motion d = d0 + u t is uniform; they touch at |d| = R, the sum of
+// the radii:
 //   u^2 t^2 + 2 b t + c = 0,  b = d0 . u < 0,  c = d0^2 - R^2;   t = c / (-b + sqrt(u^2 R^2 - |d0 x u|^2))
 // the smaller root, without cancellation. J = -(1 + e) vn / (1/m_a + 1/m_b) along the line of centres.
 //

@@ -6,8 +6,8 @@
 //
 // With friction the impact must be planar: velocities, r and the rod's new spin stay in a plane of symmetry. There the
 // relative velocity of the surfaces u = (u_t, u_n) changes by K (T, J), K symmetric, and Routh's method integrates over
-// the normal impulse J: T' = -mu sign u_t during slip; from u_t = 0 on stick, T' = -K_tn / K_tt, if mu >= |K_tn /
-// K_tt|, otherwise slip in the direction that K_tn gives. It ends, by Newton's law, at u_n = -e u_n(0).
+// the normal impulse J: T' = -mu sign u_t during slip; from u_t = 0 on stick, T' = -K_tn / K_tt, if the size of that is
+// at most mu, otherwise slip in the direction that K_tn gives. It ends, by Newton's law, at u_n = -e u_n(0).
 #include "closed_form/obstacles.hpp"
 #include "protocol/fault.hpp"
 

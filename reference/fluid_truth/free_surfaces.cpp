@@ -67,8 +67,8 @@ template <class S> Field<S> solve_column(const Asked& asked) {
 // u = w y, v = -w x about the centre at t = 0. Incompressible: lap p = -rho0 d_i u_j d_j u_i = 2 rho0 w^2 with p = 0 on
 // the surface (A. Colagrossi, thesis, Rome 2005; Le Touze, Colagrossi, Colicchio, Greco, Int. J. Numer. Meth. Fluids 73
 // (2013) 660, a double series). Summed over one index, with X, Y from a corner of the square of side L:
-//   p = -rho0 w^2 (X (L - X) - 8 L^2 / pi^3 sum_{n odd} sin(n pi X / L) cosh(n pi (Y - L/2) / L) / (n^3 cosh(n pi /
-//   2)))
+//   p = -rho0 w^2 (X (L - X) - 8 L^2 / pi^3 S)
+//   S = sum_{n odd} sin(n pi X / L) cosh(n pi (Y - L/2) / L) / (n^3 cosh(n pi / 2))
 // The terms after n = N are at most exp(-n pi d / L) / n^3 with d the distance of Y from the nearer side; X and Y are
 // exchanged where that is better, and the rest is bounded by the sum of 1 / n^3 at a corner.
 constexpr int kTerms = 400;

@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::size_t kMaxKept = 256;  // times asked for
 
-// The derivative of the trigonometric interpolant at the points: sums over the modes k = 1 ... (n - 1) / 2, w = 2 pi /
-// L,
+// The derivative of the trigonometric interpolant at the points: sums over the modes k = 1 ... (n - 1) / 2,
+// with w = 2 pi / L,
 //   first   -(2 w / n) sum k sin(2 pi k (i - j) / n)         second   -(2 w^2 / n) sum k^2 cos(2 pi k (i - j) / n)
 std::vector<double> differentiation(int n, double period, int order) {
   const double w = 2 * std::numbers::pi / period;

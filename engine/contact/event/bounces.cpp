@@ -69,11 +69,11 @@ template <class S> bool find_last_bounces(EventRun<S>& run, const ImpactProblem<
       Contact<S> contact;
       contact.candidate = run.impacts.points[i].candidate;
       S outside_m{};
-      const Candidate<S>& f = run.proximity.candidates[contact.candidate];
-      contact.facet = facet_below(run.bodies, run.proximity, f, outside_m);
-      contact.kinematics =
-          gap_kinematics_with_rates(f.feature, run.bodies.poses[f.feature_body], run.proximity.surfaces[f.surface],
-                                    contact.facet, run.bodies.poses[f.surface_body]);
+      const Candidate<S>& candidate = run.proximity.candidates[contact.candidate];
+      contact.facet = facet_below(run.bodies, run.proximity, candidate, outside_m);
+      contact.kinematics = gap_kinematics_with_rates(candidate.feature, run.bodies.poses[candidate.feature_body],
+                                                     run.proximity.surfaces[candidate.surface], contact.facet,
+                                                     run.bodies.poses[candidate.surface_body]);
       contact.u = problem.u(run.impacts.points[i]);
       closing_acceleration = real::max(
           closing_acceleration, -normal_acceleration(run.bodies, run.proximity, contact, run.states.dydt.data()));

@@ -131,9 +131,9 @@ template <class S> void reserve_rows(ConstraintSystem<S>& constraints) {
 template <class S>
 LeverArms<S> levers_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact) {
   const Candidate<S>& candidate = proximity.candidates[contact.candidate];
-  const int k = candidate.feature_body, s = candidate.surface_body;
-  return {{bodies.moves[k] ? k : -1, bodies.moves[s] ? s : -1},
-          {contact.kinematics.x - bodies.poses[k].p, contact.kinematics.x - bodies.poses[s].p}};
+  const int feature = candidate.feature_body, surface = candidate.surface_body;
+  return {{bodies.moves[feature] ? feature : -1, bodies.moves[surface] ? surface : -1},
+          {contact.kinematics.x - bodies.poses[feature].p, contact.kinematics.x - bodies.poses[surface].p}};
 }
 
 template <class S> void initialize_inverse_inertia(Bodies<S>& bodies) {
@@ -159,13 +159,13 @@ template <class S> void update_contact_body_poses(Bodies<S>& bodies, const Activ
 
 template <class S> void update_kinematics(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact) {
   const Candidate<S>& candidate = proximity.candidates[contact.candidate];
-  const int k = candidate.feature_body, s = candidate.surface_body;
-  const Pose<S>&of = bodies.poses[k], &on = bodies.poses[s];
+  const int feature = candidate.feature_body, surface = candidate.surface_body;
+  const Pose<S>&of = bodies.poses[feature], &on = bodies.poses[surface];
   gap_kinematics_with_rates(candidate.feature, of, proximity.surfaces[candidate.surface], contact.facet, on,
                             contact.kinematics);
   LeverArms<S>& levers = contact.levers;
-  levers.body[0] = bodies.moves[k] ? k : -1;
-  levers.body[1] = bodies.moves[s] ? s : -1;
+  levers.body[0] = bodies.moves[feature] ? feature : -1;
+  levers.body[1] = bodies.moves[surface] ? surface : -1;
   levers.arm[0] = contact.kinematics.x - of.p;
   contact.u = candidate.feature.radius == S(0) && !candidate.feature.edge
                   ? contact.kinematics.x_dot

@@ -273,11 +273,13 @@ template <class S>
 Vec3<S> relative_acceleration(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact,
                               const S* dydt) {
   const Candidate<S>& candidate = proximity.candidates[contact.candidate];
-  const int k = candidate.feature_body, s = candidate.surface_body;
-  const Pose<S>&of = bodies.poses[k], &on = bodies.poses[s];
+  const int feature = candidate.feature_body, surface = candidate.surface_body;
+  const Pose<S>&of = bodies.poses[feature], &on = bodies.poses[surface];
   const Vec3<S>&x = contact.kinematics.x, &x_dot = contact.kinematics.x_dot;
-  return linear_of(bodies, k, dydt) + cross(angular_of(bodies, k, dydt), x - of.p) + cross(of.w, x_dot - of.v) -
-         (linear_of(bodies, s, dydt) + cross(angular_of(bodies, s, dydt), x - on.p) + cross(on.w, x_dot - on.v));
+  return linear_of(bodies, feature, dydt) + cross(angular_of(bodies, feature, dydt), x - of.p) +
+         cross(of.w, x_dot - of.v) -
+         (linear_of(bodies, surface, dydt) + cross(angular_of(bodies, surface, dydt), x - on.p) +
+          cross(on.w, x_dot - on.v));
 }
 
 template <class S>

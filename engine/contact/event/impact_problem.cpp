@@ -14,29 +14,29 @@ template <class S> ImpactLaw<S> law_of(const Proximity<S>& proximity, const Even
 namespace {
 
 template <class S>
-void take_velocities(Bodies<S>& bodies, const Candidate<S>& f, const ImpactBody<S>& surface,
+void take_velocities(Bodies<S>& bodies, const Candidate<S>& candidate, const ImpactBody<S>& surface,
                      const ImpactBody<S>& feature) {
-  if (bodies.moves[f.surface_body]) {
-    bodies.poses[f.surface_body].v = surface.v_W;
-    bodies.poses[f.surface_body].w = surface.w_W;
+  if (bodies.moves[candidate.surface_body]) {
+    bodies.poses[candidate.surface_body].v = surface.v_W;
+    bodies.poses[candidate.surface_body].w = surface.w_W;
   }
-  if (bodies.moves[f.feature_body]) {
-    bodies.poses[f.feature_body].v = feature.v_W;
-    bodies.poses[f.feature_body].w = feature.w_W;
+  if (bodies.moves[candidate.feature_body]) {
+    bodies.poses[candidate.feature_body].v = feature.v_W;
+    bodies.poses[candidate.feature_body].w = feature.w_W;
   }
 }
 
 }  // namespace
 
 template <class S> void collide_point(ImpactProblem<S>& problem, ImpactPoint<S>& point) {
-  const Candidate<S>& f = problem.candidate(point);
-  ImpactBody<S> surface = impact_body(problem.bodies, f.surface_body, point.kinematics.x),
-                feature = impact_body(problem.bodies, f.feature_body, point.kinematics.x);
+  const Candidate<S>& candidate = problem.candidate(point);
+  ImpactBody<S> surface = impact_body(problem.bodies, candidate.surface_body, point.kinematics.x),
+                feature = impact_body(problem.bodies, candidate.feature_body, point.kinematics.x);
   const Impulse<S> impulse =
       collide(law_of(problem.proximity, problem.options, point.pair), point.kinematics.normal, surface, feature);
-  take_velocities(problem.bodies, f, surface, feature);
+  take_velocities(problem.bodies, candidate, surface, feature);
   problem.impacts.applied.push_back(
-      {point.pair, f.feature_body == problem.proximity.pairs[point.pair].a, point.kinematics, impulse});
+      {point.pair, candidate.feature_body == problem.proximity.pairs[point.pair].a, point.kinematics, impulse});
 }
 
 namespace {
@@ -67,38 +67,41 @@ bool supported(const ImpactPoint<S>* points, int count, const Vec3<S>& n, const 
 // impulse acts below the centre of mass. They then equal one point there, and every impact law holds as for one.
 template <class S> bool collide_as_one_point(ImpactProblem<S>& problem, int first, int count) {
   const ImpactPoint<S>* points = &problem.impacts.points[first];
-  const Candidate<S>& f = problem.candidate(points[0]);
+  const Candidate<S>& candidate = problem.candidate(points[0]);
   const Vec3<S>& n = points[0].kinematics.normal;
   const S tiny_m = S(4) * problem.bodies.gap_round_off();
   const Vec3<S> u = problem.u(points[0]), along = points[1].kinematics.x - points[0].kinematics.x;
   for (int i = 1; i < count; ++i)
     if (norm(points[i].kinematics.normal - n) > S(64) * real::epsilon<S>() ||
         norm(problem.u(points[i]) - u) > problem.approach_round_off ||
-        problem.candidate(points[i]).feature_body != f.feature_body)
+        problem.candidate(points[i]).feature_body != candidate.feature_body)
       return false;
   ImpactPoint<S> one = points[0];
-  const Vec3<S> from = problem.bodies.poses[problem.bodies.moves[f.feature_body] ? f.feature_body : f.surface_body].p -
-                       points[0].kinematics.x;
+  const Vec3<S> from =
+      problem.bodies
+          .poses[problem.bodies.moves[candidate.feature_body] ? candidate.feature_body : candidate.surface_body]
+          .p -
+      points[0].kinematics.x;
   one.kinematics.x += count == 2 ? (dot(from, along) / dot(along, along)) * along : from - dot(from, n) * n;
   if (!supported(points, count, n, one.kinematics.x, tiny_m)) return false;
   if (count == 2 && !(dot(one.kinematics.x - points[0].kinematics.x, one.kinematics.x - points[1].kinematics.x) < S(0)))
     return false;
-  ImpactBody<S> surface = impact_body(problem.bodies, f.surface_body, one.kinematics.x);
-  ImpactBody<S> feature = impact_body(problem.bodies, f.feature_body, one.kinematics.x);
+  ImpactBody<S> surface = impact_body(problem.bodies, candidate.surface_body, one.kinematics.x);
+  ImpactBody<S> feature = impact_body(problem.bodies, candidate.feature_body, one.kinematics.x);
   const Impulse<S> impulse = collide(law_of(problem.proximity, problem.options, one.pair), n, surface, feature);
   const Vec3<S> turns = feature.w_W - surface.w_W;
   for (int i = 0; i < count; ++i)
     if (norm(cross(turns, points[i].kinematics.x - one.kinematics.x)) > S(16) * problem.approach_round_off)
       return false;
-  take_velocities(problem.bodies, f, surface, feature);
+  take_velocities(problem.bodies, candidate, surface, feature);
   problem.impacts.applied.push_back(
-      {one.pair, f.feature_body == problem.proximity.pairs[one.pair].a, one.kinematics, impulse});
+      {one.pair, candidate.feature_body == problem.proximity.pairs[one.pair].a, one.kinematics, impulse});
   return true;
 }
 
 // ---- several points at once ---------------------------------------------------------------------------------------
 template <class S> void apply_impulse(ImpactProblem<S>& problem, ImpactPoint<S>& point, const Vec3<S>& impulse) {
-  const Candidate<S>& f = problem.candidate(point);
+  const Candidate<S>& candidate = problem.candidate(point);
   const auto apply = [&](int body, const ImpactBody<S>& side, const Vec3<S>& j) {
     if (!problem.bodies.moves[body]) return;
     const Vec3<S> turn = cross(side.r_W, j);
@@ -106,8 +109,8 @@ template <class S> void apply_impulse(ImpactProblem<S>& problem, ImpactPoint<S>&
     problem.bodies.poses[body].w += Vec3<S>{dot(side.I_inverse_W_row[0], turn), dot(side.I_inverse_W_row[1], turn),
                                             dot(side.I_inverse_W_row[2], turn)};
   };
-  apply(f.surface_body, point.surface, -impulse);
-  apply(f.feature_body, point.feature, impulse);
+  apply(candidate.surface_body, point.surface, -impulse);
+  apply(candidate.feature_body, point.feature, impulse);
 }
 
 namespace {
@@ -214,10 +217,10 @@ template <class S> bool collide_simultaneously(ImpactProblem<S>& problem, int fi
   for (int i = first; i < first + count; ++i) {
     ImpactPoint<S>& point = problem.impacts.points[i];
     u_before.push_back(problem.u(point));
-    const Candidate<S>& f = problem.candidate(point);
+    const Candidate<S>& candidate = problem.candidate(point);
     const ImpactLaw<S> law = law_of(problem.proximity, problem.options, point.pair);
-    point.surface = impact_body(problem.bodies, f.surface_body, point.kinematics.x);
-    point.feature = impact_body(problem.bodies, f.feature_body, point.kinematics.x);
+    point.surface = impact_body(problem.bodies, candidate.surface_body, point.kinematics.x);
+    point.feature = impact_body(problem.bodies, candidate.feature_body, point.kinematics.x);
     const Vec3<S>& n = point.kinematics.normal;
     const Vec3<S> axis = real::abs(n.x) < S(0.6) ? Vec3<S>{S(1), S(0), S(0)} : Vec3<S>{S(0), S(1), S(0)};
     Vec3<S> t = axis - dot(axis, n) * n;

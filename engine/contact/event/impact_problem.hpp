@@ -26,9 +26,10 @@ template <class S> struct ImpactProblem {
   const Candidate<S>& candidate(const ImpactPoint<S>& point) const { return proximity.candidates[point.candidate]; }
   // Velocity of the feature's body relative to the surface's at the point, and its normal part.
   Vec3<S> u(const ImpactPoint<S>& point) const {
-    const Candidate<S>& f = candidate(point);
-    const Pose<S>&k = bodies.poses[f.feature_body], &s = bodies.poses[f.surface_body];
-    return (k.v + cross(k.w, point.kinematics.x - k.p)) - (s.v + cross(s.w, point.kinematics.x - s.p));
+    const Pose<S>& feature = bodies.poses[candidate(point).feature_body];
+    const Pose<S>& surface = bodies.poses[candidate(point).surface_body];
+    return (feature.v + cross(feature.w, point.kinematics.x - feature.p)) -
+           (surface.v + cross(surface.w, point.kinematics.x - surface.p));
   }
   S vn(const ImpactPoint<S>& point) const { return dot(u(point), point.kinematics.normal); }
 };

@@ -17,8 +17,8 @@ namespace atwood::event {
 
 namespace {
 
-// After kMaxImpacts impacts with e < 1 the remaining approach velocities are resolved as one problem. Impacts with e >=
-// 1 come to an end of their own, or the run ends.
+// After kMaxImpacts impacts with e < 1 the remaining approach velocities are resolved as one problem. Elastic impacts
+// come to an end of their own, or the run ends.
 constexpr int kMaxImpacts = 2000, kMaxElasticImpacts = 1000000;
 
 // Bodies move away from where they began, and the round-off of a gap grows with their coordinates.

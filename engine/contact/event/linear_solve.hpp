@@ -10,9 +10,10 @@ namespace atwood::event {
 //
 // redundant: constraints may depend on each other; the solution nearest to the start in constraints.unknown is found,
 // in the norm weighted by constraints.weight. Factors kept under the same `key` are tried first; key 0: neither reused
-// nor kept. A block that has no factors gets the unknowns 0 and unsets constraints.solvable. Residual: |r_i| /
-// sqrt(A_ii) relative to |x_i| sqrt(A_ii); converged: to 64 roundings; stagnated: each |r_i| is at most
-// constraints.right_round_off[i].
+// nor kept. A block that has no factors gets the unknowns 0 and unsets constraints.solvable. Residual, with the scale
+// |x_i| sqrt(A_ii):
+//   |r_i| / sqrt(A_ii);
+// converged: to 64 roundings; stagnated: each |r_i| is at most constraints.right_round_off[i].
 template <class S>
 Convergence solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, ConstraintSystem<S>& constraints,
                        bool redundant, std::uint64_t key);

@@ -126,9 +126,10 @@ bool point_of_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, const
   }
   if (count < 2) return count == 1;
   if (count > 2) return false;
-  const Candidate<S>& f = proximity.candidates[one.candidate];
+  const Candidate<S>& candidate = proximity.candidates[one.candidate];
   const Vec3<S> from =
-      bodies.poses[bodies.moves[f.feature_body] ? f.feature_body : f.surface_body].p - one.kinematics.x;
+      bodies.poses[bodies.moves[candidate.feature_body] ? candidate.feature_body : candidate.surface_body].p -
+      one.kinematics.x;
   const S part = dot(from, along) / dot(along, along);
   if (!(part > S(0) && part < S(1))) return false;
   one.kinematics.x += part * along;
@@ -154,9 +155,10 @@ template <class S> void reset_delassus_range(ActiveSet<S>& active) {
 // Below 1/32 of the largest value that it may have?
 template <class S>
 bool delassus_near_zero(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact) {
-  const Candidate<S>& f = proximity.candidates[contact.candidate];
+  const Candidate<S>& candidate = proximity.candidates[contact.candidate];
   return contact.min_delassus <
-         (bodies.largest_inverse_mass[f.feature_body] + bodies.largest_inverse_mass[f.surface_body]) / S(32);
+         (bodies.largest_inverse_mass[candidate.feature_body] + bodies.largest_inverse_mass[candidate.surface_body]) /
+             S(32);
 }
 
 template <class S>
@@ -200,11 +202,11 @@ template <class S> bool impact_without_collision(EventRun<S>& run, S t_s) {
       !point_of_pair(run.bodies, run.proximity, run.active, p, one))
     return refuse_at(run.report, t_s, "no contact forces were found that obey Coulomb's law and keep the bodies apart");
   const Vec3<S>& n = one.kinematics.normal;
-  const Candidate<S>& f = run.proximity.candidates[one.candidate];
+  const Candidate<S>& candidate = run.proximity.candidates[one.candidate];
   const Vec3<S> slip = perpendicular_part(one.u, n);
   const S speed = norm(slip);
-  ImpactBody<S> surface = impact_body(run.bodies, f.surface_body, one.kinematics.x),
-                feature = impact_body(run.bodies, f.feature_body, one.kinematics.x);
+  ImpactBody<S> surface = impact_body(run.bodies, candidate.surface_body, one.kinematics.x),
+                feature = impact_body(run.bodies, candidate.feature_body, one.kinematics.x);
   const S held = inverse_effective_mass(surface, feature, n),
           k = speed > run.bodies.slip_round_off()
                   ? held - pair.friction / speed * inverse_effective_mass(surface, feature, n, slip)
@@ -219,11 +221,11 @@ template <class S> bool impact_without_collision(EventRun<S>& run, S t_s) {
   const Impulse<S> impulse = collide_without_approach(law, n, surface, feature);
   if (!impulse.converged || !(impulse.normal_N_s > S(0)))
     return refuse_at(run.report, t_s, "the impact without collision of Painleve's inconsistent case has no end");
-  if (run.bodies.moves[f.surface_body])
-    store_velocity(run.bodies, f.surface_body, surface.v_W, surface.w_W, run.states.overwrite(run.states.y));
-  if (run.bodies.moves[f.feature_body])
-    store_velocity(run.bodies, f.feature_body, feature.v_W, feature.w_W, run.states.overwrite(run.states.y));
-  report_event(run.report, EventKind::impact, pair, one.kinematics, f.feature_body == pair.a, impulse, t_s);
+  if (run.bodies.moves[candidate.surface_body])
+    store_velocity(run.bodies, candidate.surface_body, surface.v_W, surface.w_W, run.states.overwrite(run.states.y));
+  if (run.bodies.moves[candidate.feature_body])
+    store_velocity(run.bodies, candidate.feature_body, feature.v_W, feature.w_W, run.states.overwrite(run.states.y));
+  report_event(run.report, EventKind::impact, pair, one.kinematics, candidate.feature_body == pair.a, impulse, t_s);
   return resolve_impacts(run, t_s);  // those that follow from it, then the active set
 }
 

@@ -75,9 +75,9 @@ template <class S> bool has_boundary(const Proximity<S>& proximity, const Contac
 
 template <class S>
 GapKinematics<S> held_kinematics(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact) {
-  const Candidate<S>& f = proximity.candidates[contact.candidate];
-  return gap_kinematics(f.feature, bodies.poses[f.feature_body], proximity.surfaces[f.surface], contact.facet,
-                        bodies.poses[f.surface_body]);
+  const Candidate<S>& candidate = proximity.candidates[contact.candidate];
+  return gap_kinematics(candidate.feature, bodies.poses[candidate.feature_body], proximity.surfaces[candidate.surface],
+                        contact.facet, bodies.poses[candidate.surface_body]);
 }
 
 namespace {
@@ -237,12 +237,13 @@ S target_gap_of_pair(const Bodies<S>& bodies, const Proximity<S>& proximity, con
                      const S* y) {
   S deepest = S(0);
   for (const Contact<S>& contact : active.contacts) {
-    const Candidate<S>& f = proximity.candidates[contact.candidate];
-    if (f.pair != pair) continue;
+    const Candidate<S>& candidate = proximity.candidates[contact.candidate];
+    if (candidate.pair != pair) continue;
     deepest = real::min(deepest, contact.target_gap);
     if (!contact.active) continue;
-    const Pose<S> of = pose_of(bodies, f.feature_body, y), on = pose_of(bodies, f.surface_body, y);
-    deepest = real::min(deepest, gap_kinematics(f.feature, of, proximity.surfaces[f.surface], contact.facet, on).gap);
+    const Pose<S> of = pose_of(bodies, candidate.feature_body, y), on = pose_of(bodies, candidate.surface_body, y);
+    deepest = real::min(
+        deepest, gap_kinematics(candidate.feature, of, proximity.surfaces[candidate.surface], contact.facet, on).gap);
   }
   return deepest;
 }

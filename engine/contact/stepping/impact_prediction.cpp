@@ -14,7 +14,7 @@ template <class S> LinearMotion<S> linear_motion(const World<S>& world, int body
 namespace {
 
 // The predict_* functions below ask whether a gap closes within within_s, at the present velocities or with the
-// velocity increment added, and whether it then closes faster than that increment. An overlap gives an impact at t_s =
+// velocity increment added, and whether it then closes faster than that increment. An overlap gives an impact at time
 // 0.
 
 // Two spheres: |d + u t| = r_a + r_b.
