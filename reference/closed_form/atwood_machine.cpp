@@ -35,14 +35,14 @@ std::string build(const Scene& scene, const Rope& rope, const Vec<S>& up, S g, S
       return "a pulley of " + name + " has no horizontal axle";
     const Pose<S> start = initial_pose<S>(body);
     const Vec<S> point = start.p_WB + rotate(start.q_WB, vec<S>(rope.points_body_m[k])),
-                 reach = tangent_point(pulley, up, which) - point;
-    if (!is_zero(cross(reach, up)) || !(dot(reach, up) > 0))
+                 to_pulley = tangent_point(pulley, up, which) - point;
+    if (!is_zero(cross(to_pulley, up)) || !(dot(to_pulley, up) > 0))
       return "`" + body.name + "` does not hang straight below " + name;
     if (!is_zero(cross(point - start.p_WB, up)))
       return name + " does not pull at the vertical line of `" + body.name + "`";
     if (!is_zero(start.w_WB_B) || !is_zero(cross(start.v_WB, up)))
       return "`" + body.name + "` does not move straight up or down";
-    room[k] = dot(reach, up);
+    room[k] = dot(to_pulley, up);
     mass[k] = body.mass_kg;
     const S rate = which == 0 ? dot(start.v_WB, up) : -dot(start.v_WB, up);
     if (which == 0) made.speed = rate;

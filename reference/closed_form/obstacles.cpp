@@ -97,14 +97,14 @@ bool stays_positive(S start, S end, const std::function<S(S)>& gap, const std::f
   return true;
 }
 
-template <class S> bool stays_clear(const Arc<S>& arc, S reach, const std::function<S(const Vec<S>&)>& distance) {
+template <class S> bool stays_clear(const Arc<S>& arc, S clearance, const std::function<S(const Vec<S>&)>& distance) {
   const auto way = [&](S from, S until) {
     const S v0 = norm(arc.v + (from - arc.from) * arc.g),
             v1 = norm(arc.v + (until - arc.from) * arc.g);  // |v| is convex
     return larger(v0, v1) * (until - from);
   };
   return stays_positive<S>(
-      arc.from, arc.until, [&](S t) { return distance(place(arc, t)) - reach; }, way, S(1e-9) * reach);
+      arc.from, arc.until, [&](S t) { return distance(place(arc, t)) - clearance; }, way, S(1e-9) * clearance);
 }
 
 template <class S> bool may_meet_edge(const Obstacle<S>& obstacle, S radius, const Arc<S>& arc) {

@@ -45,7 +45,7 @@ template <class S> struct Arc {
 template <class S>
 bool stays_positive(S from, S until, const std::function<S(S)>& gap, const std::function<S(S, S)>& way, S near);
 // Does `distance` (1-Lipschitz) stay above `reach` along the arc, to 1e-9 of it?
-template <class S> bool stays_clear(const Arc<S>& arc, S reach, const std::function<S(const Vec<S>&)>& distance);
+template <class S> bool stays_clear(const Arc<S>& arc, S clearance, const std::function<S(const Vec<S>&)>& distance);
 // Can the ball's first contact on the arc be with an edge or a corner? This needs a height over a face below its
 // radius, outside of the sides of the face.
 template <class S> bool may_meet_edge(const Obstacle<S>& obstacle, S radius, const Arc<S>& arc);

@@ -41,16 +41,16 @@ template <class S> struct Meeting {
   Vec<S> normal{};
 };
 
-template <class S> Meeting<S> meet(const Vec<S>& d0, const Vec<S>& u, S reach, S e, S inverse_mass) {
+template <class S> Meeting<S> meet(const Vec<S>& d0, const Vec<S>& u, S radii, S e, S inverse_mass) {
   Meeting<S> made;
-  const S b = dot(d0, u), c = (norm(d0) - reach) * (norm(d0) + reach);
+  const S b = dot(d0, u), c = (norm(d0) - radii) * (norm(d0) + radii);
   const Vec<S> aside = cross(d0, u);
-  const S inside = dot(u, u) * reach * reach - dot(aside, aside);
+  const S inside = dot(u, u) * radii * radii - dot(aside, aside);
   if (!(b < 0) || !(inside > 0)) return made;
   made.happens = true;
   made.t = larger(S(0), c / (sqrt(inside) - b));
-  made.normal = (1 / reach) * (d0 + made.t * u);
-  made.before = -sqrt(inside) / reach;  // u . n at contact: (b + u^2 t) / R
+  made.normal = (1 / radii) * (d0 + made.t * u);
+  made.before = -sqrt(inside) / radii;  // u . n at contact: (b + u^2 t) / R
   made.after = -e * made.before;
   made.impulse = -(1 + e) * made.before / inverse_mass;
   return made;

@@ -146,8 +146,8 @@ template <class S> Motion<S> solve_steady_roll(const Scenario& scenario, const s
   // Twice nodding's amplitude, and the rates that go with it, over the run.
   const S lean = 4 * (roll.open_rad_per_s / roll.nod_rad_per_s + S(floor.neglected) / roll.g);
   const S rate = 4 * roll.gain * lean + roll.open_rad_per_s;
-  const S turned = lean + rate * S(scenario.t_end_s), reach = roll.R + roll.l + norm(roll.from_middle);
-  motion.input_round_off = {reach * turned, turned, reach * (rate + magnitude(roll.precession) * turned),
+  const S turned = lean + rate * S(scenario.t_end_s), size = roll.R + roll.l + norm(roll.from_middle);
+  motion.input_round_off = {size * turned, turned, size * (rate + magnitude(roll.precession) * turned),
                             rate + norm(start.w_WB_B) * turned};
   return motion;
 }

@@ -61,8 +61,8 @@ template <class S> struct ContactPoint {
 };
 
 // The smaller root of |d + t u| = reach, with the norm over the first `axes` coordinates. False: there is none.
-template <class S> bool first_root(const Vec<S>& d, const Vec<S>& u, int axes, S reach, S& t) {
-  S a = 0, b = 0, c = -reach * reach;
+template <class S> bool first_root(const Vec<S>& d, const Vec<S>& u, int axes, S radius, S& t) {
+  S a = 0, b = 0, c = -radius * radius;
   for (int k = 0; k < axes; ++k) {
     a = a + u[k] * u[k];
     b = b + d[k] * u[k];

@@ -160,8 +160,8 @@ void add_closing_joints(const Scene& scene, const std::vector<dynamics::BodyNode
                                    : std::make_shared<WeldJointConstraint>(child));
       continue;
     }
-    const double reach = std::max(rivals::length(joint.anchors_body_m[0]), rivals::length(joint.anchors_body_m[1]));
-    const Real3 half = (reach > 0 ? reach : 1.0) * joint.axis_body;
+    const double lever = std::max(rivals::length(joint.anchors_body_m[0]), rivals::length(joint.anchors_body_m[1]));
+    const Real3 half = (lever > 0 ? lever : 1.0) * joint.axis_body;
     for (const double side : {1.0, -1.0}) {
       if (joint.kind == JointKind::ball && side < 0) continue;
       const Real3 in_child =

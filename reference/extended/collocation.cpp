@@ -124,14 +124,14 @@ void Collocation::correct(double t, double h, const std::vector<double>& residua
   for (int round = 0; round < 40; ++round) {
     double change = 0, size = 0;
     for (int i = 0; i < kStages; ++i) {
-      double reach = 0;
+      double largest_shift = 0;
       for (int k = 0; k < n; ++k) {
         double sum = 0;
         for (int j = 0; j < kStages; ++j) sum += tableau.A[i][j] * d_[j * n + k];
         stage_shift_[i * n + k] = h * sum;
-        reach = std::max(reach, magnitude(stage_shift_[i * n + k]) / scale_double_[k]);
+        largest_shift = std::max(largest_shift, magnitude(stage_shift_[i * n + k]) / scale_double_[k]);
       }
-      const double difference_step = reach > 0 ? 1e-7 / reach : 0;
+      const double difference_step = largest_shift > 0 ? 1e-7 / largest_shift : 0;
       for (int k = 0; k < n; ++k) probe[k] = y_[i * n + k] + difference_step * stage_shift_[i * n + k];
       problem_.narrow_rate(t + tableau.c[i] * h, probe.data(), rate.data());
       for (int k = 0; k < n; ++k) {

@@ -124,14 +124,14 @@ std::vector<std::vector<Neighbour<S>>> neighbours_of(const ParticleData<S>& data
   std::vector<Real3> near(x.size());
   for (int i = 0; i < n; ++i)
     for (int a = 0; a < 3; ++a) near[i][a] = wrapped(static_cast<double>(x[i][a]), period[a]);
-  const double reach = static_cast<double>(R) * (1 + 1e-9), reach2 = reach * reach;
+  const double radius = static_cast<double>(R) * (1 + 1e-9), radius2 = radius * radius;
   const auto look = [&](int i, int j) {
     double r2 = 0;
     for (int a = 0; a < 3; ++a) {
       const double gap = nearest(near[i][a] - near[j][a], period[a]);
       r2 += gap * gap;
     }
-    if (r2 > reach2) return;
+    if (r2 > radius2) return;
     Neighbour<S> made_one;
     made_one.other = j;
     for (int a = 0; a < data.layout.d; ++a) made_one.x[a] = nearest(x[i][a] - x[j][a], data.period[a]);
@@ -151,7 +151,7 @@ std::vector<std::vector<Neighbour<S>>> neighbours_of(const ParticleData<S>& data
     }
     useful = std::isfinite(high - low[a]);
     if (!useful) break;
-    cells[a] = std::clamp(static_cast<int>((high - low[a]) / reach), 1, 400);
+    cells[a] = std::clamp(static_cast<int>((high - low[a]) / radius), 1, 400);
     width[a] = std::fmax((high - low[a]) / cells[a], 1e-300);
     if (period[a] > 0 && cells[a] < 3) useful = false;
   }

@@ -125,7 +125,7 @@ template <class S> void Polynomial<S>::rate(S t, const S* y, S* dydt) {
   const int surface = static_cast<int>(x.size());
   for (int k = 0; k < layout.node_count; ++k) x.push_back(of.read(y + layout.nodes, k));
   const bool particles_alone = static_cast<int>(x.size()) == layout.count;
-  const auto near = neighbours_of(of, x, larger(particles_alone ? weight_.R : of_wall_.reach, crowding_.R));
+  const auto near = neighbours_of(of, x, larger(particles_alone ? weight_.R : of_wall_.support, crowding_.R));
   // Velocity components, density, temperature of particles and nodes.
   std::vector<std::vector<S>> values(fields, std::vector<S>(x.size()));
   std::vector<bool> counts(x.size(), true);  // in the fits

@@ -15,7 +15,7 @@ namespace atwood::fluid_truth {
 template <class S> struct NodeFit {
   Kernel<S> weight;
   std::vector<Monomial> basis;  // all of degree 0 .. Q, by ascending degree
-  S reach{};
+  S support{};
   int d = 2, particles = 0;
   // The value at the node of the polynomial that fits value(j, x_j - x_n) best over the particles within the reach.
   // Without the monomial z_axis, unless axis < 0. Empty: the particles do not determine it.
@@ -63,12 +63,12 @@ std::optional<S> NodeFit<S>::at_node(const std::vector<Neighbour<S>>& near, int 
   std::vector<S> M(static_cast<std::size_t>(n) * n, S(0)), B(n, S(0)), p(n);
   int found = 0;
   for (const Neighbour<S>& each : near) {
-    if (!(each.r < reach) || each.other >= particles) continue;
+    if (!(each.r < support) || each.other >= particles) continue;
     ++found;
-    const S w = weight.shape(each.r / reach);
+    const S w = weight.shape(each.r / support);
     for (int k = 0; k < n; ++k) {
       p[k] = 1;
-      for (int a = 0; a < d; ++a) p[k] *= raised(-2 * each.x[a] / reach, own[k].power[a]);
+      for (int a = 0; a < d; ++a) p[k] *= raised(-2 * each.x[a] / support, own[k].power[a]);
     }
     const S f = value(each.other, S(-1) * each.x);
     for (int k = 0; k < n; ++k) {

@@ -79,7 +79,7 @@ template <class S> Sph<S>::Sph(const Scene& scene, const Response& response) {
   const KernelKind kind = kernel_named(word(response, "kernel", ""));
   const double smoothing = number(response, "smoothing", 0);
   require(smoothing > 0, "expected the setting `smoothing`");
-  const double reach = smoothing * this->data.spacing * support_of(kind);
+  const double support = smoothing * this->data.spacing * support_of(kind);
   kernel_ = kernel_of<S>(kind, this->data.layout.d, S(smoothing) * S(this->data.spacing) * S(support_of(kind)));
   const std::string viscosity = word(response, "viscosity", "morris");
   require(viscosity == "morris" || viscosity == "central" || viscosity == "none",
@@ -90,7 +90,7 @@ template <class S> Sph<S>::Sph(const Scene& scene, const Response& response) {
   shift_ =
       S(shift < 0 ? double(shifted_unless_told(scene, summation_ || corrected_, this->data.largest_speed)) : shift);
   diffusion_ = S(diffusion < 0 ? (shift_ > 0 ? 0.1 : 0) : diffusion);
-  points_ = fixed_points<S>(scene, reach);
+  points_ = fixed_points<S>(scene, support);
   require(!(corrected_ && summation_), "corrected=true needs density=continuity");
   require(points_.empty() || (!corrected_ && shift_ == 0), "walls with `corrected` or `shift` are not covered");
   require(points_.empty() || scene.fluids.size() == 1, "walls with several fluids are not covered");

@@ -7,12 +7,12 @@
 
 namespace atwood::fluid_truth {
 
-template <class S> std::vector<FixedPoint<S>> fixed_points(const Scene& scene, double reach_m) {
+template <class S> std::vector<FixedPoint<S>> fixed_points(const Scene& scene, double max_depth_m) {
   std::vector<FixedPoint<S>> made;
   if (scene.fluid_boundaries.empty()) return made;
   std::vector<WallPoint> points;
   try {
-    points = wall_points(scene, reach_m);
+    points = wall_points(scene, max_depth_m);
   } catch (const std::invalid_argument& error) {
     throw Refused{error.what()};
   }

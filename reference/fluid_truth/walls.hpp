@@ -18,6 +18,6 @@ template <class S> struct FixedPoint {
 };
 
 // Empty where the scene has no boundary. Throws Refused where a boundary moves or cannot be filled.
-template <class S> std::vector<FixedPoint<S>> fixed_points(const Scene& scene, double reach_m);
+template <class S> std::vector<FixedPoint<S>> fixed_points(const Scene& scene, double max_depth_m);
 
 }  // namespace atwood::fluid_truth

@@ -188,7 +188,7 @@ GapBounds gap_bounds(const Body& a, const Body& b, Real t_s, Real most_s) {
   const Vector v = widened(a.velocity_m_per_s) - widened(b.velocity_m_per_s), w_a = spin_of(a), w_b = spin_of(b);
   const Pose pose_a = pose_at(a, t_s), pose_b = pose_at(b, t_s);
   const auto of_a = parts_of(a.shape, pose_a), of_b = parts_of(b.shape, pose_b);
-  const Real reach = norm(pose_a.p_W) + norm(pose_b.p_W);
+  const Real extent = norm(pose_a.p_W) + norm(pose_b.p_W);
   GapBounds found{false, 0, 0, most_s};
   for (const Part& p : of_a)
     for (const Part& q : of_b) {
@@ -197,7 +197,7 @@ GapBounds gap_bounds(const Body& a, const Body& b, Real t_s, Real most_s) {
                                      : separation(a.shape, pose_a, b.shape, pose_b);
       const Real arms = norm(w_a) * p.arm.length() + norm(w_b) * q.arm.length();
       // A gap of twice its round-off counts as a contact.
-      const Real floor_m = 64 * kUnit * (reach + p.arm.length() + q.arm.length());
+      const Real floor_m = 64 * kUnit * (extent + p.arm.length() + q.arm.length());
       if (s.gap_m <= floor_m) {
         const Real speed = dot(s.normal, v) + arms;
         if (!found.touching || speed > found.speed) found = {true, speed, std::max(floor_m, 2 * s.bar_m), 0};

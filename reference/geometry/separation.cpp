@@ -25,7 +25,7 @@ Range range(const ConvexPart& part, const Vector& n) {
   return r;
 }
 
-Real reach(const ConvexPart& part) {
+Real extent(const ConvexPart& part) {
   Real most = part.radius_m;
   for (const Vector& v : part.vertices)
     for (const Real x : v) most = std::max(most, std::fabs(x));
@@ -249,7 +249,7 @@ Vector support_mean(const ConvexPart& part, const Vector& n, Real level, Real to
 }  // namespace
 
 Separation separation(const ConvexPart& a, const ConvexPart& b) {
-  const Real coordinates = std::max(reach(a), reach(b));
+  const Real coordinates = std::max(extent(a), extent(b));
   if (a.dimension + b.dimension < 3) return apart(a, b, coordinates);  // their Minkowski difference has no interior
   const Axes axes(a, b);
   if (axes.empty()) return apart(a, b, coordinates);
@@ -295,8 +295,8 @@ Separation above(const ConvexPart& a, const HalfSpace& plane) {
   found.normal = -1 * plane.normal;
   found.on_a = *lowest - a.radius_m * plane.normal;
   found.on_b = found.on_a - found.gap_m * plane.normal;
-  found.bar_m = 32 * kUnit * std::max(reach(a), std::fabs(plane.offset_m));
-  found.margin_m = reach(a);
+  found.bar_m = 32 * kUnit * std::max(extent(a), std::fabs(plane.offset_m));
+  found.margin_m = extent(a);
   return found;
 }
 

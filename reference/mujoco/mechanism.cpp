@@ -42,8 +42,8 @@ std::string softness_words(const Settings& settings, const char* suffix) {
 // The equality constraints in the order of the scene's closing joints: connects of a hinge lie this far from its
 // anchor, along the axis.
 double half_span(const Joint& joint) {
-  const double reach = std::max(rivals::length(joint.anchors_body_m[0]), rivals::length(joint.anchors_body_m[1]));
-  return reach > 0 ? reach : 1.0;
+  const double lever = std::max(rivals::length(joint.anchors_body_m[0]), rivals::length(joint.anchors_body_m[1]));
+  return lever > 0 ? lever : 1.0;
 }
 
 // Points of a connect, in the parent's and the child's axes.

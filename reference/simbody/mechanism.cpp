@@ -46,8 +46,8 @@ Frames frames_of(const Joint& joint) {
 }
 
 double span(const Joint& joint) {
-  const double reach = std::max(rivals::length(joint.anchors_body_m[0]), rivals::length(joint.anchors_body_m[1]));
-  return reach > 0 ? reach : 1.0;
+  const double lever = std::max(rivals::length(joint.anchors_body_m[0]), rivals::length(joint.anchors_body_m[1]));
+  return lever > 0 ? lever : 1.0;
 }
 
 // A point of the parent's frame in the frame of Simbody's body, which is the ground for a fixed parent.

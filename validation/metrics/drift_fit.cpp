@@ -79,8 +79,8 @@ Harmonic fit_harmonics(std::span<const double> t, std::span<const double> v, dou
 // The period that leaves the least residual, within a quarter of a turn over the whole run of the crossings' estimate:
 // golden section.
 double refined_period(std::span<const double> t, std::span<const double> v, double period_s) {
-  const double reach = 0.25 * period_s * period_s / (t.back() - t.front());
-  double low = period_s - reach, high = period_s + reach;
+  const double half_width = 0.25 * period_s * period_s / (t.back() - t.front());
+  double low = period_s - half_width, high = period_s + half_width;
   constexpr double kGolden = 0.618033988749895;
   double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
   double at_a = fit_harmonics(t, v, a).squares, at_b = fit_harmonics(t, v, b).squares;

@@ -40,19 +40,19 @@ Vec nearest_image(const Domain& domain, const Vec& from, const std::array<Wide, 
 template <class Place, class Get>
 double fitted(const Scene& scene, const Sample& sample, const Vec& x, Place place, Get get) {
   const auto d = static_cast<Eigen::Index>(scene.domain.dimensions);
-  const double reach = kReachSpacings * coarsest_spacing(scene);
+  const double radius = kReachSpacings * coarsest_spacing(scene);
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(d + 1, d + 1);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(d + 1);
   Eigen::Index count = 0;
   for (std::size_t j = 0; j < sample.particles.size(); ++j) {
     const ParticleSample& p = sample.particles[j];
     const Vec away = nearest_image(scene.domain, x, place(j));
-    const double r = std::hypot(away[0], away[1], away[2]) / reach;
+    const double r = std::hypot(away[0], away[1], away[2]) / radius;
     if (!(r < 1)) continue;
     const double weight = std::pow(1 - r, 4) * (1 + 4 * r);
     Eigen::VectorXd basis(d + 1);
     basis[0] = 1;
-    for (Eigen::Index i = 0; i < d; ++i) basis[i + 1] = away[static_cast<std::size_t>(i)] / reach;
+    for (Eigen::Index i = 0; i < d; ++i) basis[i + 1] = away[static_cast<std::size_t>(i)] / radius;
     normal += weight * basis * basis.transpose();
     right += weight * static_cast<double>(get(p)) * basis;
     ++count;

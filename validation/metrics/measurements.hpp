@@ -35,9 +35,9 @@ struct Largest {
   }
   double bar() const {
     const double largest = value();
-    double reach = 0;
-    for (const auto& [e, b] : figures) reach = std::max(reach, b - (largest - e));
-    return reach;
+    double excess = 0;
+    for (const auto& [e, b] : figures) excess = std::max(excess, b - (largest - e));
+    return excess;
   }
 };
 

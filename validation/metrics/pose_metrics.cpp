@@ -12,31 +12,31 @@ namespace atwood {
 namespace {
 
 // The largest coordinate of the pose [m], or along a swept path.
-double reach_m(const Scene& scene, bool swept) {
-  double reach = 0;
+double extent_m(const Scene& scene, bool swept) {
+  double extent = 0;
   for (const Body& body : scene.bodies) {
     for (std::size_t i = 0; i < 3; ++i) {
-      reach = std::max(reach, std::fabs(body.position_m[i]));
-      if (swept) reach = std::max(reach, std::fabs(body.position_m[i] + kSweepEndS * body.velocity_m_per_s[i]));
+      extent = std::max(extent, std::fabs(body.position_m[i]));
+      if (swept) extent = std::max(extent, std::fabs(body.position_m[i] + kSweepEndS * body.velocity_m_per_s[i]));
     }
-    if (const auto* plane = std::get_if<Plane>(&body.shape)) reach = std::max(reach, std::fabs(plane->offset_m));
+    if (const auto* plane = std::get_if<Plane>(&body.shape)) extent = std::max(extent, std::fabs(plane->offset_m));
   }
-  return reach + largest_radius_m(scene);
+  return extent + largest_radius_m(scene);
 }
 
 // The largest displacement of the surfaces by rounding the inputs: coordinates and sizes by the relative error u, an
 // attitude by 2 u rad times the radius; summed over both bodies and three coordinates.
 double moved_by_rounding_m(const Scene& scene, bool swept, const InputRounding& rounding) {
   if (rounding.unit == 0) return 0;
-  double reach = reach_m(scene, swept);
+  double extent = extent_m(scene, swept);
   if (rounding.at_unit_size && !swept && scene.bodies.size() == 2) {
     const auto planar = [](const Body& body) { return std::holds_alternative<Plane>(body.shape); };
     double apart = 0;
     for (std::size_t i = 0; i < 3; ++i)
       apart = std::max(apart, std::fabs(scene.bodies[0].position_m[i] - scene.bodies[1].position_m[i]));
-    if (!planar(scene.bodies[0]) && !planar(scene.bodies[1])) reach = apart + largest_radius_m(scene);
+    if (!planar(scene.bodies[0]) && !planar(scene.bodies[1])) extent = apart + largest_radius_m(scene);
   }
-  return 8 * rounding.unit * reach;
+  return 8 * rounding.unit * extent;
 }
 
 double closing_speed(const Scene& scene) {
@@ -145,7 +145,7 @@ PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& s
     const PoseAnswer &answer = answers[k], &truth = truths[k];
     const auto index = static_cast<std::int64_t>(k);
     const Scene scene = scene_of(index);
-    const double size = pair_size_m(scene), reach = reach_m(scene, swept);
+    const double size = pair_size_m(scene), extent = extent_m(scene, swept);
     const double moved = moved_by_rounding_m(scene, swept, rounding);
     if (swept) {
       if (truth.hit && !(truth.toi_s > 0))
@@ -157,7 +157,7 @@ PoseRows measure_poses(const std::string& pair, bool swept, const SceneOfPose& s
       if (truth.hit && answer.hit) tally.add("time", index, std::fabs(answer.toi_s - truth.toi_s), moved_s);
       continue;
     }
-    const double doubt = std::max({truth.bar, 64 * 0x1p-53 * reach, moved});
+    const double doubt = std::max({truth.bar, 64 * 0x1p-53 * extent, moved});
     const bool decided = std::fabs(truth.gap_m) > doubt;
     if (decided && truth.hit && !answer.hit) tally.add("miss", index, -truth.gap_m / size);
     if (decided && !truth.hit && answer.hit) tally.add("false-hit", index, truth.gap_m / size);
