@@ -9,10 +9,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/event/convergence.hpp"
 #include "contact/event/integration.hpp"
 #include "contact/event/proximity.hpp"
 #include "contact/event/report.hpp"
+#include "protocol/solver_report.hpp"
 
 namespace atwood::event {
 

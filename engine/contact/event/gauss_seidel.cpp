@@ -118,7 +118,7 @@ template <class S> struct GaussSeidel {
 }  // namespace
 
 template <class S>
-Convergence solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
+SolveReport solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
                                       ConstraintSystem<S>& constraints, const S* free_dydt, S rate_per_s) {
   std::fill(constraints.acceleration.begin(), constraints.acceleration.end(), SpatialVector<S>{});
   for (const int body : active.bodies) {
@@ -131,18 +131,16 @@ Convergence solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S
   GaussSeidel<S> solver{bodies, proximity, constraints};
   for (Contact<S>& contact : active.contacts) solver.prepare(contact);
   constexpr int max_sweeps = 5000;
-  Convergence ended{max_sweeps, 0, false};
+  SolveReport report{max_sweeps, 0, SolveEnd::capped};
   for (int sweep = 0; sweep < max_sweeps; ++sweep) {
     S change = S(0), size = S(0);
     for (Contact<S>& contact : active.contacts) solver.solve(contact, rate_per_s, change, size);
-    ended = {sweep + 1, size > S(0) ? static_cast<double>(change / size) : 0.0, false};
+    report = {sweep + 1, size > S(0) ? static_cast<double>(change / size) : 0.0, SolveEnd::capped};
     if (change > S(2) * real::epsilon<S>() * size) continue;
-    ended.converged = change == change;  // not NaN
+    if (change == change) report.ended = SolveEnd::converged;  // not NaN
     break;
   }
-  bodies.model.system().solvers.add(
-      IterativeSolver::contact_forces,
-      {ended.iterations, ended.residual, ended.converged ? SolveEnd::converged : SolveEnd::capped});
+  bodies.model.system().solvers.add(IterativeSolver::contact_forces, report);
   for (Contact<S>& contact : active.contacts) {
     contact.u_dot = solver.relative_acceleration(contact);
     contact.alpha = solver.relative_angular_acceleration(contact);
@@ -154,11 +152,11 @@ Convergence solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S
     // The slip direction at the end of the step, unless friction nearly stops the slip: then it is round-off.
     if (norm(across) > S(0x1p-16) * braking) contact.slip_direction = (S(1) / norm(across)) * across;
   }
-  return ended;
+  return report;
 }
 
 #define ATWOOD_GAUSS_SEIDEL(S)                                                                            \
-  template Convergence solve_forces_gauss_seidel<S>(const Bodies<S>&, const Proximity<S>&, ActiveSet<S>&, \
+  template SolveReport solve_forces_gauss_seidel<S>(const Bodies<S>&, const Proximity<S>&, ActiveSet<S>&, \
                                                     ConstraintSystem<S>&, const S*, S);
 ATWOOD_GAUSS_SEIDEL(float)
 ATWOOD_GAUSS_SEIDEL(double)

@@ -10,7 +10,7 @@ namespace atwood::event {
 // step of 1 / rate_per_s, whose direction becomes slip_direction. Residual: the last sweep's largest change of a force
 // relative to the largest normal force; converged: to 2 eps.
 template <class S>
-Convergence solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
+SolveReport solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
                                       ConstraintSystem<S>& constraints, const S* free_dydt, S rate_per_s);
 
 }  // namespace atwood::event

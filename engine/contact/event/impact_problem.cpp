@@ -117,16 +117,16 @@ namespace {
 
 // Projected Gauss-Seidel, point after point, friction on a round cone, until v_n >= target wherever p_n = least, and
 // p_n >= least. Residual: the last sweep's largest change of an impulse relative to the largest impulse; converged: to
-// 4 eps. Where it does not converge, Newton's method goes on; usable: to sqrt(eps).
+// 4 eps. Where it does not converge, Newton's method goes on. False: the residual is above sqrt(eps).
 template <class S>
-Convergence solve_impulses(ImpactProblem<S>& problem, std::vector<ImpactPoint<S>>& points, int first, int count) {
+bool solve_impulses(ImpactProblem<S>& problem, std::vector<ImpactPoint<S>>& points, int first, int count) {
   constexpr int max_sweeps = 20000;
   const auto ratio = [](S part, S whole) { return part == S(0) ? 0.0 : static_cast<double>(part / whole); };
   S change = S(0), size = S(0);
-  const auto end = [&](int sweeps, SolveEnd ended, bool usable) {
+  const auto end = [&](std::int64_t sweeps, SolveEnd ended, bool usable) {
     problem.bodies.model.system().solvers.add(IterativeSolver::simultaneous_impacts,
                                               {sweeps, ratio(change, size), ended});
-    return Convergence{sweeps, ratio(change, size), usable};
+    return usable;
   };
   for (int sweep = 0; sweep < max_sweeps; ++sweep) {
     change = size = S(0);
@@ -150,9 +150,10 @@ Convergence solve_impulses(ImpactProblem<S>& problem, std::vector<ImpactPoint<S>
     }
     if (!(change > S(4) * real::epsilon<S>() * size)) return end(sweep + 1, SolveEnd::converged, true);
   }
-  const Convergence newton = refine_impulses(problem, points, first, count);
+  const SolveReport newton = refine_impulses(problem, points, first, count);
   change = S(newton.residual) * size;
-  return end(max_sweeps + newton.iterations, newton.converged ? SolveEnd::stagnated : SolveEnd::capped,
+  return end(max_sweeps + newton.iterations,
+             newton.ended == SolveEnd::converged ? SolveEnd::stagnated : SolveEnd::capped,
              change <= real::sqrt(real::epsilon<S>()) * size);
 }
 
@@ -235,8 +236,7 @@ template <class S> bool collide_simultaneously(ImpactProblem<S>& problem, int fi
     point.tangential_N_s = {};
     point.target = newton && point.before < S(0) ? -law.restitution * point.before : S(0);
   }
-  problem.iteration = solve_impulses(problem, problem.impacts.points, first, count);
-  bool converged = problem.iteration.converged;
+  bool converged = solve_impulses(problem, problem.impacts.points, first, count);
   if (!newton) {
     bool restores = false;
     for (int i = first; i < first + count; ++i) {
@@ -244,10 +244,7 @@ template <class S> bool collide_simultaneously(ImpactProblem<S>& problem, int fi
       point.least = (S(1) + law_of(problem.proximity, problem.options, point.pair).restitution) * point.normal_N_s;
       restores = restores || point.least > point.normal_N_s;
     }
-    if (restores) {
-      problem.iteration = solve_impulses(problem, problem.impacts.points, first, count);
-      converged = problem.iteration.converged && converged;
-    }
+    if (restores) converged = solve_impulses(problem, problem.impacts.points, first, count) && converged;
   }
   if (!converged && !accept_unconverged(problem, u_before, first, count)) return false;
   record_impulses(problem, first, count);

@@ -19,9 +19,8 @@ template <class S> struct ImpactProblem {
   Impacts<S>& impacts;
   const EventOptions& options;
   Report& report;
-  S approach_round_off;        // [m/s] an approach below it is none
-  int unconverged = 0;         // solutions for several points that did not converge
-  Convergence iteration = {};  // how the last one ended
+  S approach_round_off;  // [m/s] an approach below it is none
+  int unconverged = 0;   // solutions for several points that did not converge
 
   const Candidate<S>& candidate(const ImpactPoint<S>& point) const { return proximity.candidates[point.candidate]; }
   // Velocity of the feature's body relative to the surface's at the point, and its normal part.

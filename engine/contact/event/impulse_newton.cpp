@@ -130,7 +130,7 @@ template <class S> void apply_change(const System<S>& system, const Vector<S>& x
 }  // namespace
 
 template <class S>
-Convergence refine_impulses(ImpactProblem<S>& problem, std::vector<ImpactPoint<S>>& points, int first, int count) {
+SolveReport refine_impulses(ImpactProblem<S>& problem, std::vector<ImpactPoint<S>>& points, int first, int count) {
   constexpr int max_iterations = 60;
   const S tolerance = S(64) * real::epsilon<S>();
   const System<S> system = system_of(problem, points.data() + first, count);
@@ -151,11 +151,11 @@ Convergence refine_impulses(ImpactProblem<S>& problem, std::vector<ImpactPoint<S
   }
   for (int i = 0; i < count; ++i) best[3 * i] = real::max(best[3 * i], system.points[i].least);
   apply_change(system, best);
-  return {iteration, static_cast<double>(least), least <= tolerance};
+  return {iteration, static_cast<double>(least), least <= tolerance ? SolveEnd::converged : SolveEnd::capped};
 }
 
 #define ATWOOD_IMPULSE_NEWTON(S) \
-  template Convergence refine_impulses<S>(ImpactProblem<S>&, std::vector<ImpactPoint<S>>&, int, int);
+  template SolveReport refine_impulses<S>(ImpactProblem<S>&, std::vector<ImpactPoint<S>>&, int, int);
 ATWOOD_IMPULSE_NEWTON(float)
 ATWOOD_IMPULSE_NEWTON(double)
 ATWOOD_IMPULSE_NEWTON(long double)

@@ -19,6 +19,6 @@ namespace atwood::event {
 // relative to the largest normal impulse; converged: at most 64 roundings. Where the iteration does not reduce the
 // residual that it begins with, nothing changes.
 template <class S>
-Convergence refine_impulses(ImpactProblem<S>& problem, std::vector<ImpactPoint<S>>& points, int first, int count);
+SolveReport refine_impulses(ImpactProblem<S>& problem, std::vector<ImpactPoint<S>>& points, int first, int count);
 
 }  // namespace atwood::event

@@ -131,18 +131,16 @@ template <class S> bool residual_is_round_off(const ConstraintSystem<S>& constra
 // and that noise is eps^(2/3). Factors of an earlier A are reused while they are near enough; where the start is the
 // solution, they are not used.
 template <class S>
-Convergence solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, ConstraintSystem<S>& constraints,
+SolveReport solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, ConstraintSystem<S>& constraints,
                        bool redundant, std::uint64_t key) {
   constexpr int max_iterations = 12;
   constexpr S round_off = S(4) * real::epsilon<S>(), noise = S(16) * round_off, slow = S(0x1p-6), stalled = S(0.25);
   const auto ended = [&](int iterations, S error_square, S tolerance) {
-    const Convergence how{iterations, std::sqrt(static_cast<double>(error_square)),
-                          error_square <= tolerance * tolerance};
-    SolveEnd end = SolveEnd::capped;
-    if (how.converged) end = SolveEnd::converged;
-    else if (residual_is_round_off(constraints)) end = SolveEnd::stagnated;
-    bodies.model.system().solvers.add(IterativeSolver::redundant_contacts, {iterations, how.residual, end});
-    return how;
+    SolveReport report{iterations, std::sqrt(static_cast<double>(error_square)), SolveEnd::capped};
+    if (error_square <= tolerance * tolerance) report.ended = SolveEnd::converged;
+    else if (residual_is_round_off(constraints)) report.ended = SolveEnd::stagnated;
+    bodies.model.system().solvers.add(IterativeSolver::redundant_contacts, report);
+    return report;
   };
   S* x = constraints.unknown.data();
   if (!redundant) {
@@ -152,7 +150,7 @@ Convergence solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, Cons
     std::copy_n(constraints.residual.begin(), constraints.row_count, x);
     substitute_rows(constraints, x);
     apply_unknowns(bodies, active, constraints);
-    return {1, 0, constraints.solvable};
+    return {1, 0, constraints.solvable ? SolveEnd::converged : SolveEnd::capped};
   }
   std::copy_n(x, constraints.row_count, constraints.start.begin());
   bool fresh = key == 0 || constraints.factors_key != key;
@@ -179,7 +177,7 @@ Convergence solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, Cons
 }
 
 #define ATWOOD_LINEAR_SOLVE(S) \
-  template Convergence solve_rows<S>(const Bodies<S>&, const ActiveSet<S>&, ConstraintSystem<S>&, bool, std::uint64_t);
+  template SolveReport solve_rows<S>(const Bodies<S>&, const ActiveSet<S>&, ConstraintSystem<S>&, bool, std::uint64_t);
 ATWOOD_LINEAR_SOLVE(float)
 ATWOOD_LINEAR_SOLVE(double)
 ATWOOD_LINEAR_SOLVE(long double)

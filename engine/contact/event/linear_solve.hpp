@@ -15,7 +15,7 @@ namespace atwood::event {
 //   |r_i| / sqrt(A_ii);
 // converged: to 64 roundings; stagnated: each |r_i| is at most constraints.right_round_off[i].
 template <class S>
-Convergence solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, ConstraintSystem<S>& constraints,
+SolveReport solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, ConstraintSystem<S>& constraints,
                        bool redundant, std::uint64_t key);
 
 }  // namespace atwood::event
