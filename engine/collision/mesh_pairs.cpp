@@ -19,9 +19,10 @@ Manifold<S> point_manifold(const TriangleMesh<S>& mesh, int t, const Vec3<S>& no
 
 // Adjacent triangles report the same contact at a shared edge or vertex, within the tolerance of the Voronoi regions.
 template <class S>
-bool is_duplicate(const std::vector<Manifold<S>>& out, std::size_t from, const Manifold<S>& made, S tolerance) {
-  for (std::size_t i = from; i < out.size(); ++i)
-    if (norm(out[i].points[0].x_W - made.points[0].x_W) <= tolerance) return true;
+bool is_duplicate(const std::vector<Manifold<S>>& out, std::size_t first_new, const Manifold<S>& manifold,
+                  S tolerance) {
+  for (std::size_t i = first_new; i < out.size(); ++i)
+    if (norm(out[i].points[0].x_W - manifold.points[0].x_W) <= tolerance) return true;
   return false;
 }
 
@@ -44,7 +45,7 @@ void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S 
                           std::vector<Manifold<S>>& out) {
   const S max_distance = radius + margin;
   const S tolerance = S(32) * real::epsilon<S>() * (norm(center) + radius);
-  const std::size_t from = out.size();
+  const std::size_t first_new = out.size();
   const Aabb<S> box = grown(Aabb<S>{center, center}, max_distance * (S(1) + S(8) * real::epsilon<S>()) + tolerance);
   bool behind = false;  // some near triangle has the centre on its inner side
   each_triangle(mesh, box, [&](int t) {
@@ -63,15 +64,16 @@ void mesh_sphere_contacts(const TriangleMesh<S>& mesh, const Vec3<S>& center, S 
     } else {
       normal = unit_vector(away);
     }
-    const Manifold<S> made = point_manifold(mesh, t, normal, at.x, at.distance - radius);
-    if (!is_duplicate(out, from, made, S(256) * tolerance)) out.push_back(made);
+    const Manifold<S> manifold = point_manifold(mesh, t, normal, at.x, at.distance - radius);
+    if (!is_duplicate(out, first_new, manifold, S(256) * tolerance)) out.push_back(manifold);
   });
   const auto& root = mesh.nodes;
-  if (!mesh.closed || root.empty() || !(behind || out.size() == from) || !overlap(root[0].box, Aabb<S>{center, center}))
+  if (!mesh.closed || root.empty() || !(behind || out.size() == first_new) ||
+      !overlap(root[0].box, Aabb<S>{center, center}))
     return;
   const MeshPoint<S> nearest = closest_on_mesh(mesh, center);
   if (!nearest.inside) return;
-  out.resize(from);
+  out.resize(first_new);
   out.push_back(enclosed_manifold(mesh, nearest, center, [&](const Vec3<S>& n) { return center - radius * n; }));
 }
 
@@ -82,7 +84,7 @@ template <class S>
 void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPart<S>& b, const Transform<S>& b_in_mesh, S margin,
                           std::vector<Manifold<S>>& out) {
   const Aabb<S> box = grown(bounds_of(b, b_in_mesh), margin);
-  const std::size_t from = out.size();
+  const std::size_t first_new = out.size();
   const S max_distance = margin + b.radius;
   const S round_off =
       S(64) * real::epsilon<S>() * (mesh.bounding_radius + norm(b_in_mesh.p_W) + norm(box.high - box.low));
@@ -126,7 +128,7 @@ void mesh_convex_contacts(const TriangleMesh<S>& mesh, const ConvexPart<S>& b, c
     if (depth > round_off && neighbour_is_shallower(mesh, t, side, depth - round_off, depth_along)) continue;
     add(t, NearestFeatures<S>{false, std::numeric_limits<S>::infinity(), side * mesh.triangles[t].normal, {}, {}});
   }
-  if (out.size() > from || mesh.nodes.empty()) return;
+  if (out.size() > first_new || mesh.nodes.empty()) return;
   if (mesh.closed && overlap(mesh.nodes[0].box, Aabb<S>{b_in_mesh.p_W, b_in_mesh.p_W})) {
     const MeshPoint<S> nearest = closest_on_mesh(mesh, b_in_mesh.p_W);
     const auto lowest = [&](const Vec3<S>& n) { return lowest_of(b, b_in_mesh, n); };

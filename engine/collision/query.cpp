@@ -51,7 +51,7 @@ bool bounding_spheres_are_apart(const QueryBody& a, const QueryBody& b, double m
 }
 
 // Triangles and parts that share a corner each find the same contact: it is reported once.
-bool is_duplicate(const std::vector<FoundContact>& contacts, std::size_t from, const FoundContact& made,
+bool is_duplicate(const std::vector<FoundContact>& contacts, std::size_t first_new, const FoundContact& contact,
                   double round_off) {
   const auto near = [](const std::array<Wide, 3>& x, const std::array<Wide, 3>& y, double least) {
     bool all = true;
@@ -59,10 +59,10 @@ bool is_duplicate(const std::vector<FoundContact>& contacts, std::size_t from, c
     return all;
   };
   constexpr double kSameDirection = 1e-9;
-  for (std::size_t i = from; i < contacts.size(); ++i) {
+  for (std::size_t i = first_new; i < contacts.size(); ++i) {
     const FoundContact& c = contacts[i];
-    if (near(c.x_m, made.x_m, round_off) && near(c.normal, made.normal, kSameDirection) &&
-        std::abs(static_cast<double>(c.depth_m - made.depth_m)) <= round_off)
+    if (near(c.x_m, contact.x_m, round_off) && near(c.normal, contact.normal, kSameDirection) &&
+        std::abs(static_cast<double>(c.depth_m - contact.depth_m)) <= round_off)
       return true;
   }
   return false;
@@ -79,15 +79,15 @@ void add_contacts(const QueryBody& a, const QueryBody& b, std::vector<Manifold<d
   if (bounding_spheres_are_apart(a, b, round_off)) return;
   manifolds.clear();
   find_contacts(a.shape, a.pose, b.shape, b.pose, round_off, manifolds);
-  const std::size_t from = answer.contacts.size();
+  const std::size_t first_new = answer.contacts.size();
   for (const Manifold<double>& m : manifolds) {
     report(IterativeSolver::expanding_polytope, m.solve, answer);
     for (int k = 0; k < m.count; ++k) {
       const ContactPoint<double>& point = m.points[static_cast<std::size_t>(k)];
       const Wide depth = point.gap < 0 ? -Wide(point.gap) : Wide(0);
-      const FoundContact made{a.index, b.index, widened(point.x_W), widened(m.normal_W), depth};
-      if (manifolds.size() == 1 || !is_duplicate(answer.contacts, from, made, 16 * round_off))
-        answer.contacts.push_back(made);
+      const FoundContact contact{a.index, b.index, widened(point.x_W), widened(m.normal_W), depth};
+      if (manifolds.size() == 1 || !is_duplicate(answer.contacts, first_new, contact, 16 * round_off))
+        answer.contacts.push_back(contact);
     }
   }
 }

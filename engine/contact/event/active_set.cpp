@@ -154,7 +154,7 @@ template <class S> bool find_modes(EventRun<S>& run, S t_s) {
   count_active(active);
   run.constraints.solvable = true;
   run.integration.free.rate(t_s, run.states.y.data(), run.states.dydt.data());
-  const Tolerances<S> tiny = tolerances_of(run.bodies, active, run.states.dydt.data());
+  const Tolerances<S> tolerances = tolerances_of(run.bodies, active, run.states.dydt.data());
   for (Contact<S>& contact : active.contacts) {
     contact.warm_N = contact.largest_N = S(0);
     contact.warm_friction_N = contact.warm_couple_N_m = {};
@@ -162,10 +162,10 @@ template <class S> bool find_modes(EventRun<S>& run, S t_s) {
   if (active.count > 0)
     add_contact_forces(run.bodies, run.proximity, active, run.constraints, run.states.y.data(), run.states.y.version,
                        run.states.dydt.data());
-  if (!laws_hold(run.proximity, active, run.constraints, tiny.force_N) && !search_modes(run, t_s, tiny)) {
+  if (!laws_hold(run.proximity, active, run.constraints, tolerances.force_N) && !search_modes(run, t_s, tolerances)) {
     run.integration.free.rate(t_s, run.states.y.data(), run.states.dydt.data());
     solve_forces_gauss_seidel(run.bodies, run.proximity, active, run.constraints, run.states.dydt.data(), S(0));
-    modes_from_forces(run.proximity, active, tiny.force_N, tiny.acceleration);
+    modes_from_forces(run.proximity, active, tolerances.force_N, tolerances.acceleration);
     release_cone_limits(run.proximity, active);
     count_active(active);
     run.constraints.solvable = true;
@@ -179,11 +179,12 @@ template <class S> bool find_modes(EventRun<S>& run, S t_s) {
         run.report, Status::diverged,
         "atwood's +event: the contact equations at t = " + format_double(static_cast<double>(t_s)) + " s are singular");
   // Forces of several contacts are known to no more than that.
-  const S coarse = active.contacts.size() > 1 ? real::sqrt(real::epsilon<S>()) * tiny.scale : S(0);
-  active.separation_acceleration = S(4) * real::max(tiny.acceleration, coarse);
-  if (!check_forces(run, t_s, real::max(tiny.acceleration, coarse), real::max(tiny.force_N, coarse * tiny.heaviest_kg)))
+  const S coarse = active.contacts.size() > 1 ? real::sqrt(real::epsilon<S>()) * tolerances.scale : S(0);
+  active.separation_acceleration = S(4) * real::max(tolerances.acceleration, coarse);
+  if (!check_forces(run, t_s, real::max(tolerances.acceleration, coarse),
+                    real::max(tolerances.force_N, coarse * tolerances.heaviest_kg)))
     return false;
-  drop_separating(run.bodies, run.proximity, active, run.states, tiny.acceleration);
+  drop_separating(run.bodies, run.proximity, active, run.states, tolerances.acceleration);
   count_active(active);
   list_contact_bodies(run.bodies, run.proximity, active);
   return true;

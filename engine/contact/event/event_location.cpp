@@ -100,7 +100,7 @@ template <class S> S impact_theta(Flow<S>& flow, const Candidate<S>& candidate) 
   return locate_zero_gap(flow, candidate, separated_until(flow, candidate, overlap.theta), overlap.theta, overlap.gap);
 }
 
-// Does the candidate, whose gap falls through zero at theta, leave its face there without a strike?
+// Does the candidate, whose gap falls through zero at theta, leave its face there without an impact?
 template <class S> bool leaves_face_at(Flow<S>& flow, const Candidate<S>& candidate, S theta) {
   EventRun<S>& run = flow.run;
   if (candidate.feature.edge || run.proximity.surfaces[candidate.surface].kind != SurfaceKind::slab) return false;

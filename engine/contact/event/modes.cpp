@@ -163,18 +163,19 @@ bool released_consistent(const Bodies<S>& bodies, const Proximity<S>& proximity,
 
 }  // namespace
 
-template <class S> bool search_modes(EventRun<S>& run, S t_s, const Tolerances<S>& tiny) {
+template <class S> bool search_modes(EventRun<S>& run, S t_s, const Tolerances<S>& tolerances) {
   if (std::any_of(run.active.contacts.begin(), run.active.contacts.end(),
                   [](const Contact<S>& c) { return c.at_cone_limit; }))
     return false;
   run.active.kept = run.active.contacts;
   for (int iteration = 0; iteration < kMaxModeIterations && run.constraints.solvable; ++iteration) {
-    if (release_violated(run.proximity, run.active, tiny.force_N)) {
+    if (release_violated(run.proximity, run.active, tolerances.force_N)) {
       evaluate_rates(run, t_s);
       continue;
     }
     bool reactivated = false;
-    if (!released_consistent(run.bodies, run.proximity, run.active, run.states, tiny.acceleration, reactivated)) break;
+    if (!released_consistent(run.bodies, run.proximity, run.active, run.states, tolerances.acceleration, reactivated))
+      break;
     if (!reactivated) return true;
     evaluate_rates(run, t_s);
   }

@@ -23,7 +23,7 @@ bool laws_hold(const Proximity<S>& proximity, const ActiveSet<S>& active, const 
                S tiny_N);
 // Finds modes whose forces obey the laws by a sequence of linear solves. False: none were found; contacts are as
 // before.
-template <class S> bool search_modes(EventRun<S>& run, S t_s, const Tolerances<S>& tiny);
+template <class S> bool search_modes(EventRun<S>& run, S t_s, const Tolerances<S>& tolerances);
 // Modes from the forces of solve_forces_gauss_seidel(). Sets active, modes, slip and roll directions, at_cone_limit,
 // warm_N and largest_N.
 template <class S>
