@@ -296,8 +296,8 @@ ATWOOD_INLINE void TreeRates<S>::acceleration_pass(const Constants& of, const St
 
 template <class S>
 template <class States, class V>
-ATWOOD_INLINE void TreeRates<S>::run(const States& y, const Vec3<S>& gravity_W, const V* applied, Node<V>* nodes,
-                                     Freedom<V>* freedoms) const {
+ATWOOD_INLINE void TreeRates<S>::evaluate(const States& y, const Vec3<S>& gravity_W, const V* applied, Node<V>* nodes,
+                                          Freedom<V>* freedoms) const {
   const int count = static_cast<int>(links_.size());
   Node<V> root;
   root.w = root.alpha = root.d = zero3<S, V>();
@@ -329,14 +329,15 @@ ATWOOD_INLINE void TreeRates<S>::run(const States& y, const Vec3<S>& gravity_W, 
 }
 
 template <class S> void TreeRates<S>::rates(const OneState<S>& y, const Vec3<S>& gravity_W, const S* applied) {
-  run(y, gravity_W, applied, nodes_.data(), freedoms_.data());
+  evaluate(y, gravity_W, applied, nodes_.data(), freedoms_.data());
 }
 
 template <class S>
 void TreeRates<S>::rates(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W, const Pack<S>* applied) {
   if constexpr (PackOf<S>::in_register)
-    in_lanes<S>(width,
-                [&](auto) ATWOOD_INLINED { run(y, gravity_W, applied, node_lanes_.data(), freedom_lanes_.data()); });
+    in_lanes<S>(width, [&](auto) ATWOOD_INLINED {
+      evaluate(y, gravity_W, applied, node_lanes_.data(), freedom_lanes_.data());
+    });
 }
 
 template class TreeRates<float>;

@@ -43,8 +43,8 @@ template <class S> class TreeRates {
   };
 
   template <class States, class V>
-  ATWOOD_INLINE void run(const States& y, const Vec3<S>& gravity_W, const V* applied, Node<V>* nodes,
-                         Freedom<V>* freedoms) const;
+  ATWOOD_INLINE void evaluate(const States& y, const Vec3<S>& gravity_W, const V* applied, Node<V>* nodes,
+                              Freedom<V>* freedoms) const;
   template <class States, class V>
   ATWOOD_INLINE void outward_pass(const Constants& of, const States& y, const Node<V>& parent, Node<V>& m,
                                   Freedom<V>* freedom) const;

@@ -205,7 +205,7 @@ std::string fish_script(const CLI::App& app) {
 std::string completion_script(const CLI::App& app, const std::string& shell) {
   if (shell == "fish") return fish_script(app);
   if (shell != "bash" && shell != "zsh")
-    throw InputError(fmt::format("completion {}: expected bash, zsh or fish", shell));
+    throw InputError(fmt::format("completion: found `{}`; expected bash, zsh or fish", shell));
   std::string text = shell == "bash" ? kBash : kZsh;
   text = replaced(text, "@COMMANDS@", command_names(app));
   text = replaced(text, "@COMMAND_CASES@", command_cases(app));

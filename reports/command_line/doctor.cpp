@@ -109,7 +109,8 @@ int command_schema(const Place&, const Options& options) {
     fmt::print("{}\n", scenario_schema());
     return exit_pass;
   }
-  if (options.input != "rows") throw InputError(fmt::format("schema {}: expected scenario or rows", options.input));
+  if (options.input != "rows")
+    throw InputError(fmt::format("schema: found `{}`; expected scenario or rows", options.input));
   const json text = {{"type", "string"}};
   const json number_or_empty = {{"type", json::array({"number", "string", "null"})}};
   json properties = json::object();

@@ -180,7 +180,7 @@ int command_list(const Place& place, const Options& options) {
   const std::string what = options.input;
   if (!what.empty() && what != "scenarios" && what != "methods" && what != "metrics" && what != "gates" &&
       what != "studies") {
-    throw InputError(fmt::format("list {}: expected scenarios, methods, metrics, gates or studies{}", what,
+    throw InputError(fmt::format("list: found `{}`; expected scenarios, methods, metrics, gates or studies{}", what,
                                  nearest_hint(what, {"scenarios", "methods", "metrics", "gates", "studies"}, 1)));
   }
   if (options.names) {

@@ -52,8 +52,8 @@ std::vector<MetricInfo> common_metrics() {
       {"size-velocity", "m/s", "Largest speed along the true motion."},
       {"size-body-rate", "rad/s", "Largest angular speed along the true motion."},
       {"condition", "1",
-       "Condition number of the flow: growth over the run of an initial perturbation relative to each vector's own "
-       "size, in units of the trajectory's size."},
+       "Condition number of the flow: (|dx(t_end)| / S) / eps for an initial perturbation by eps of each vector's own "
+       "size, S the size of the trajectory."},
       {"energy-scale", "J",
        "E_scale, one per scene for all methods and steps: largest kinetic energy + |V - V0| over the truth's "
        "samples, or, without a truth, over a run of the reference with converged energy (the reason says which)."},
@@ -166,16 +166,17 @@ std::vector<MetricInfo> common_metrics() {
        "Horizontal distance flown to z = 0 less the true one; landing by the parabola through three samples, on run "
        "and truth alike; positive: too far."},
       {"impact-time-error", "s",
-       "Largest |t_k - true t_k| over the impacts, the k-th of a pair against the k-th, of those that fell from a "
-       "clearance of at least 1e-3 m; NaN: impacts are missing."},
+       "Largest error |t_k - true t_k| of an impact's time. Impacts of a pair are matched by their number k; only those "
+       "after a flight higher than 1e-3 m count. NaN: the run reports fewer impacts than the truth."},
       {"impact-place-error", "m",
        "Largest distance of a reported contact point from the true one, over the same impacts."},
-      {"impact-normal-impulse-error", "N s", "Largest |J_n - true J_n| over the same impacts."},
+      {"impact-normal-impulse-error", "N s",
+       "Largest |J_n - true J_n| of the normal impulse J_n over the same impacts."},
       {"impact-tangential-impulse-error", "N s",
        "Largest difference of the sizes of the tangential impulse and the true one, over the same impacts."},
       {"transition-time-error", "s",
-       "Largest |t_k - true t_k| over the reported ends of a contact's regime (rest, slip, stick, roll, separate), the "
-       "k-th of a kind of a pair against the k-th; NaN: one is missing."},
+       "Largest error |t_k - true t_k| of the time at which a contact's regime changes (rest, slip, stick, roll, "
+       "separate). Changes of one kind and pair are matched by their number k. NaN: the run reports fewer than the truth."},
       {"impact-count-error", "1",
        "Reported impacts less true ones, of those that fell from a clearance of at least 1e-3 m."},
       {"apex-error", "1",

@@ -21,12 +21,12 @@ std::vector<MetricInfo> fluid_metrics() {
                "field."});
   const std::vector<MetricInfo> others = {
       {"model-error", "1",
-       "The error that compressibility makes: u_c - u at the particles' positions. u is the exact velocity of the "
+       "Error due to compressibility: u_c - u at the particles' positions. u is the exact velocity of the "
        "incompressible equations, u_c that of the weakly compressible ones. l1 norm, over that of u; the l2 and linf "
        "norms stand in rows whose `body` is l2 or linf."},
       {"space-error", "1",
-       "The error that the particles make: V - u_c(X). X and V are the positions and velocities that solve the particles' "
-       "own equations of motion without an error of time, u_c the exact velocity of the weakly compressible equations. "
+       "Error of the spatial discretisation: V - u_c(X). X and V are the positions and velocities that solve the particles' "
+       "own equations of motion exactly in time, u_c the exact velocity of the weakly compressible equations. "
        "Where X and V are not known, the run's own take their place, and the reason says so. l1 norm, over that of the "
        "exact velocity; l2 and linf as in model-error."},
       {"time-error", "1",
