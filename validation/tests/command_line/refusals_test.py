@@ -53,6 +53,13 @@ class Values(Refusals):
                 told = self.ask(*command, option + "=" + value, code=2).stderr
                 self.assertIn("found `" + value + "`; expected a whole number of", told)
 
+    def test_a_response_without_possible_contacts(self):
+        """The scheme alone is refused, and the message says that the response, of whose doc it is no exception, has no part in it."""
+        for scheme, response in (("symplectic-euler", "impulse"), ("symplectic-euler", "penalty")):
+            told = self.ask("trace", "bricard", "--method", f"atwood/{scheme}+{response}", code=1).stderr
+            self.assertIn(f"no contact is possible in this scene, so +{response} has no effect; atwood/{scheme} steps no mechanism", told)
+        self.assertNotIn("no effect", self.ask("trace", "bricard", "--method", "atwood/symplectic-euler", code=1).stderr)
+
     def test_repetition_and_lack(self):
         told = self.ask("advise", "kepler-e0.6", "--error", "1", "--time", "1", "--time", "2", code=2).stderr
         self.assertIn("--time: found 2 times; expected once", told)
