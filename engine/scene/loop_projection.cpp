@@ -453,6 +453,7 @@ bool axes_agree(const Scene& scene, const MechanismStart& start) {
 }
 
 constexpr double kConverged = 1e-30;  // of the residuals: lengths over the size, angles in radians
+constexpr double kRoundOff = 1e-33;   // of the same
 
 // Newton's method; whether it converged. A step turns nothing by more than half a radian and moves nothing by more than
 // half the size, and neither by more than ten times the root of the residual: near a singular configuration a gap of g
@@ -461,10 +462,13 @@ constexpr double kConverged = 1e-30;  // of the residuals: lengths over the size
 bool close_loops(Loops& loops, MechanismStart& start, double rank_tolerance) {
   std::optional<LeastChange> solve;
   Real before = 0;
+  bool converged = false;
   for (int iteration = 0; iteration < 200; ++iteration) {
     const std::vector<Real> off = residuals(loops, start);
     const Real worst = largest_of(off);
-    if (worst <= kConverged) return axes_agree(loops.scene, start);
+    // A step more takes a residual below the tolerance to round-off; a start that is at it stays to the bit.
+    if (converged || (iteration == 0 && worst <= kRoundOff)) return axes_agree(loops.scene, start);
+    converged = worst <= kConverged;
     if (isnanq(worst) || (iteration > 20 && worst > Real(0.5) * before && worst < Real(1e-20))) return false;
     before = worst;
     if (!solve) {
@@ -489,14 +493,15 @@ bool match_rates(Loops& loops, MechanismStart& start, double rank_tolerance) {
   for (const BodyMotion& body : start.bodies)
     speed = fmaxq(speed, fmaxq(norm(body.v_m_per_s) / loops.size, norm(body.w_rad_per_s)));
   const Real tolerance = kConverged * speed;
-  if (largest_of(rate_residuals(loops, start)) <= tolerance) return true;
+  if (largest_of(rate_residuals(loops, start)) <= kRoundOff * speed) return true;
   set_screws(loops, start);
   const LeastChange solve = factorised(loops, start, true, rank_tolerance);
-  for (int refinement = 0; refinement < 4; ++refinement) {
+  bool matched = false;
+  for (int refinement = 0; refinement < 4 && !matched; ++refinement) {
+    matched = refinement > 0 && largest_of(rate_residuals(loops, start)) <= tolerance;  // then one more, as above
     accelerate(loops, solve.change(rate_residuals(loops, start)), start);
-    if (largest_of(rate_residuals(loops, start)) <= tolerance) return true;
   }
-  return false;
+  return largest_of(rate_residuals(loops, start)) <= tolerance;
 }
 
 // The closing joint with the largest residual.

@@ -4,9 +4,10 @@
 // Positions by Newton's method: each step dq minimises dq^T M(q) dq subject to G(q) dq = -g(q), where g are the gaps of
 // the closing joints (lengths over the mechanism's size) and G their derivatives. With M = L L^T and A = G L^-T the
 // step is dq = -L^-T A^+ g, the pseudo-inverse from a QR decomposition of A^T with column pivoting, so that redundant
-// and singular loops have a step as well. Rates by one such step, du = -L^-T A^+ (G u - b), with the ropes among the
-// rows. Held and driven joints keep their coordinates and rates. The order of the bodies and joints does not matter to
-// more than round-off. Ropes have the length of the start and take no part in the positions.
+// and singular loops have a step as well. Rates by such steps, du = -L^-T A^+ (G u - b), with the ropes among the rows.
+// Both take one step more than their tolerance asks for, down to round-off. Held and driven joints keep their
+// coordinates and rates. The order of the bodies and joints does not matter to more than round-off. Ropes have the
+// length of the start and take no part in the positions.
 #pragma once
 
 #include "scene/mechanism.hpp"

@@ -1,5 +1,7 @@
 #include "closed_form/joint_bars.hpp"
 
+#include <algorithm>
+
 namespace atwood::closed_form {
 
 namespace {
@@ -35,7 +37,17 @@ void include_reaction(Spread& of, const Vec<Wide>& wide, const std::vector<const
 }  // namespace
 
 JointBars::JointBars(const Scene& scene, double safety)
-    : scene_(scene), safety_(safety), joints_(scene.joints.size()), ropes_(scene.ropes.size()) {}
+    : scene_(scene), safety_(safety),
+      has_loops_(std::any_of(scene.joints.begin(), scene.joints.end(), [](const Joint& j) { return j.closes_loop; })),
+      joints_(scene.joints.size()), ropes_(scene.ropes.size()) {}
+
+void JointBars::widen_scales(Spreads& of, JointKind kind) const {
+  for (int c = 0; c < rate_count(kind); ++c) {
+    const bool angle = is_angle(kind, c);
+    of.q.scale = larger(of.q.scale, angle ? Wide(1) : place_);
+    of.u.scale = larger(of.u.scale, angle ? rate_ : speed_);
+  }
+}
 
 void JointBars::add_joint(std::size_t k, std::size_t j, const Motion<Wide>& wide,
                           const std::vector<Motion<Narrow>>& narrow, JointSample& value, JointSample& bar) {
@@ -60,6 +72,7 @@ void JointBars::add_joint(std::size_t k, std::size_t j, const Motion<Wide>& wide
   std::array<bool, 3> known_force{}, known_torque{};
   include_reaction(of.force, w.force_N, forces, value.force_N, known_force);
   include_reaction(of.torque, w.torque_N_m, torques, value.torque_N_m, known_torque);
+  if (has_loops_) widen_scales(of, kind);
   fill(bar.q, of.q, safety_, coordinates);
   fill(bar.u, of.u, safety_, rates);
   fill(bar.applied, of.applied, safety_, rates);
@@ -71,6 +84,11 @@ void JointBars::add_joint(std::size_t k, std::size_t j, const Motion<Wide>& wide
 
 std::string JointBars::add(std::size_t k, const Motion<Wide>& wide, const std::vector<Motion<Narrow>>& narrow,
                            Sample& value, Sample& bar) {
+  for (const BodySample& body : value.bodies) {
+    place_ = larger(place_, norm(body.p_m));
+    speed_ = larger(speed_, norm(body.v_m_per_s));
+    rate_ = larger(rate_, norm(body.w_rad_per_s));
+  }
   if (!wide.joints.empty())
     for (std::size_t j = 0; j < joints_.size(); ++j) {
       add_joint(k, j, wide, narrow, value.joints.emplace_back(), bar.joints.emplace_back());
