@@ -74,7 +74,7 @@ template <class S> Motion<S> solve_atwood_machine(const Scenario& scenario, cons
   motion.refusal = possible_contact(scene);
   if (motion.refusal.empty() && (scene.ropes.empty() || !(g > 0))) motion.refusal = "expected a rope and gravity";
   if (!motion.refusal.empty()) return motion;
-  const Vec<S> up = (-1 / g) * gravity;
+  const Vec<S> up{-gravity[0] / g, -gravity[1] / g, -gravity[2] / g};  // exactly a unit vector along an axis
   std::vector<Machine<S>> machines(scene.ropes.size());
   std::vector<int> ropes(scene.bodies.size(), 0);
   for (std::size_t r = 0; r < machines.size(); ++r) {

@@ -190,7 +190,7 @@ std::string add_events(Truth& truth, const Scenario& scenario, const Motion<Wide
         difference = larger(difference, magnitude(at.t_s - Wide(realisation.events[matches.front()].t_s)));
       matches.pop_front();
     }
-    const Wide half_width = kImpactSafety * (ratio * difference + round_off * magnitude(at.t_s));
+    const Wide half_width = kImpactSafety * (ratio * difference + round_off * magnitude(at.t_s)) + at.slack_s;
     truth.events.push_back(event_of(at));
     truth.event_bar_s.push_back(static_cast<double>(half_width));
     impacts.all.push_back({at.body_a, at.body_b, at.t_s, half_width,

@@ -15,6 +15,9 @@ constexpr double kContactToleranceOfBody = 1e-7;  // of the thinner body, howeve
 constexpr double kMargin = 1e-5;                  // the cones and the contact areas are reduced by this relative amount
 constexpr int kMaxSweeps = 20000;
 constexpr double kBalanced = 1e-7;  // of gravity
+// What is not balanced of a body's weight must not be more than friction could still hold: the coefficients are reduced
+// by this amount, too.
+constexpr double kFrictionMargin = 4 * kBalanced;
 constexpr double kRoundOff = 1e-14;
 
 // A box, a rectangle (a box of thickness 0), a sphere (a box of zero extent with a radius), or a plane.
@@ -192,7 +195,12 @@ std::string find_all_contacts(const Scene& scene, const std::vector<Solid>& soli
       for (std::size_t k = before; k < contacts.size(); ++k) {
         contacts[k].a = static_cast<int>(i);
         contacts[k].b = static_cast<int>(j);
-        contacts[k].friction = (1 - kMargin) * pair_law(scene, contacts[k].a, contacts[k].b).friction;
+        const double friction = pair_law(scene, contacts[k].a, contacts[k].b).friction;
+        contacts[k].friction = std::max(0.0, std::min((1 - kMargin) * friction, friction - kFrictionMargin));
+        const V g = vec<double>(scene.gravity_m_per_s2), along = g - dot(g, contacts[k].n) * contacts[k].n;
+        if (contacts[k].friction == 0 && length(along) > kRoundOff * length(g) && length(along) < 1e-6 * length(g))
+          return "`" + scene.bodies[i].name + "` and `" + scene.bodies[j].name +
+                 "` have a slope too small to tell whether they slide, and hardly any friction";
       }
       V middle{};
       for (std::size_t k = before; k < contacts.size(); ++k)

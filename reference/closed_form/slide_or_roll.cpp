@@ -19,6 +19,7 @@ namespace {
 template <class S> struct Leg {  // s, v along the line; angle, w about n x e; constant accelerations
   S t{}, s{}, v{}, angle{}, w{}, a{}, spin_up{};
   bool holds = false;  // rolling, or at rest
+  S slowed{};          // how fast the slip of the phase before went down
 };
 
 template <class S> struct Line {
@@ -59,6 +60,7 @@ template <class S> struct Line {
       reach(next, stop);
       if (!(until < t_end)) return;
       next = at(until);
+      next.slowed = slowing;
       if (round) next.w = next.v / r;
       else next.v = 0;
       u = 0;
@@ -141,35 +143,39 @@ std::string find_line(const Scene& scene, int at, const Floor<S>& floor, const F
   return falls.empty() ? "" : name + " " + falls;
 }
 
+// With friction the difference of two motions of a body does not grow in the norm of kinetic energy. The neglected
+// parts therefore act on the velocity by themselves and their time integral, and on r w by sqrt(m r^2 / I) times that.
+// A factor of 4 covers all terms of second order in the neglected parts. Answers the bound for the slip.
 template <class S>
-ContactEvent<S> holding(const Floor<S>& floor, int at, const Line<S>& line, const Vec<S>& foot, const Leg<S>& leg) {
+S add_slack(InputRoundOff<S>& input_round_off, const Body& body, const FloorContact<S>& contact, const Line<S>& line,
+            S slope, S t_end) {
+  const S v = 4 * (contact.normal_speed + line.dropped_v + t_end * (line.dropped_a + slope));
+  input_round_off.v_m_per_s = larger(input_round_off.v_m_per_s, v);
+  input_round_off.p_m = larger(input_round_off.p_m, contact.gap_error_m + v * t_end);
+  S turned = 4 * contact.tilt, slip = v;
+  if (line.round || line.kappa != 1) {
+    const S inertia = body.inertia_kg_m2[8], r = contact.height;
+    const S w = inertia > 0 ? v / r * larger(S(1), sqrt(S(body.mass_kg) * r * r / inertia)) : S(0);
+    input_round_off.w_rad_per_s = larger(input_round_off.w_rad_per_s, w);
+    turned = turned + w * t_end;
+    slip += r * w;
+  }
+  input_round_off.q = larger(input_round_off.q, turned);
+  return slip;
+}
+
+template <class S>
+ContactEvent<S> holding(const Floor<S>& floor, int at, const Line<S>& line, const Vec<S>& foot, const Leg<S>& leg,
+                        S slip) {
   ContactEvent<S> made;
   made.t_s = leg.t;
+  made.slack_s = slip / leg.slowed;
   made.kind = line.round ? EventKind::roll : EventKind::stick;
   made.body_a = at < floor.body ? at : floor.body;
   made.body_b = at < floor.body ? floor.body : at;
   made.x_W = foot + leg.s * line.e;
   made.normal_W = S(at < floor.body ? -1 : 1) * floor.n;
   return made;
-}
-
-// With friction the difference of two motions of a body does not grow in the norm of kinetic energy. The neglected
-// parts therefore act on the velocity by themselves and their time integral, and on r w by sqrt(m r^2 / I) times that.
-// A factor of 4 covers all terms of second order in the neglected parts.
-template <class S>
-void add_slack(InputRoundOff<S>& input_round_off, const Body& body, const FloorContact<S>& contact, const Line<S>& line,
-               S slope, S t_end) {
-  const S v = 4 * (contact.normal_speed + line.dropped_v + t_end * (line.dropped_a + slope));
-  input_round_off.v_m_per_s = larger(input_round_off.v_m_per_s, v);
-  input_round_off.p_m = larger(input_round_off.p_m, contact.gap_error_m + v * t_end);
-  S turned = 4 * contact.tilt;
-  if (line.round || line.kappa != 1) {
-    const S inertia = body.inertia_kg_m2[8], r = contact.height;
-    const S w = inertia > 0 ? v / r * larger(S(1), sqrt(S(body.mass_kg) * r * r / inertia)) : S(0);
-    input_round_off.w_rad_per_s = larger(input_round_off.w_rad_per_s, w);
-    turned = turned + w * t_end;
-  }
-  input_round_off.q = larger(input_round_off.q, turned);
 }
 
 struct Way {
@@ -211,13 +217,13 @@ template <class S> Motion<S> solve_slide_or_roll(const Scenario& scenario, const
       motion.poses[k][i] = {start.p_WB + now.s * line.e, now.v * line.e, now.w * axis_B,
                             start.q_WB * turn(axis_B, now.angle)};
     }
+    const S slip = add_slack(motion.input_round_off, body, contact, line, floor.neglected, S(scenario.t_end_s));
     for (std::size_t k = 1; k < line.legs.size(); ++k)
       if (line.legs[k].holds)
-        motion.events.push_back(holding(floor, at, line, start.p_WB - contact.height * floor.n, line.legs[k]));
+        motion.events.push_back(holding(floor, at, line, start.p_WB - contact.height * floor.n, line.legs[k], slip));
     const Vec<S> least = start.p_WB + line.s_least * line.e, most = start.p_WB + line.s_most * line.e;
     ways.push_back({at, rounded(least), rounded(most), contact.extent_m});
     motion.refusal = leaves_floor(floor, scene, ways.back().from, ways.back().to, contact.extent_m);
-    add_slack(motion.input_round_off, body, contact, line, floor.neglected, S(scenario.t_end_s));
   }
   if (motion.refusal.empty()) motion.refusal = ways_meet(scene, ways);
   std::sort(motion.events.begin(), motion.events.end(),

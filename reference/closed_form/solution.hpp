@@ -24,6 +24,7 @@ template <class S> struct ContactEvent {  // an Event over S
   Vec<S> x_W{}, normal_W{};
   S impulse_n_N_s{}, impulse_t_N_s{}, vn_before_m_per_s{}, vn_after_m_per_s{};
   S coupled_delay_s = -1;  // [s] until the next impact that is coupled with this one; negative: none
+  S slack_s{};             // half-width of t_s by the round-off of the scene's doubles, as InputRoundOff
 };
 
 // Errors from conditions that the scene's doubles satisfy to round-off only (a closed gap, a flat floor) and that a

@@ -219,6 +219,9 @@ ImpactResult<S> resolve_impact(const Pair<S>& pair, const ContactPoint<S>& conta
   if (slides) along = (1 / norm(sliding)) * sliding;
   else if (norm(lean) > round_off_tolerance<S>() * norm(r)) along = (1 / norm(lean)) * lean;
   const bool rough = law.friction != 0 && !is_zero(along);
+  // Where it is small, what is left of a difference is not orthogonal to n: once more.
+  if (!is_zero(along)) along = along - dot(along, n) * n;
+  if (!is_zero(along)) along = (1 / norm(along)) * along;
   const Vec<S> across = cross(n, along);
   if (rough && magnitude(inverse_mass(across, n)) + magnitude(inverse_mass(across, along)) >
                    round_off_tolerance<S>() * inverse_mass(n, n))
@@ -228,7 +231,7 @@ ImpactResult<S> resolve_impact(const Pair<S>& pair, const ContactPoint<S>& conta
             slides ? norm(sliding) : S(0), dot(u, n), S(law.restitution), rough ? S(law.friction) : S(0));
   made.J = made.impulse.normal * n + made.impulse.tangential * along;
   made.rod_w = S(-1) * turned_by(made.J);
-  made.ball_w = (pair.ball_inverse_mass_spin / pair.radius) * cross(S(-1) * n, made.J);
+  made.ball_w = (pair.ball_inverse_mass_spin / pair.radius) * cross(S(-1) * n, made.impulse.tangential * along);
   const Vec<S>& w = made.rod_w;
   const Vec<S> L{pair.moment[0] * w[0], pair.moment[1] * w[1], pair.moment[2] * w[2]};
   const S tumbles = norm(cross(w, L));
