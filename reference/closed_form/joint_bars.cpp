@@ -69,6 +69,14 @@ void JointBars::add_joint(std::size_t k, std::size_t j, const Motion<Wide>& wide
   value.u = w.u;
   value.applied = w.applied;
   value.not_unique |= w.not_unique;
+  // At rest at a stop its force is taken out of the reaction, and what is left may be round-off of weight and motor.
+  if (const Joint& joint = scene_.joints[j]; joint.limits) {
+    const Wide weight =
+        Wide(scene_.bodies[static_cast<std::size_t>(joint.child)].mass_kg) * norm(vec<Wide>(scene_.gravity_m_per_s2));
+    const Wide arm = norm(vec<Wide>(joint.anchors_body_m[1])), applied = of.applied.scale;
+    of.force.scale = larger(of.force.scale, weight + applied);
+    of.torque.scale = larger(of.torque.scale, weight * arm + applied * (kind == JointKind::slider ? arm : Wide(1)));
+  }
   std::array<bool, 3> known_force{}, known_torque{};
   include_reaction(of.force, w.force_N, forces, value.force_N, known_force);
   include_reaction(of.torque, w.torque_N_m, torques, value.torque_N_m, known_torque);

@@ -3,52 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "draw.hpp"
 #include "flights_check.hpp"
 #include "smooth_check.hpp"
-#include "validation/tests/closed_form/scenes.hpp"
 
 namespace atwood::fuzz {
 namespace {
-
-constexpr double pi = 3.141592653589793;
-
-using testing::ball, testing::point;
-
-Scenario empty(TruthKind truth, const std::string& solution, double t_end_s) {
-  Scenario made = testing::scenario(solution, t_end_s);
-  made.samples = 4;
-  made.truth.kind = truth;
-  return made;
-}
-
-Body turning(Body body, Real3 moments, Real3 w) {
-  body.inertia_kg_m2 = {moments[0], 0, 0, 0, moments[1], 0, 0, 0, moments[2]};
-  body.angular_velocity_body_rad_per_s = w;
-  return body;
-}
-
-Body peg(const std::string& name, double radius_m, Real3 p) {
-  Body body = ball(name, 0, radius_m, p, {});
-  body.inertia_kg_m2 = {};
-  body.fixed = true;
-  return body;
-}
-
-Body plane(Real3 normal, double offset_m) {
-  Body body = point("plane", 0, {}, {});
-  body.fixed = true;
-  body.shape = Plane{normal, offset_m};
-  return body;
-}
-
-Real3 scaled(double s, const Real3& v) { return {s * v[0], s * v[1], s * v[2]}; }
-Real3 sum(const Real3& a, const Real3& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Real3 across(const Real3& n, Random& random) {  // a unit vector orthogonal to n, to round-off
-  const Real3 v = random.direction();
-  const double along = n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
-  const Real3 flat = sum(v, scaled(-along, n));
-  return scaled(1 / std::sqrt(flat[0] * flat[0] + flat[1] * flat[1] + flat[2] * flat[2]), flat);
-}
 
 // ---- points in force fields ---------------------------------------------------------------------------------------
 
@@ -385,6 +345,8 @@ std::vector<Kind> all_kinds() {
     all.push_back({name, "billiards", of(truth, "", billiard), flights, 0.04});  // of 3064 scenes 2.8 %
     all.push_back({name, "drops", of(truth, "", drop), flights});
   }
+  for (const auto& more : {contact_kinds(), joint_kinds(), mechanism_kinds()})
+    for (const Kind& kind : more) all.push_back(kind);
   return all;
 }
 

@@ -39,5 +39,6 @@ struct Kind {
 };
 
 const std::vector<Kind>& kinds();
+std::vector<Kind> contact_kinds(), joint_kinds(), mechanism_kinds();  // parts of them
 
 }  // namespace atwood::fuzz

@@ -44,6 +44,28 @@ inline Long3 turned(const Long4& q, const Long3& v) {
 }
 inline Long3 turned_back(const Long4& q, const Long3& v) { return turned({q[0], -q[1], -q[2], -q[3]}, v); }
 
+inline Long4 product(const Long4& a, const Long4& b) {
+  const Long3 u{a[1], a[2], a[3]}, v{b[1], b[2], b[3]};
+  const Long3 w = a[0] * v + b[0] * u + cross(u, v);
+  return {a[0] * b[0] - dot(u, v), w[0], w[1], w[2]};
+}
+inline Long4 normalised(const Real4& given) {
+  Long square = 0;
+  for (const double part : given) square += Long(part) * part;
+  const Long length = sqrt(square);
+  return {given[0] / length, given[1] / length, given[2] / length, given[3] / length};
+}
+inline Long3 normalised(const Long3& v) { return Long(1) / sqrt(dot(v, v)) * v; }
+// By `angle` about the unit vector n.
+inline Long4 quaternion_about(const Long3& n, const Long& angle) {
+  const Long s = sin(angle / 2);
+  return {cos(angle / 2), s * n[0], s * n[1], s * n[2]};
+}
+inline Long3 times(const Real33& m, const Long3& v) {
+  return {m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
+          m[6] * v[0] + m[7] * v[1] + m[8] * v[2]};
+}
+
 // As BodySample
 struct LongBody {
   Long3 p{};
@@ -51,10 +73,66 @@ struct LongBody {
   Long3 v{}, w{};
 };
 
+// As JointSample, without what is applied
+struct LongJoint {
+  Long4 q{};
+  Long3 u{}, force{}, torque{};
+};
+// As RopeSample
+struct LongRope {
+  Long tension = 0;
+  std::vector<Long> angles;
+};
+
 // The result of a checker: values[k][i] of body i at t_end_s k / samples, and their half-width `own`.
 struct Checked {
   std::string refused;  // not empty: the checker does not cover the scene, or did not converge
   std::vector<std::vector<LongBody>> values, own;
+  // As values and own; empty: the checker has none. `reactions`: force and torque are known.
+  std::vector<std::vector<LongJoint>> joints = {}, joints_own = {};
+  bool reactions = false;
+  std::vector<std::vector<LongRope>> ropes = {}, ropes_own = {};
+  // Times of the events, ascending; not `has_events`: the checker does not know them.
+  std::vector<Long> event_s = {}, event_own_s = {};
+  bool has_events = false;
 };
+
+// A result and the same with other step lengths or shifted events: their difference is the half-width of the first.
+// Both have the same samples.
+inline void set_own(Checked& made, const Checked& other, const Long& relative) {
+  const auto apart = [&](const Long& a, const Long& b) { return Long(abs(a - b) + abs(a) * relative); };
+  const auto each = [&](const auto& a, const auto& b, auto& own) {
+    for (std::size_t c = 0; c < a.size(); ++c) own[c] = apart(a[c], b[c]);
+  };
+  for (std::size_t k = 0; k < made.values.size(); ++k) {
+    auto& own = made.own.emplace_back(made.values[k].size());
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      const LongBody &x = made.values[k][i], &y = other.values[k][i];
+      each(x.p, y.p, own[i].p);
+      each(x.v, y.v, own[i].v);
+      each(x.w, y.w, own[i].w);
+      each(x.q, y.q, own[i].q);
+    }
+    if (!made.joints.empty()) {
+      auto& of = made.joints_own.emplace_back(made.joints[k].size());
+      for (std::size_t j = 0; j < of.size(); ++j) {
+        const LongJoint &x = made.joints[k][j], &y = other.joints[k][j];
+        each(x.q, y.q, of[j].q);
+        each(x.u, y.u, of[j].u);
+        each(x.force, y.force, of[j].force);
+        each(x.torque, y.torque, of[j].torque);
+      }
+    }
+    if (made.ropes.empty()) continue;
+    auto& of = made.ropes_own.emplace_back(made.ropes[k].size());
+    for (std::size_t j = 0; j < of.size(); ++j) {
+      of[j].tension = apart(made.ropes[k][j].tension, other.ropes[k][j].tension);
+      of[j].angles.resize(made.ropes[k][j].angles.size());
+      each(made.ropes[k][j].angles, other.ropes[k][j].angles, of[j].angles);
+    }
+  }
+  made.event_own_s.resize(made.event_s.size());
+  if (made.event_s.size() == other.event_s.size()) each(made.event_s, other.event_s, made.event_own_s);
+}
 
 }  // namespace atwood::fuzz

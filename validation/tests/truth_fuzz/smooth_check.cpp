@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
+
+#include "extrapolation.hpp"
 
 namespace atwood::fuzz {
 namespace {
 
-using State = std::vector<Long>;  // p, v of each body, then q, w of those that rotate, fixed ones included
-using Rate = std::function<void(const Long& t_s, const State& y, State& dydt)>;
-
-constexpr int columns = 16;         // of the extrapolation: order 2 columns
+// A state: p, v, q, w of each body, fixed ones included.
 constexpr int most_steps = 20'000;  // above: the checker refuses the scene
 
 // ---- the equations of motion ------------------------------------------------------------------------------------
@@ -40,14 +38,9 @@ struct Equations {
   bool held(int i) const { return scene.bodies[i].fixed || now_s < scene.bodies[i].release_s; }
 };
 
-Long3 times(const std::array<Long, 9>& m, const Long3& v) {
+Long3 image(const std::array<Long, 9>& m, const Long3& v) {
   return {m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
           m[6] * v[0] + m[7] * v[1] + m[8] * v[2]};
-}
-Long3 times(const Real33& m, const Long3& v) {
-  std::array<Long, 9> wide;
-  std::copy(m.begin(), m.end(), wide.begin());
-  return times(wide, v);
 }
 
 constexpr int per_body = 13;
@@ -170,63 +163,12 @@ void rate(const Equations& of, const Long& t_s, const State& y, State& dydt) {
     if (!rotates(body)) continue;
     const Long3 u{b.q[1], b.q[2], b.q[3]}, turning = Long(0.5) * (b.q[0] * b.w + cross(u, b.w));
     d[6] = -dot(u, b.w) / 2;
-    const Long3 dw = times(of.inverse_inertia[i], loads.torque_body[i] - cross(b.w, times(body.inertia_kg_m2, b.w)));
+    const Long3 dw = image(of.inverse_inertia[i], loads.torque_body[i] - cross(b.w, times(body.inertia_kg_m2, b.w)));
     for (int k = 0; k < 3; ++k) {
       d[7 + k] = turning[k];
       d[10 + k] = dw[k];
     }
   }
-}
-
-// ---- extrapolation ----------------------------------------------------------------------------------------------
-// Gragg's modified midpoint rule with 2, 4, ..., 2 columns substeps: Hairer, Norsett and Wanner, Solving Ordinary
-// Differential Equations I, section II.9.
-
-State midpoints(const Rate& f, const Long& t_s, const State& y, const Long& H, int substeps) {
-  const Long h = H / substeps;
-  State before = y, now = y, slope(y.size());
-  f(t_s, y, slope);
-  for (std::size_t i = 0; i < y.size(); ++i) now[i] += h * slope[i];
-  for (int m = 1; m < substeps; ++m) {
-    f(t_s + m * h, now, slope);
-    for (std::size_t i = 0; i < y.size(); ++i) {
-      const Long after = before[i] + 2 * h * slope[i];
-      before[i] = now[i];
-      now[i] = after;
-    }
-  }
-  f(t_s + H, now, slope);
-  for (std::size_t i = 0; i < y.size(); ++i) now[i] = (before[i] + now[i] + h * slope[i]) / 2;
-  return now;
-}
-
-// error: of the last column but one, relative to the scales
-struct Step {
-  State y;
-  Long error;
-};
-
-Step extrapolate(const Rate& f, const Long& t_s, const State& y, const Long& H, const State& scale) {
-  std::vector<State> row;
-  Step made;
-  for (int j = 1; j <= columns; ++j) {
-    std::vector<State> next{midpoints(f, t_s, y, H, 2 * j)};
-    for (int k = 1; k < j; ++k) {
-      const Long ratio = Long(j * j) / Long((j - k) * (j - k)) - 1;
-      State value = next[k - 1];
-      for (std::size_t i = 0; i < y.size(); ++i) value[i] += (next[k - 1][i] - row[k - 1][i]) / ratio;
-      next.push_back(std::move(value));
-    }
-    row = std::move(next);
-  }
-  made.error = 0;
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    const Long off = abs(row[columns - 1][i] - row[columns - 2][i]);
-    if (!(off <= scale[i] * 1e300)) made.error = 1;  // not finite
-    else if (scale[i] > 0) made.error = std::max(made.error, Long(off / scale[i]));
-  }
-  made.y = std::move(row.back());
-  return made;
 }
 
 // Scales each component by the largest absolute value of its kind and body so far.

@@ -1,0 +1,20 @@
+// Mechanisms whose motion follows from one driven hinge or one rope, in 60 digits. The scenes are those of
+// mechanism_kinds.cpp: their joints in the order of the functions' names, the axes z where nothing else is said.
+#pragma once
+
+#include "number.hpp"
+
+namespace atwood::fuzz {
+
+// joints: motor (crank), pin (crank and rod), rail (piston, along x), wrist (rod and piston). The end of the rod lies on
+// a circle about the pin and on the rail: a quadratic equation for the piston's place.
+Checked check_slider_crank(const Scenario& scenario, std::int64_t samples);
+// joints: motor (first shaft), bearing (second shaft, its frame turned about x), cross (pins x of the first shaft and y
+// of the second). The pins are orthogonal: one equation between the shafts' angles.
+Checked check_hooke_shaft(const Scenario& scenario, std::int64_t samples);
+// joints: motor (rod), bore (bead on the rod). Newton's law in the rod's frame, integrated by extrapolation.
+Checked check_turning_rod(const Scenario& scenario, std::int64_t samples, int digits);
+// Ropes that hang straight down: the rope's acceleration balances the pull at its second end.
+Checked check_atwood_machine(const Scenario& scenario, std::int64_t samples);
+
+}  // namespace atwood::fuzz

@@ -1,0 +1,160 @@
+// Random scenes of mechanisms that one driven hinge or a rope moves.
+#include <cmath>
+
+#include "draw.hpp"
+#include "mechanism_check.hpp"
+
+namespace atwood::fuzz {
+namespace {
+
+// Border: the crank's radius and the rail's height almost reach the rod's length, a crank almost without radius, or a
+// slow one; the rod may point backwards. The start's doubles close the loop to round-off: the truth moves all joints but
+// the driven one onto it, which leaves one place for each.
+Scenario slider_crank(Random& r, bool border) {
+  Scenario s = empty(TruthKind::closed_form, "slider-crank", r.uniform(0.2, 2));
+  const double L = r.uniform(0.9, 1.5);
+  double radius = r.uniform(0.2, 0.5), h = r.uniform(-0.2, 0.2), W = r.uniform(-4, 4);
+  if (border) {
+    switch (r.whole(0, 3)) {
+      case 0: radius = (L - std::fabs(h)) * (1 - r.power(-5.9, -1)); break;
+      case 1: radius = r.power(-6, -1); break;
+      case 2: h = 0; break;
+      default: W = r.sign() * r.power(-9, 2); s.t_end_s *= std::fabs(W) > 10 ? 0.1 : 1;
+    }
+  }
+  const double angle = r.uniform(-3, 3), side = r.sign(), up = h - radius * std::sin(angle),
+               phi = side > 0 ? std::asin(up / L) : pi - std::asin(up / L),
+               rate = -W * radius * std::cos(angle) / (L * std::cos(phi)), flip = r.sign();
+  Joint motor = joint_of("motor", JointKind::hinge, -1, 2, {0, 0, 0}, {-radius / 2, 0, 0});
+  motor.coordinates[0] = angle;
+  motor.driven_rate = motor.rates[0] = W;
+  Joint pin = joint_of("pin", JointKind::hinge, 2, 0, {radius / 2, 0, 0}, {-L / 2, 0, 0.125}, {0, 0, flip});
+  pin.coordinates[0] = flip * (phi - angle);
+  pin.rates[0] = flip * (rate - W);
+  Joint rail = joint_of("rail", JointKind::slider, -1, 1, {0, h, 0}, {0, 0, 0}, {1, 0, 0});
+  rail.coordinates[0] = radius * std::cos(angle) + L * std::cos(phi);
+  rail.rates[0] = -W * radius * std::sin(angle) - L * std::sin(phi) * rate;
+  Joint wrist = joint_of("wrist", JointKind::hinge, 0, 1, {L / 2, 0, 0.125}, {0, 0, 0});
+  wrist.closes_loop = true;
+  wrist.coordinates[0] = -phi;
+  wrist.rates[0] = -rate;
+  s.scene.gravity_m_per_s2 = r.vector(9);
+  s.scene.bodies = {any_body("rod", r), any_body("piston", r), any_body("crank", r)};
+  s.scene.joints = {motor, pin, rail, wrist};
+  stand_on_body(s, r);
+  return s;
+}
+
+// Border: shafts almost in line, almost orthogonal, or with an obtuse angle.
+Scenario hooke_shaft(Random& r, bool border) {
+  Scenario s = empty(TruthKind::closed_form, "hooke-shaft", r.uniform(0.2, 3));
+  double bend = r.uniform(-1.2, 1.2);
+  if (border) {
+    const int what = r.whole(0, 2);
+    bend = r.sign() * (what == 0 ? r.power(-17, -1) : what == 1 ? pi / 2 - r.power(-2.9, -1) : r.uniform(1.8, 2.9));
+  }
+  const double W = r.uniform(-5, 5), a = r.uniform(-1.5, 1.5), cosine = std::cos(bend), sine = std::sin(bend);
+  const double b = std::atan2(cosine * std::sin(a), std::cos(a));
+  Joint motor = joint_of("motor", JointKind::hinge, -1, 0, {0, 0, -0.5}, {0, 0, 0.125});
+  motor.coordinates[0] = a;
+  motor.driven_rate = motor.rates[0] = W;
+  Joint bearing = joint_of("bearing", JointKind::hinge, -1, 1, {0, 0, 0}, {0, 0, -0.75});
+  bearing.frame_wxyz = {std::cos(bend / 2), std::sin(bend / 2), 0, 0};
+  bearing.coordinates[0] = b;
+  bearing.rates[0] = W * cosine / (1 - sine * sine * std::sin(a) * std::sin(a));
+  Joint cross = joint_of("cross", JointKind::universal, 0, 1, {0, 0, 0.625}, {0, 0, -0.75});
+  cross.axes_body = {Real3{1, 0, 0}, Real3{0, 1, 0}};
+  const double q0 = std::atan2(sine * std::cos(a), cosine);
+  cross.coordinates = {q0, std::asin(-sine * std::sin(a)), 0, 0};
+  cross.closes_loop = r.whole(0, 1) == 1;
+  if (!cross.closes_loop) {  // the cross places the second shaft: w2 - w1 = u0 (first pin) + u1 (second pin)
+    const double rate = bearing.rates[0];
+    cross.rates[0] = -rate * sine * std::sin(a);
+    cross.rates[1] = rate * (-sine * std::cos(b) * 0) - W * sine * std::cos(b);
+    bearing.closes_loop = bearing.assemble = true;
+  }
+  s.scene.gravity_m_per_s2 = r.whole(0, 1) ? Real3{} : r.vector(9);
+  s.scene.bodies = {any_body("first", r), any_body("second", r)};
+  s.scene.joints = {motor, bearing, cross};
+  stand_on_body(s, r);
+  return s;
+}
+
+// Border: the bore almost along the axis or across it, a slow rod.
+Scenario turning_rod(Random& r, bool border) {
+  Scenario s = empty(TruthKind::closed_form, "turning-rod", r.uniform(0.2, 2));
+  s.scene.bodies = {any_body("rod", r), any_body("bead", r)};
+  Joint motor = joint_of("motor", JointKind::hinge, -1, 0, r.vector(1), r.vector(0.5), r.direction());
+  motor.coordinates[0] = r.uniform(-3, 3);
+  motor.driven_rate = motor.rates[0] = r.uniform(-4, 4);
+  motor.frame_wxyz = any_orientation(r);
+  Joint bore = joint_of("bore", JointKind::slider, 0, 1, r.vector(0.5), r.vector(0.5), r.direction());
+  bore.coordinates[0] = r.uniform(-1, 1);
+  bore.rates[0] = r.uniform(-1, 1);
+  bore.frame_wxyz = any_orientation(r);
+  if (border) {
+    const int what = r.whole(0, 2);
+    if (what == 0) motor.driven_rate = motor.rates[0] = r.sign() * r.power(-9, -1);
+    if (what > 0) {
+      bore.frame_wxyz = {1, 0, 0, 0};
+      motor.axis_body = {0, 0, 1};
+      const double off = what == 1 ? r.power(-17, -1) : 1;
+      bore.axis_body = {off, 0, what == 1 ? 1 : r.power(-17, -1)};
+    }
+  }
+  s.scene.gravity_m_per_s2 = r.whole(0, 2) ? r.vector(9) : Real3{};
+  s.scene.joints = {motor, bore};
+  stand_on_body(s, r);
+  return s;
+}
+
+// Numbers of few bits, so that the ends hang exactly straight down. Border: nearly equal masses, heavy or light pulleys,
+// ends that almost reach their pulleys, and a turn of the motion at the end.
+Scenario atwood_machine(Random& r, bool border) {
+  Scenario s = empty(TruthKind::closed_form, "atwood-machine", r.uniform(0.2, 2));
+  const double g = r.uniform(1, 20);
+  s.scene.gravity_m_per_s2 = {0, 0, -g};
+  const int ropes = r.whole(1, 2);
+  for (int k = 0; k < ropes; ++k) {
+    const double y = 10 * k, radius = r.whole(0, 3) ? r.whole(1, 64) / 64.0 : 0, apart = r.whole(0, 64) / 32.0;
+    double m1 = r.uniform(0.2, 5), m2 = r.uniform(0.2, 5), u = r.whole(0, 1) ? r.uniform(-1, 1) : 0;
+    if (border && r.whole(0, 1)) m2 = m1 * (1 + r.sign() * r.power(-17, -1));
+    std::vector<Pulley> over{{{0, y, 0}, {0, 1, 0}, radius, 0, r.uniform(-3, 3)}};
+    if (apart > 0) over.push_back({{2 * radius + apart, y, 0}, {0, 1, 0}, radius, 0, 0});
+    double total = m1 + m2;
+    for (Pulley& pulley : over) {
+      if (radius > 0 && r.whole(0, 2))
+        pulley.inertia_kg_m2 = border ? r.power(-9, 3) : r.uniform(0, 2) * radius * radius;
+      if (radius > 0) total += pulley.inertia_kg_m2 / (radius * radius);
+    }
+    const double a = (m2 - m1) * g / total, far = over.back().axle_m[0] + radius;
+    double up = 0, down = 0;  // farthest of the first end
+    const double turns = a != 0 ? -u / a : 0;
+    for (const double t : {s.t_end_s, turns > 0 && turns < s.t_end_s ? turns : 0.0}) {
+      up = std::fmax(up, u * t + a * t * t / 2);
+      down = std::fmin(down, u * t + a * t * t / 2);
+    }
+    const double room = border ? r.power(-9, 0) : r.uniform(0.1, 2);
+    const int at = static_cast<int>(s.scene.bodies.size());
+    s.scene.bodies.push_back(point("left" + std::to_string(k), m1, {-radius, y, -up - room}, {0, 0, u}));
+    s.scene.bodies.push_back(point("right" + std::to_string(k), m2, {far, y, down - room}, {0, 0, -u}));
+    Rope rope;
+    rope.name = "rope" + std::to_string(k);
+    rope.bodies = {at, at + 1};
+    rope.over = over;
+    s.scene.ropes.push_back(rope);
+  }
+  return s;
+}
+
+}  // namespace
+
+std::vector<Kind> mechanism_kinds() {
+  const auto rod = [](const Scenario& s, std::int64_t samples) { return check_turning_rod(s, samples, 44); };
+  return {{"closed-form", "slider-crank", slider_crank, check_slider_crank},
+          {"closed-form", "hooke-shaft", hooke_shaft, check_hooke_shaft, 0.006},
+          {"closed-form", "turning-rod", turning_rod, rod, 0.08},
+          {"closed-form", "atwood-machine", atwood_machine, check_atwood_machine}};
+}
+
+}  // namespace atwood::fuzz
