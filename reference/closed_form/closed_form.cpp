@@ -121,6 +121,20 @@ bool at_impact(const Impacts& impacts, int body, Wide t_s) {
   return false;
 }
 
+// The farthest anchor from the centre of mass of its body; 0: there are no joints.
+Wide longest_arm(const Scene& scene) {
+  Wide arm = 0;
+  for (const Joint& joint : scene.joints)
+    for (const Real3& anchor : joint.anchors_body_m) arm = larger(arm, norm(vec<Wide>(anchor)));
+  return arm;
+}
+
+// The bar of values that were sums of numbers up to `size`, however small they are themselves.
+Wide bar_at_least(Spread of, Wide size, double safety) {
+  of.scale = larger(of.scale, size);
+  return of.bar(safety);
+}
+
 // Answers the name of a body whose motion amplifies round-off too much for a bar; empty: there is none.
 std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide>& t_s, const Motion<Wide>& wide,
                         const Realisations& narrow, const Impacts& impacts) {
@@ -132,6 +146,8 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
   JointBars joint_bars(scene, safety);
   const Wide noise = 1024 * unit_round_off<Narrow>() / kMeasureLimit;
   Wide places = 0, speeds = 0, rates = 0;  // the largest so far of all bodies
+  const bool jointed = !scene.joints.empty();
+  const Wide arm = longest_arm(scene);
   for (const Pose<Wide>& start : wide.poses.front()) places = larger(places, norm(start.p_WB));
   for (std::size_t k = 0; k < t_s.size(); ++k) {
     Sample &value = truth.values.emplace_back(), &bar = truth.bars.emplace_back();
@@ -155,14 +171,17 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
       places = larger(places, of.p.scale);
       speeds = larger(speeds, of.v.scale);
       rates = larger(rates, of.w.scale);
-      if (!scene.joints.empty()) speeds = larger(speeds, rates * places);  // a centre may rest on the axis of a turn
+      if (jointed) speeds = larger(speeds, rates * places);  // a centre may rest on the axis of a turn
       if (k > 0 && (!of.p.is_measure(of.v.scale * t_s[k] + noise * places) || !of.q.is_measure(1) ||
                     !of.v.is_measure(of.v.scale + noise * speeds) || !of.w.is_measure(of.w.scale + noise * rates)))
         return scene.bodies[i].name;
-      half_width.p_m.fill(of.p.bar(safety) + wide.input_round_off.p_m);
+      // Joints place their child from anchor to anchor: a centre on the axis of a turn rests to the round-off of those.
+      const Wide size = jointed ? places + arm : Wide(0), rate = jointed ? rates : Wide(0),
+                 speed = jointed ? speeds + rates * arm : Wide(0);
+      half_width.p_m.fill(bar_at_least(of.p, size, safety) + wide.input_round_off.p_m);
       half_width.q_wxyz.fill(of.q.bar(safety) + wide.input_round_off.q);
-      half_width.v_m_per_s.fill(of.v.bar(safety) + wide.input_round_off.v_m_per_s);
-      half_width.w_rad_per_s.fill(of.w.bar(safety) + wide.input_round_off.w_rad_per_s);
+      half_width.v_m_per_s.fill(bar_at_least(of.v, speed, safety) + wide.input_round_off.v_m_per_s);
+      half_width.w_rad_per_s.fill(bar_at_least(of.w, rate, safety) + wide.input_round_off.w_rad_per_s);
     }
     if (const std::string joint = joint_bars.add(k, wide, narrow, value, bar); !joint.empty()) return joint;
   }
