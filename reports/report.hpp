@@ -124,8 +124,8 @@ struct ReportData {
   std::vector<AuditFinding> audit;  // of the study `audit`
   bool compared = false;            // methods side by side: nothing is judged
   std::vector<std::string> notes;   // how this report's cells came about, in sentences
-  // Of studies of so many cells that the rows and verdicts above are those of some ladders: all that was counted. Empty:
-  // they are those of all.
+  // Of studies of so many cells that the rows and verdicts above are those of some ladders: all that was counted.
+  // Empty: they are those of all.
   std::vector<CountedScene> counted;
   SceneCounts counted_in_all;
   std::vector<CellEnding> cells;

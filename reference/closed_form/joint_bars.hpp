@@ -25,8 +25,8 @@ class JointBars {
   const Scene& scene_;
   double safety_;
   bool has_loops_;
-  // The largest so far of all bodies. The start of a loop is projected, and coordinates of its joints follow from poses:
-  // their errors are those of numbers of this size (of an angle: 1), however small a coordinate is.
+  // The largest so far of all bodies. The start of a loop is projected, and coordinates of its joints follow from
+  // poses: their errors are those of numbers of this size (of an angle: 1), however small a coordinate is.
   Wide place_ = 0, speed_ = 0, rate_ = 0;
   std::vector<Spreads> joints_;
   std::vector<std::pair<Spread, Spread>> ropes_;  // tension, angles

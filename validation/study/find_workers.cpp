@@ -26,8 +26,8 @@ bool identify(Worker& worker, pid_t process, FileHashes& hashes, Outcome& outcom
   return !identity.process_ended;
 }
 
-// Asks `hello`. A worker that is killed right after its answer is started again: without its libraries its identity would
-// be another one, and all its cells would be run again.
+// Asks `hello`. A worker that is killed right after its answer is started again: without its libraries its identity
+// would be another one, and all its cells would be run again.
 Outcome ask_hello(Worker& worker, FileHashes& hashes) {
   Outcome outcome;
   for (int start = 0; start < kMaxStarts; ++start) {

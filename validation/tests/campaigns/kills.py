@@ -219,12 +219,17 @@ class Campaign:
         shutil.rmtree(self.path("calm"))
         self.finish("calm")
         self.calm_seconds = time.time() - started
+        told = 0
         while sum(self.done.values()) < kills and time.time() < end:
             self.one_run(self.random.randint(1, 6))
             self.one_report()
             self.one_merge()
+            so_far = sum(self.done.values())
             if sys.stderr.isatty():
-                print(f"\r{sum(self.done.values())} kills", end="", file=sys.stderr)
+                print(f"\r{so_far} kills", end="", file=sys.stderr)
+            elif so_far >= told + 50:  # a log keeps what a campaign that is interrupted has covered
+                told = so_far
+                print(f"{so_far} kills", flush=True)
         return sum(self.done.values())
 
 

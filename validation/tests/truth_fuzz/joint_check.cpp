@@ -141,7 +141,8 @@ std::vector<Moved> swing(const Coordinate& at, const std::vector<Long>& times_s,
   return made;
 }
 
-// ---- stops -----------------------------------------------------------------------------------------------------------
+// ---- stops
+// -----------------------------------------------------------------------------------------------------------
 
 constexpr int most_impacts = 4000;
 
@@ -152,7 +153,8 @@ struct Bounces {
 };
 
 // Flights of constant acceleration a. They end where the remaining time of the series is lost in a double: the truth
-// has no events of its own for these bounces, and the coordinate rests after the last of them. `moved`: relative shift of each impact within its flight.
+// has no events of its own for these bounces, and the coordinate rests after the last of them. `moved`: relative shift
+// of each impact within its flight.
 Bounces bounce(const Coordinate& of, const std::vector<Long>& times_s, const Long& moved) {
   Bounces made;
   const JointLimits& stops = *of.joint.limits;

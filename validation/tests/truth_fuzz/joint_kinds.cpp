@@ -107,7 +107,8 @@ Scenario linear_joint(Random& r, bool border) {
   return s;
 }
 
-// ---- stops -----------------------------------------------------------------------------------------------------------
+// ---- stops
+// -----------------------------------------------------------------------------------------------------------
 
 // Border: starts at a stop, ends near the end of the series of bounces or past it, hardly any force, or none.
 Scenario joint_stop(Random& r, bool border) {
@@ -123,7 +124,8 @@ Scenario joint_stop(Random& r, bool border) {
     switch (r.whole(0, 4)) {
       case 0:
         joint.coordinates[0] = r.whole(0, 1) ? lower : upper;
-        // With e = 1 a start from rest at a stop would return to it at rest: round-off decides whether that is an impact.
+        // With e = 1 a start from rest at a stop would return to it at rest: round-off decides whether that is an
+        // impact.
         joint.rates[0] = (joint.coordinates[0] == lower ? 1 : -1) * (joint.limits->restitution == 1 ? r.power(-2, 0.5)
                                                                      : r.whole(0, 2)                ? r.power(-12, 0.5)
                                                                                                     : 0);

@@ -6,8 +6,8 @@
 
 namespace atwood::fuzz {
 
-// joints: motor (crank), pin (crank and rod), rail (piston, along x), wrist (rod and piston). The end of the rod lies on
-// a circle about the pin and on the rail: a quadratic equation for the piston's place.
+// joints: motor (crank), pin (crank and rod), rail (piston, along x), wrist (rod and piston). The end of the rod lies
+// on a circle about the pin and on the rail: a quadratic equation for the piston's place.
 Checked check_slider_crank(const Scenario& scenario, std::int64_t samples);
 // joints: motor (first shaft), bearing (second shaft, its frame turned about x), cross (pins x of the first shaft and y
 // of the second). The pins are orthogonal: one equation between the shafts' angles.

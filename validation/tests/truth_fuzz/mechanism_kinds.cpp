@@ -8,8 +8,8 @@ namespace atwood::fuzz {
 namespace {
 
 // Border: the crank's radius and the rail's height almost reach the rod's length, a crank almost without radius, or a
-// slow one; the rod may point backwards. The start's doubles close the loop to round-off: the truth moves all joints but
-// the driven one onto it, which leaves one place for each.
+// slow one; the rod may point backwards. The start's doubles close the loop to round-off: the truth moves all joints
+// but the driven one onto it, which leaves one place for each.
 Scenario slider_crank(Random& r, bool border) {
   Scenario s = empty(TruthKind::closed_form, "slider-crank", r.uniform(0.2, 2));
   const double L = r.uniform(0.9, 1.5);
@@ -108,8 +108,8 @@ Scenario turning_rod(Random& r, bool border) {
   return s;
 }
 
-// Numbers of few bits, so that the ends hang exactly straight down. Border: nearly equal masses, heavy or light pulleys,
-// ends that almost reach their pulleys, and a turn of the motion at the end.
+// Numbers of few bits, so that the ends hang exactly straight down. Border: nearly equal masses, heavy or light
+// pulleys, ends that almost reach their pulleys, and a turn of the motion at the end.
 Scenario atwood_machine(Random& r, bool border) {
   Scenario s = empty(TruthKind::closed_form, "atwood-machine", r.uniform(0.2, 2));
   const double g = r.uniform(1, 20);
