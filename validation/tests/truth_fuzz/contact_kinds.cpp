@@ -31,8 +31,7 @@ Lattice any_lattice(Random& r) {
   return all[static_cast<std::size_t>(r.whole(0, static_cast<int>(all.size()) - 1))];
 }
 
-// ---- compliant contact
-// -----------------------------------------------------------------------------------------------
+// ---- compliant contact --------------------------------------------------------------------------------------------
 
 // Border: near critical damping, hardly any damping, slow or fast, a small gap, an end within the contact.
 Scenario penalty(Random& r, bool border) {
@@ -81,8 +80,7 @@ Scenario penalty(Random& r, bool border) {
   return s;
 }
 
-// ---- on a floor
-// ------------------------------------------------------------------------------------------------------
+// ---- on a floor ---------------------------------------------------------------------------------------------------
 
 // Border: at the limit of rolling or of holding, slip that has just ended or is hardly there, an end at its end, hardly
 // any friction.
@@ -131,8 +129,7 @@ Scenario slide_or_roll(Random& r, bool border) {
   return s;
 }
 
-// ---- at rest
-// ---------------------------------------------------------------------------------------------------------
+// ---- at rest ------------------------------------------------------------------------------------------------------
 
 // Border: friction close to the slope, a centre of mass close to an edge.
 Scenario rest(Random& r, bool border) {
@@ -170,8 +167,7 @@ Scenario rest(Random& r, bool border) {
   return s;
 }
 
-// ---- a struck rod
-// ----------------------------------------------------------------------------------------------------
+// ---- a struck rod -------------------------------------------------------------------------------------------------
 
 // Border: near the end of the rod's straight part, near its middle, a graze, friction at the limit of what holds the
 // slip, hardly any.

@@ -107,8 +107,7 @@ Scenario linear_joint(Random& r, bool border) {
   return s;
 }
 
-// ---- stops
-// -----------------------------------------------------------------------------------------------------------
+// ---- stops --------------------------------------------------------------------------------------------------------
 
 // Border: starts at a stop, ends near the end of the series of bounces or past it, hardly any force, or none.
 Scenario joint_stop(Random& r, bool border) {

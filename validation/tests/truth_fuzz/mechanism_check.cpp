@@ -158,8 +158,7 @@ Checked check_hooke_shaft(const Scenario& scenario, std::int64_t samples) {
   return with_own(std::move(made), samples);
 }
 
-// ---- a bead on a turning rod
-// -----------------------------------------------------------------------------------------
+// ---- a bead on a turning rod --------------------------------------------------------------------------------------
 
 namespace {
 
@@ -232,8 +231,7 @@ Checked check_turning_rod(const Scenario& scenario, std::int64_t samples, int di
   return made;
 }
 
-// ---- ropes
-// -----------------------------------------------------------------------------------------------------------
+// ---- ropes --------------------------------------------------------------------------------------------------------
 
 Checked check_atwood_machine(const Scenario& scenario, std::int64_t samples) {
   const Scene& scene = scenario.scene;
