@@ -31,19 +31,6 @@ inline V3 turned(const Q4& q, const V3& v, bool back = false) {
   return made;
 }
 
-inline Joint joint(const std::string& name, JointKind kind, int parent, int child, Real3 on_parent, Real3 on_child,
-                   Real3 axis = {0, 0, 1}) {
-  Joint made;
-  made.name = name;
-  made.kind = kind;
-  made.parent = parent;
-  made.child = child;
-  made.anchors_body_m = {on_parent, on_child};
-  made.axis_body = axis;
-  if (kind == JointKind::ball) made.coordinates = {1, 0, 0, 0};
-  return made;
-}
-
 inline Joint with_start(Joint given, double coordinate, double rate) {
   given.coordinates[0] = coordinate;
   given.rates[0] = rate;

@@ -52,6 +52,19 @@ inline Body ball(const std::string& name, double mass_kg, double radius_m, Real3
   return body;
 }
 
+inline Joint joint(const std::string& name, JointKind kind, int parent, int child, Real3 on_parent, Real3 on_child,
+                   Real3 axis = {0, 0, 1}) {
+  Joint made;
+  made.name = name;
+  made.kind = kind;
+  made.parent = parent;
+  made.child = child;
+  made.anchors_body_m = {on_parent, on_child};
+  made.axis_body = axis;
+  if (kind == JointKind::ball) made.coordinates = {1, 0, 0, 0};
+  return made;
+}
+
 inline Wide quad(const char* text) { return strtoflt128(text, nullptr); }
 
 // How far the closed form is from solving the reference's equations of motion: its samples differentiated by the

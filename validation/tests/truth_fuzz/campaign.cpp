@@ -94,6 +94,10 @@ struct Comparison {
   }
   void hold_rope(const RopeSample& value, const RopeSample& bar, const LongRope& is, const LongRope& own,
                  const std::string& at) {
+    if (value.pulley_angle_rad.size() != is.angles.size()) {
+      made = {Result::breach, HUGE_VAL, "another number of pulleys" + at};
+      return;
+    }
     hold(value.tension_N, bar.tension_N, is.tension, own.tension, "tension" + at);
     for (std::size_t p = 0; p < is.angles.size(); ++p)
       hold(value.pulley_angle_rad[p], bar.pulley_angle_rad[p], is.angles[p], own.angles[p], "pulley" + at);
@@ -120,6 +124,9 @@ Judged judge(const Truth& truth, const Checked& exact, double t_end_s) {
     const auto at = [&](const char* what, std::size_t i) { return fmt::format(" of {} {} at sample {}", what, i, k); };
     for (std::size_t i = 0; i < value.bodies.size(); ++i)
       compared.hold_body(value.bodies[i], bar.bodies[i], exact.values[k][i], exact.own[k][i], at("body", i));
+    if ((!exact.joints.empty() && value.joints.size() != exact.joints[k].size()) ||
+        (!exact.ropes.empty() && value.ropes.size() != exact.ropes[k].size()))
+      return {Result::breach, HUGE_VAL, fmt::format("another number of joints or ropes at sample {}", k)};
     if (!exact.joints.empty())
       for (std::size_t j = 0; j < value.joints.size(); ++j)
         compared.hold_joint(value.joints[j], bar.joints[j], exact.joints[k][j], exact.joints_own[k][j], exact.reactions,

@@ -70,11 +70,11 @@ std::vector<Overlap> linear(const LinearLaw& law, const Long& v, const std::vect
 // d'' = -K d^(3/2). With z = K v^(1/2) t^(5/2), d = v t f(z), f = sum c_j z^j:
 //   c_(j+1) (1 + 5 (j + 1) / 2) (5 (j + 1) / 2) = -g_j,  g = f^(3/2)
 
-constexpr int terms = 120;
+constexpr int kTerms = 120;
 
 std::vector<Long> series() {
   std::vector<Long> c{1}, g;
-  for (int j = 0; j < terms; ++j) {
+  for (int j = 0; j < kTerms; ++j) {
     Long sum = j == 0 ? 1 : 0;
     for (int i = 1; i <= j; ++i)
       sum += (Long(3) * i / 2 - (j - i)) * c[static_cast<std::size_t>(i)] * g[static_cast<std::size_t>(j - i)] / j;
@@ -91,7 +91,7 @@ Overlap early(const Long& K, const Long& v, const Long& t) {
   const Long z = K * sqrt(v) * t * t * sqrt(t);
   Overlap made{0, 0};
   Long power = 1;
-  for (int j = 0; j <= terms; ++j, power *= z) {
+  for (int j = 0; j <= kTerms; ++j, power *= z) {
     made.d += c[static_cast<std::size_t>(j)] * power;
     made.rate += (1 + Long(5) * j / 2) * c[static_cast<std::size_t>(j)] * power;
   }
@@ -141,11 +141,8 @@ std::vector<Overlap> hertz(const Long& K, const Long& v, const std::vector<Long>
 // ---- the scene ----------------------------------------------------------------------------------------------------
 
 LongBody flown(const Body& body, const Long& t) {
-  LongBody made;
-  made.q = normalised(body.orientation_wxyz);
-  made.p = widened(body.position_m) + t * widened(body.velocity_m_per_s);
-  made.v = widened(body.velocity_m_per_s);
-  made.w = widened(body.angular_velocity_body_rad_per_s);
+  LongBody made = start_of(body);
+  made.p = made.p + t * made.v;
   const Long rate = sqrt(dot(made.w, made.w));
   if (rate > 0) made.q = product(made.q, quaternion_about(Long(1) / rate * made.w, rate * t));
   return made;

@@ -9,19 +9,6 @@ namespace {
 
 Long size(const Long3& v) { return sqrt(dot(v, v)); }
 
-LongBody start_of(const Body& body) {
-  return {widened(body.position_m), normalised(body.orientation_wxyz), widened(body.velocity_m_per_s),
-          widened(body.angular_velocity_body_rad_per_s)};
-}
-
-Checked still(const Scenario& scenario, std::int64_t samples) {
-  Checked made;
-  std::vector<LongBody> bodies;
-  for (const Body& body : scenario.scene.bodies) bodies.push_back(start_of(body));
-  made.values.assign(static_cast<std::size_t>(samples + 1), bodies);
-  return made;
-}
-
 struct Floor {
   Long3 n{}, g_t{};  // unit normal; gravity along the floor
   Long g_n = 0;      // into the floor
@@ -51,7 +38,7 @@ Checked check_slide_or_roll(const Scenario& scenario, std::int64_t samples) {
   const Long turn = r > 0 ? Long(body.mass_kg) * r / body.inertia_kg_m2[8] : Long(0), kappa = 1 + r * turn;
   LongBody now = start_of(body);
   Long3 w = turned(now.q, now.w);
-  Checked made = still(scenario, samples);
+  Checked made = of_starts(scenario, samples);
   made.has_events = true;
   const Long end = scenario.t_end_s;
   Long t = 0;
@@ -107,7 +94,7 @@ Checked check_slide_or_roll(const Scenario& scenario, std::int64_t samples) {
 
 Checked check_rest(const Scenario& scenario, std::int64_t samples) {
   const Scene& scene = scenario.scene;
-  Checked made = still(scenario, samples);
+  Checked made = of_starts(scenario, samples);
   const Long3 g = widened(scene.gravity_m_per_s2);  // the floor's normal is z
   const Long slope = sqrt(g[0] * g[0] + g[1] * g[1]), into = -g[2];
   bool rests = into > 0;
@@ -193,7 +180,7 @@ Checked check_struck_rod(const Scenario& scenario, std::int64_t samples) {
     if (gap(a) < gap(b)) high = b;
     else low = a;
   }
-  Checked made = still(scenario, samples);
+  Checked made = of_starts(scenario, samples);
   made.has_events = true;
   Long touch = 2 * end;
   Long3 rod_w{}, ball_w{};

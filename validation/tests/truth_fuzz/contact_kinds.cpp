@@ -136,7 +136,7 @@ Scenario rest(Random& r, bool border) {
   Scenario s = empty(TruthKind::closed_form, "rest", 1);
   const int boxes = r.whole(1, 4), what = border ? r.whole(0, 1) : -1;
   const double down = r.uniform(5, 12), slope = what == 0 || r.whole(0, 1) ? r.power(-3, -0.5) : 0;
-  const double way = r.uniform(-pi, pi);
+  const double way = r.uniform(-kPi, kPi);
   const Real3 g{slope * down * std::cos(way), slope * down * std::sin(way), -down};
   s.scene.gravity_m_per_s2 = g;
   s.scene.pairs[0].friction =

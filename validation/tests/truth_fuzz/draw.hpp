@@ -8,9 +8,9 @@
 
 namespace atwood::fuzz {
 
-constexpr double pi = 3.141592653589793;
+constexpr double kPi = 3.141592653589793;
 
-using testing::ball, testing::point, testing::solid;
+using testing::ball, testing::joint, testing::point, testing::solid;
 
 inline Scenario empty(TruthKind truth, const std::string& solution, double t_end_s) {
   Scenario made = testing::scenario(solution, t_end_s);
@@ -60,19 +60,6 @@ inline Body any_body(const std::string& name, Random& random) {
   const double a = random.uniform(0.1, 1), b = random.uniform(0.1, 1), c = random.uniform(0.1, 1);
   Body made = solid(name, random.uniform(0.5, 3), {b + c, c + a, a + b}, {0, 0, 0});
   if (random.whole(0, 1)) made.inertia_kg_m2[1] = made.inertia_kg_m2[3] = random.uniform(-0.05, 0.05);
-  return made;
-}
-
-inline Joint joint_of(const std::string& name, JointKind kind, int parent, int child, Real3 on_parent, Real3 on_child,
-                      Real3 axis = {0, 0, 1}) {
-  Joint made;
-  made.name = name;
-  made.kind = kind;
-  made.parent = parent;
-  made.child = child;
-  made.anchors_body_m = {on_parent, on_child};
-  made.axis_body = axis;
-  if (kind == JointKind::ball) made.coordinates = {1, 0, 0, 0};
   return made;
 }
 

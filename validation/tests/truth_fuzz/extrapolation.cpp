@@ -5,22 +5,11 @@
 namespace atwood::fuzz {
 namespace {
 
-constexpr int columns = 16;  // of the extrapolation: order 2 columns
-constexpr int most_steps = 20'000;
-
-// Scales each component by the largest absolute value of its kind so far.
-void widen_scale(State& scale, const State& y, const std::vector<int>& kind) {
-  std::vector<Long> most(static_cast<std::size_t>(kind.back() + 1));
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    Long& of = most[static_cast<std::size_t>(kind[i])];
-    of = std::max({of, Long(abs(y[i])), scale[i]});
-  }
-  for (std::size_t i = 0; i < y.size(); ++i) scale[i] = most[static_cast<std::size_t>(kind[i])];
-}
+constexpr int kColumns = 16;  // of the extrapolation: order 2 kColumns
 
 }  // namespace
 
-// Gragg's modified midpoint rule with 2, 4, ..., 2 columns substeps: Hairer, Norsett and Wanner, Solving Ordinary
+// Gragg's modified midpoint rule with 2, 4, ..., 2 kColumns substeps: Hairer, Norsett and Wanner, Solving Ordinary
 // Differential Equations I, section II.9.
 
 State midpoints(const Rate& f, const Long& t_s, const State& y, const Long& H, int substeps) {
@@ -44,7 +33,7 @@ State midpoints(const Rate& f, const Long& t_s, const State& y, const Long& H, i
 Step extrapolate(const Rate& f, const Long& t_s, const State& y, const Long& H, const State& scale) {
   std::vector<State> row;
   Step made;
-  for (int j = 1; j <= columns; ++j) {
+  for (int j = 1; j <= kColumns; ++j) {
     std::vector<State> next{midpoints(f, t_s, y, H, 2 * j)};
     for (int k = 1; k < j; ++k) {
       const Long ratio = Long(j * j) / Long((j - k) * (j - k)) - 1;
@@ -56,7 +45,7 @@ Step extrapolate(const Rate& f, const Long& t_s, const State& y, const Long& H, 
   }
   made.error = 0;
   for (std::size_t i = 0; i < y.size(); ++i) {
-    const Long off = abs(row[columns - 1][i] - row[columns - 2][i]);
+    const Long off = abs(row[kColumns - 1][i] - row[kColumns - 2][i]);
     if (!(off <= scale[i] * 1e300)) made.error = 1;  // not finite
     else if (scale[i] > 0) made.error = std::max(made.error, Long(off / scale[i]));
   }
@@ -64,33 +53,51 @@ Step extrapolate(const Rate& f, const Long& t_s, const State& y, const Long& H, 
   return made;
 }
 
+Integration::Integration(const Rate& f, const State& start, const std::vector<int>& kind, const Long& t_s,
+                         const Long& first_step_s, int digits)
+    : f_(f), y_(start), scale_(start.size()), kind_(kind), t_s_(t_s), step_s_(first_step_s),
+      asked_(pow(Long(10), -digits)) {
+  widen_scale(scale_, y_);
+}
+
+// Scales each component by the largest absolute value of its kind so far.
+void Integration::widen_scale(State& scale, const State& y) const {
+  State largest(static_cast<std::size_t>(kind_.back() + 1));
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    Long& of = largest[static_cast<std::size_t>(kind_[i])];
+    of = std::max({of, Long(abs(y[i])), scale[i]});
+  }
+  for (std::size_t i = 0; i < y.size(); ++i) scale[i] = largest[static_cast<std::size_t>(kind_[i])];
+}
+
+bool Integration::advance(const Long& target_s) {
+  while (t_s_ < target_s) {
+    if (++steps_ > kMaxSteps) return false;
+    const Long H = std::min(step_s_, Long(target_s - t_s_));
+    // Components that are 0 at the start get their scale from a first attempt of the step.
+    State wider = scale_;
+    widen_scale(wider, midpoints(f_, t_s_, y_, H, 2));
+    Step step = extrapolate(f_, t_s_, y_, H, wider);
+    if (step.error > asked_) {
+      step_s_ = H / 2;
+      continue;
+    }
+    t_s_ = H == target_s - t_s_ ? target_s : Long(t_s_ + H);
+    y_ = std::move(step.y);
+    widen_scale(scale_, y_);
+    if (step.error < asked_ / 10000) step_s_ = std::max(step_s_, Long(H * 1.25));
+  }
+  return true;
+}
+
 std::vector<State> solve(const Rate& f, const State& start, const std::vector<int>& kind,
                          const std::vector<Long>& times_s, int digits) {
-  const Long asked = pow(Long(10), -digits);
-  State y = start, scale(y.size());
-  widen_scale(scale, y, kind);
-  std::vector<State> at{y};
-  Long t = times_s.front(), length = times_s.size() > 1 ? Long(times_s[1] - t) : Long(0);
-  int steps = 0;
+  const Long from = times_s.front();
+  Integration integration(f, start, kind, from, times_s.size() > 1 ? Long(times_s[1] - from) : Long(0), digits);
+  std::vector<State> at{start};
   for (std::size_t k = 1; k < times_s.size(); ++k) {
-    const Long target = times_s[k];
-    while (t < target) {
-      if (++steps > most_steps) return {};
-      const Long H = std::min(length, Long(target - t));
-      // Components that are 0 at the start get their scale from a first attempt of the step.
-      State wider = scale;
-      widen_scale(wider, midpoints(f, t, y, H, 2), kind);
-      Step step = extrapolate(f, t, y, H, wider);
-      if (step.error > asked) {
-        length = H / 2;
-        continue;
-      }
-      t = H == target - t ? target : Long(t + H);
-      y = std::move(step.y);
-      widen_scale(scale, y, kind);
-      if (step.error < asked / 10000) length = std::max(length, Long(H * 1.25));
-    }
-    at.push_back(y);
+    if (!integration.advance(times_s[k])) return {};
+    at.push_back(integration.state());
   }
   return at;
 }

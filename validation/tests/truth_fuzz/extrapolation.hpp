@@ -20,8 +20,29 @@ struct Step {
 };
 Step extrapolate(const Rate& f, const Long& t_s, const State& y, const Long& H, const State& scale);
 
-// The states at `times_s`, which ascend from the start's, with a relative error of 10^-digits per step. Components of
-// one `kind` (ascending from 0) share their scale. Empty: it needs more than 20 000 steps.
+inline constexpr int kMaxSteps = 20'000;
+
+// An integration from `start` at t_s with a relative error of 10^-digits per step. Components of one `kind` (ascending
+// from 0) share their scale. Rates may change between two calls of `advance`.
+class Integration {
+ public:
+  Integration(const Rate& f, const State& start, const std::vector<int>& kind, const Long& t_s,
+              const Long& first_step_s, int digits);
+  bool advance(const Long& target_s);  // false: it needs more than kMaxSteps
+  const State& state() const { return y_; }
+
+ private:
+  void widen_scale(State& scale, const State& y) const;
+
+  const Rate& f_;
+  State y_, scale_;
+  std::vector<int> kind_;
+  Long t_s_, step_s_, asked_;
+  int steps_ = 0;
+};
+
+// The states at `times_s`, which ascend from the start's, as Integration. Empty: it needs more than
+// kMaxSteps.
 std::vector<State> solve(const Rate& f, const State& start, const std::vector<int>& kind,
                          const std::vector<Long>& times_s, int digits);
 

@@ -143,7 +143,7 @@ std::vector<Moved> swing(const Coordinate& at, const std::vector<Long>& times_s,
 
 // ---- stops --------------------------------------------------------------------------------------------------------
 
-constexpr int most_impacts = 4000;
+constexpr int kMaxImpacts = 4000;
 
 struct Bounces {
   std::vector<Moved> at;
@@ -187,7 +187,7 @@ Bounces bounce(const Coordinate& of, const std::vector<Long>& times_s, const Lon
       ++sample;
     }
     if (sample == times_s.size()) return made;
-    if (impact >= most_impacts) return made.refused = "more than " + std::to_string(most_impacts) + " impacts", made;
+    if (impact >= kMaxImpacts) return made.refused = "more than " + std::to_string(kMaxImpacts) + " impacts", made;
     t += flight * (1 + moved);
     const Long before = u + a * flight;
     q = low ? lower : upper;
@@ -255,12 +255,8 @@ std::vector<Moved> top(const Scene& scene, const Joint& joint, const std::vector
 Checked run(const Scenario& scenario, std::int64_t samples, int digits, const Long& moved) {
   const Scene& scene = scenario.scene;
   const std::vector<Long> times_s = sample_times(scenario.t_end_s, samples);
-  Checked made;
+  Checked made = of_starts(scenario, samples);
   made.reactions = true;
-  std::vector<LongBody> still;
-  for (const Body& body : scene.bodies)
-    still.push_back({widened(body.position_m), normalised(body.orientation_wxyz), {}, {}});
-  made.values.assign(times_s.size(), still);
   made.joints.assign(times_s.size(), std::vector<LongJoint>(scene.joints.size()));
   for (std::size_t j = 0; j < scene.joints.size(); ++j) {
     const Joint& joint = scene.joints[j];
@@ -276,7 +272,7 @@ Checked run(const Scenario& scenario, std::int64_t samples, int digits, const Lo
     } else {
       path = swing(Coordinate(scene, static_cast<int>(j)), times_s, digits);
     }
-    if (path.empty()) return {"the checker needs too many steps", {}, {}};
+    if (path.empty()) return {"the checker needs more than " + std::to_string(kMaxSteps) + " steps", {}, {}};
     for (std::size_t k = 0; k < times_s.size(); ++k) {
       made.values[k][static_cast<std::size_t>(joint.child)] = path[k].body;
       made.joints[k][j] = path[k].joint;

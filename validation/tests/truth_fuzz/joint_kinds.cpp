@@ -9,7 +9,7 @@ namespace atwood::fuzz {
 namespace {
 
 Joint any_joint(const std::string& name, JointKind kind, int child, Random& r) {
-  Joint made = joint_of(name, kind, -1, child, r.vector(1), r.vector(0.7), r.direction());
+  Joint made = joint(name, kind, -1, child, r.vector(1), r.vector(0.7), r.direction());
   made.frame_wxyz = any_orientation(r);
   return made;
 }
@@ -39,7 +39,7 @@ Scenario pendulum(Random& r, bool border) {
     switch (what) {
       case 0: pin.rates[0] = 2 * w * (1 + r.sign() * r.power(-17, -1)); break;            // separatrix
       case 1: pin.rates[0] = r.sign() * 2 * w * std::cos(pin.coordinates[0] / 2); break;  // the same
-      case 2: pin.coordinates[0] = r.sign() * (pi - r.power(-12, -1)); break;             // upper position
+      case 2: pin.coordinates[0] = r.sign() * (kPi - r.power(-12, -1)); break;            // upper position
       case 3: pin.coordinates[0] = r.sign() * r.power(-18, -1), pin.rates[0] = r.power(-18, -1); break;  // small
       case 4: pin.rates[0] = r.sign() * w * r.power(0.5, 3); break;                                      // fast
       default: g = {r.uniform(-1, 1) * r.power(-13, -2), -r.power(-14, -2), -9.81}; break;
@@ -96,7 +96,7 @@ Scenario linear_joint(Random& r, bool border) {
     s.scene.joint_forces.push_back(spring);
     const int motors = r.whole(0, 2);
     for (int m = 0; m < motors; ++m) {
-      JointTorque motor{j, 0, r.uniform(-5, 5), r.whole(0, 3) ? r.uniform(0, 8) : 0, r.uniform(-pi, pi), {}};
+      JointTorque motor{j, 0, r.uniform(-5, 5), r.whole(0, 3) ? r.uniform(0, 8) : 0, r.uniform(-kPi, kPi), {}};
       if (border && what == 3) motor.angular_frequency_rad_per_s = w0 * (1 + r.sign() * r.power(-6.1, -1));
       if (border && what == 4) motor.angular_frequency_rad_per_s = r.power(-18, -3);
       s.scene.joint_forces.push_back(motor);
@@ -164,7 +164,7 @@ Scenario heavy_top(Random& r, bool border) {
   Real3 moments{across, across, across}, anchor{0, 0, 0};
   moments[axis] = along;
   anchor[axis] = -l;
-  Joint tip = joint_of("tip", JointKind::ball, -1, 0, r.vector(1), anchor);
+  Joint tip = joint("tip", JointKind::ball, -1, 0, r.vector(1), anchor);
   tip.coordinates = any_orientation(r);
   tip.frame_wxyz = any_orientation(r);
   tip.rates = r.vector(3);

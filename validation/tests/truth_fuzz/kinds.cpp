@@ -66,7 +66,7 @@ Scenario oscillator(Random& r, bool border) {
     double w = r.uniform(0.1, 6);
     if (border && what == 0) w = std::sqrt(k / mass) * (1 + r.sign() * r.power(-17, -1));  // resonance
     s.scene.forces.push_back(
-        Drive{{0}, what == 3 ? Real3{r.uniform(-5, 5), 0, 0} : r.vector(5), w, r.uniform(-pi, pi)});
+        Drive{{0}, what == 3 ? Real3{r.uniform(-5, 5), 0, 0} : r.vector(5), w, r.uniform(-kPi, kPi)});
   }
   return s;
 }
@@ -74,7 +74,7 @@ Scenario oscillator(Random& r, bool border) {
 // An orbit from its perihelion, with `speed` relative to the escape speed, in a random plane.
 Scenario kepler(Random& r, bool border) {
   const double mu = r.power(-2, 2), distance = r.power(-1, 1), escape = std::sqrt(2 * mu / distance);
-  const double period = 2 * pi * std::sqrt(distance * distance * distance / mu);
+  const double period = 2 * kPi * std::sqrt(distance * distance * distance / mu);
   Scenario s = empty(TruthKind::closed_form, "kepler", period * r.uniform(0.05, 1.5));
   const Real3 n = r.direction(), side = across(n, r);
   double along = r.uniform(-1.2, 1.2), outward = r.uniform(-0.6, 0.6);
@@ -223,7 +223,7 @@ Scenario billiard(TruthKind truth, const char* solution, Random& r, bool border)
     s.scene.bodies.push_back(peg("peg" + std::to_string(i), r.uniform(0.3, 0.55),
                                  {side * (i % 2 ? 0.5 : -0.5), side * (i / 2 ? 0.5 : -0.5), 0}));
   }
-  const double angle = border ? pi / 4 * r.whole(0, 7) + r.sign() * r.power(-12, -2) : r.uniform(-pi, pi);
+  const double angle = border ? kPi / 4 * r.whole(0, 7) + r.sign() * r.power(-12, -2) : r.uniform(-kPi, kPi);
   s.scene.bodies.push_back(ball("ball", 1, 0.01, {r.uniform(-0.03, 0.03), r.uniform(-0.03, 0.03), 0},
                                 scaled(r.uniform(1, 3), {std::cos(angle), std::sin(angle), 0})));
   return s;
@@ -275,7 +275,7 @@ Scenario orbits(TruthKind truth, Random& r, bool border) {
   const int bodies = r.whole(2, 4);
   std::vector<int> all;
   for (int i = 0; i < bodies; ++i) {
-    const double angle = 2 * pi * i / bodies + r.uniform(-0.3, 0.3), distance = r.uniform(0.7, 1.6);
+    const double angle = 2 * kPi * i / bodies + r.uniform(-0.3, 0.3), distance = r.uniform(0.7, 1.6);
     s.scene.bodies.push_back(point("star" + std::to_string(i), border ? r.power(-6, 0) : r.uniform(0.1, 1),
                                    {distance * std::cos(angle), distance * std::sin(angle), r.uniform(-0.3, 0.3)},
                                    scaled(border ? 0.3 : 0.8, r.vector(1))));
@@ -304,7 +304,7 @@ Scenario pushed_bodies(TruthKind truth, Random& r, bool border) {
     s.scene.bodies[0].charge_C = r.uniform(-1, 1);
     s.scene.forces.push_back(Lorentz{{0}, r.vector(2), r.vector(2)});
   }
-  if (r.whole(0, 1)) s.scene.forces.push_back(Drive{{1}, r.vector(3), r.uniform(0.1, 4), r.uniform(-pi, pi)});
+  if (r.whole(0, 1)) s.scene.forces.push_back(Drive{{1}, r.vector(3), r.uniform(0.1, 4), r.uniform(-kPi, kPi)});
   if (border) {
     const double from = s.t_end_s * r.uniform(0, 0.6), to = from + s.t_end_s * r.power(-6, -0.3);
     s.scene.forces.push_back(Thruster{0, r.vector(0.5), r.direction(), r.uniform(0.1, 5), {{from, to}}});

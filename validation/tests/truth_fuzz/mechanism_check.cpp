@@ -5,7 +5,7 @@
 namespace atwood::fuzz {
 namespace {
 
-constexpr const char* relative_own = "1e-52";  // of formulas without cancellation to speak of
+constexpr const char* kRelativeOwn = "1e-52";  // of formulas without cancellation to speak of
 
 Long3 at_anchor(const Joint& joint, int end) { return widened(joint.anchors_body_m[static_cast<std::size_t>(end)]); }
 
@@ -26,32 +26,22 @@ LongBody placed(const Frame& frame, const LongBody& in) {
   return {frame.p + turned(frame.q, in.p), product(frame.q, in.q), turned(frame.q, in.v), in.w};
 }
 
-Checked empty_result(const Scenario& scenario, std::int64_t samples) {
-  Checked made;
-  std::vector<LongBody> still;
-  for (const Body& body : scenario.scene.bodies)
-    still.push_back({widened(body.position_m), normalised(body.orientation_wxyz), widened(body.velocity_m_per_s),
-                     widened(body.angular_velocity_body_rad_per_s)});
-  made.values.assign(static_cast<std::size_t>(samples + 1), still);
-  return made;
-}
-
 Checked with_own(Checked made, std::int64_t samples) {
   // The angles of some joints cancel: their errors are those of numbers of size 1.
-  set_own(made, made, Long(relative_own));
+  set_own(made, made, Long(kRelativeOwn));
   for (std::size_t k = 0; k <= static_cast<std::size_t>(samples); ++k) {
     for (LongBody& own : made.own[k])
       for (std::size_t c = 0; c < 3; ++c) {
-        own.p[c] += Long(relative_own);
-        own.v[c] += Long(relative_own);
-        own.w[c] += Long(relative_own);
-        own.q[c + 1] += Long(relative_own);
+        own.p[c] += Long(kRelativeOwn);
+        own.v[c] += Long(kRelativeOwn);
+        own.w[c] += Long(kRelativeOwn);
+        own.q[c + 1] += Long(kRelativeOwn);
       }
     for (auto& row : made.joints_own)
       for (LongJoint& own : row)
         for (std::size_t c = 0; c < 2; ++c) {
-          own.q[c] += Long(relative_own);
-          own.u[c] += Long(relative_own);
+          own.q[c] += Long(kRelativeOwn);
+          own.u[c] += Long(kRelativeOwn);
         }
   }
   return made;
@@ -79,7 +69,7 @@ Checked check_slider_crank(const Scenario& scenario, std::int64_t samples) {
   const Long L = sqrt(rod_arm[0] * rod_arm[0] + rod_arm[1] * rod_arm[1]);
   const Long3 base = at_anchor(rail, 0) - at_anchor(rail, 1) + at_anchor(wrist, 1);  // of the rod's end, at offset 0
   const Long lean = atan2(rod_arm[1], rod_arm[0]);                                   // of the arm in the rod
-  Checked made = empty_result(scenario, samples);
+  Checked made = of_starts(scenario, samples);
   made.joints.assign(made.values.size(), std::vector<LongJoint>(4));
   // Where the rod starts, by its doubles.
   const bool ahead = cos(Long(motor.coordinates[0]) + flip * pin.coordinates[0] + lean) > 0;
@@ -119,7 +109,7 @@ Checked check_hooke_shaft(const Scenario& scenario, std::int64_t samples) {
   const Long3 n2 = turned(tilt, z_axis);  // (0, -sin beta, cos beta)
   const Long W = *motor.driven_rate, sine = -n2[1], cosine = n2[2], half_turn = acos(Long(-1));
   const Long way = cosine > 0 ? 1 : -1;
-  Checked made = empty_result(scenario, samples);
+  Checked made = of_starts(scenario, samples);
   made.joints.assign(made.values.size(), std::vector<LongJoint>(3));
   for (std::size_t k = 0; k < made.values.size(); ++k) {
     const Long t = Long(scenario.t_end_s) * static_cast<int>(k) / samples, a = motor.coordinates[0] + W * t;
@@ -191,9 +181,9 @@ Checked turn_rod(const Scenario& scenario, std::int64_t samples, int digits) {
   const std::vector<Long> times_s = sample_times(scenario.t_end_s, samples);
   const std::vector<State> path =
       solve(f, {bore.coordinates[0], bore.rates[0], cos(start_angle), sin(start_angle)}, {0, 1, 2, 2}, times_s, digits);
-  if (path.empty()) return {"the checker needs too many steps", {}, {}};
+  if (path.empty()) return {"the checker needs more than " + std::to_string(kMaxSteps) + " steps", {}, {}};
   const Long3 hinge = frame.p + turned(frame.q, at_anchor(motor, 0));
-  Checked made = empty_result(scenario, samples);
+  Checked made = of_starts(scenario, samples);
   made.reactions = true;
   made.joints.assign(path.size(), std::vector<LongJoint>(2));
   for (std::size_t k = 0; k < path.size(); ++k) {
@@ -238,7 +228,7 @@ Checked check_atwood_machine(const Scenario& scenario, std::int64_t samples) {
   const Long3 gravity = widened(scene.gravity_m_per_s2);
   const Long g = sqrt(dot(gravity, gravity));
   const Long3 up = Long(-1) / g * gravity;
-  Checked made = empty_result(scenario, samples);
+  Checked made = of_starts(scenario, samples);
   made.ropes.resize(made.values.size());
   for (const Rope& rope : scene.ropes) {
     const Body &first = scene.bodies[static_cast<std::size_t>(rope.bodies[0])],
@@ -268,7 +258,7 @@ Checked check_atwood_machine(const Scenario& scenario, std::int64_t samples) {
         state.angles.push_back(pulley.angle_rad + (pulley.radius_m > 0 ? Long(s / pulley.radius_m) : Long(0)));
     }
   }
-  set_own(made, made, Long(relative_own));
+  set_own(made, made, Long(kRelativeOwn));
   return made;
 }
 

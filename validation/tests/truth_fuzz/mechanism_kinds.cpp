@@ -23,18 +23,18 @@ Scenario slider_crank(Random& r, bool border) {
     }
   }
   const double angle = r.uniform(-3, 3), side = r.sign(), up = h - radius * std::sin(angle),
-               phi = side > 0 ? std::asin(up / L) : pi - std::asin(up / L),
+               phi = side > 0 ? std::asin(up / L) : kPi - std::asin(up / L),
                rate = -W * radius * std::cos(angle) / (L * std::cos(phi)), flip = r.sign();
-  Joint motor = joint_of("motor", JointKind::hinge, -1, 2, {0, 0, 0}, {-radius / 2, 0, 0});
+  Joint motor = joint("motor", JointKind::hinge, -1, 2, {0, 0, 0}, {-radius / 2, 0, 0});
   motor.coordinates[0] = angle;
   motor.driven_rate = motor.rates[0] = W;
-  Joint pin = joint_of("pin", JointKind::hinge, 2, 0, {radius / 2, 0, 0}, {-L / 2, 0, 0.125}, {0, 0, flip});
+  Joint pin = joint("pin", JointKind::hinge, 2, 0, {radius / 2, 0, 0}, {-L / 2, 0, 0.125}, {0, 0, flip});
   pin.coordinates[0] = flip * (phi - angle);
   pin.rates[0] = flip * (rate - W);
-  Joint rail = joint_of("rail", JointKind::slider, -1, 1, {0, h, 0}, {0, 0, 0}, {1, 0, 0});
+  Joint rail = joint("rail", JointKind::slider, -1, 1, {0, h, 0}, {0, 0, 0}, {1, 0, 0});
   rail.coordinates[0] = radius * std::cos(angle) + L * std::cos(phi);
   rail.rates[0] = -W * radius * std::sin(angle) - L * std::sin(phi) * rate;
-  Joint wrist = joint_of("wrist", JointKind::hinge, 0, 1, {L / 2, 0, 0.125}, {0, 0, 0});
+  Joint wrist = joint("wrist", JointKind::hinge, 0, 1, {L / 2, 0, 0.125}, {0, 0, 0});
   wrist.closes_loop = true;
   wrist.coordinates[0] = -phi;
   wrist.rates[0] = -rate;
@@ -51,18 +51,18 @@ Scenario hooke_shaft(Random& r, bool border) {
   double bend = r.uniform(-1.2, 1.2);
   if (border) {
     const int what = r.whole(0, 2);
-    bend = r.sign() * (what == 0 ? r.power(-17, -1) : what == 1 ? pi / 2 - r.power(-2.9, -1) : r.uniform(1.8, 2.9));
+    bend = r.sign() * (what == 0 ? r.power(-17, -1) : what == 1 ? kPi / 2 - r.power(-2.9, -1) : r.uniform(1.8, 2.9));
   }
   const double W = r.uniform(-5, 5), a = r.uniform(-1.5, 1.5), cosine = std::cos(bend), sine = std::sin(bend);
   const double b = std::atan2(cosine * std::sin(a), std::cos(a));
-  Joint motor = joint_of("motor", JointKind::hinge, -1, 0, {0, 0, -0.5}, {0, 0, 0.125});
+  Joint motor = joint("motor", JointKind::hinge, -1, 0, {0, 0, -0.5}, {0, 0, 0.125});
   motor.coordinates[0] = a;
   motor.driven_rate = motor.rates[0] = W;
-  Joint bearing = joint_of("bearing", JointKind::hinge, -1, 1, {0, 0, 0}, {0, 0, -0.75});
+  Joint bearing = joint("bearing", JointKind::hinge, -1, 1, {0, 0, 0}, {0, 0, -0.75});
   bearing.frame_wxyz = {std::cos(bend / 2), std::sin(bend / 2), 0, 0};
   bearing.coordinates[0] = b;
   bearing.rates[0] = W * cosine / (1 - sine * sine * std::sin(a) * std::sin(a));
-  Joint cross = joint_of("cross", JointKind::universal, 0, 1, {0, 0, 0.625}, {0, 0, -0.75});
+  Joint cross = joint("cross", JointKind::universal, 0, 1, {0, 0, 0.625}, {0, 0, -0.75});
   cross.axes_body = {Real3{1, 0, 0}, Real3{0, 1, 0}};
   const double q0 = std::atan2(sine * std::cos(a), cosine);
   cross.coordinates = {q0, std::asin(-sine * std::sin(a)), 0, 0};
@@ -84,11 +84,11 @@ Scenario hooke_shaft(Random& r, bool border) {
 Scenario turning_rod(Random& r, bool border) {
   Scenario s = empty(TruthKind::closed_form, "turning-rod", r.uniform(0.2, 2));
   s.scene.bodies = {any_body("rod", r), any_body("bead", r)};
-  Joint motor = joint_of("motor", JointKind::hinge, -1, 0, r.vector(1), r.vector(0.5), r.direction());
+  Joint motor = joint("motor", JointKind::hinge, -1, 0, r.vector(1), r.vector(0.5), r.direction());
   motor.coordinates[0] = r.uniform(-3, 3);
   motor.driven_rate = motor.rates[0] = r.uniform(-4, 4);
   motor.frame_wxyz = any_orientation(r);
-  Joint bore = joint_of("bore", JointKind::slider, 0, 1, r.vector(0.5), r.vector(0.5), r.direction());
+  Joint bore = joint("bore", JointKind::slider, 0, 1, r.vector(0.5), r.vector(0.5), r.direction());
   bore.coordinates[0] = r.uniform(-1, 1);
   bore.rates[0] = r.uniform(-1, 1);
   bore.frame_wxyz = any_orientation(r);

@@ -73,6 +73,11 @@ struct LongBody {
   Long3 v{}, w{};
 };
 
+inline LongBody start_of(const Body& body) {
+  return {widened(body.position_m), normalised(body.orientation_wxyz), widened(body.velocity_m_per_s),
+          widened(body.angular_velocity_body_rad_per_s)};
+}
+
 // As JointSample, without what is applied
 struct LongJoint {
   Long4 q{};
@@ -97,8 +102,17 @@ struct Checked {
   bool has_events = false;
 };
 
+// Every body at its start at all samples, for checkers to fill in.
+inline Checked of_starts(const Scenario& scenario, std::int64_t samples) {
+  Checked made;
+  std::vector<LongBody> bodies;
+  for (const Body& body : scenario.scene.bodies) bodies.push_back(start_of(body));
+  made.values.assign(static_cast<std::size_t>(samples + 1), bodies);
+  return made;
+}
+
 // A result and the same with other step lengths or shifted events: their difference is the half-width of the first.
-// Both have the same samples.
+// Both have the same samples. Refused where they have not the same number of events.
 inline void set_own(Checked& made, const Checked& other, const Long& relative) {
   const auto apart = [&](const Long& a, const Long& b) { return Long(abs(a - b) + abs(a) * relative); };
   const auto each = [&](const auto& a, const auto& b, auto& own) {
@@ -133,6 +147,7 @@ inline void set_own(Checked& made, const Checked& other, const Long& relative) {
   }
   made.event_own_s.resize(made.event_s.size());
   if (made.event_s.size() == other.event_s.size()) each(made.event_s, other.event_s, made.event_own_s);
+  else made.refused = "the checker's number of events depends on its steps";
 }
 
 }  // namespace atwood::fuzz

@@ -9,7 +9,6 @@ namespace atwood::fuzz {
 namespace {
 
 // A state: p, v, q, w of each body, fixed ones included.
-constexpr int most_steps = 20'000;  // above: the checker refuses the scene
 
 // ---- the equations of motion ------------------------------------------------------------------------------------
 
@@ -43,9 +42,9 @@ Long3 image(const std::array<Long, 9>& m, const Long3& v) {
           m[6] * v[0] + m[7] * v[1] + m[8] * v[2]};
 }
 
-constexpr int per_body = 13;
+constexpr int kPerBody = 13;
 LongBody body_at(const State& y, int i) {
-  const Long* at = &y[static_cast<std::size_t>(per_body * i)];
+  const Long* at = &y[static_cast<std::size_t>(kPerBody * i)];
   return {{at[0], at[1], at[2]}, {at[6], at[7], at[8], at[9]}, {at[3], at[4], at[5]}, {at[10], at[11], at[12]}};
 }
 
@@ -155,7 +154,7 @@ void rate(const Equations& of, const Long& t_s, const State& y, State& dydt) {
     if (of.held(i)) continue;
     const Body& body = of.scene.bodies[i];
     const LongBody& b = loads.bodies[i];
-    Long* d = &dydt[static_cast<std::size_t>(per_body * i)];
+    Long* d = &dydt[static_cast<std::size_t>(kPerBody * i)];
     for (int k = 0; k < 3; ++k) {
       d[k] = b.v[k];
       d[3 + k] = loads.force[i][k] / body.mass_kg + of.scene.gravity_m_per_s2[k];
@@ -171,30 +170,24 @@ void rate(const Equations& of, const Long& t_s, const State& y, State& dydt) {
   }
 }
 
-// Scales each component by the largest absolute value of its kind and body so far.
-void widen_scale(State& scale, const State& y) {
-  constexpr int kinds[5] = {0, 3, 6, 10, per_body};
-  for (std::size_t body = 0; body < y.size(); body += per_body)
-    for (int kind = 0; kind < 4; ++kind) {
-      Long most = 0;
-      for (int i = kinds[kind]; i < kinds[kind + 1]; ++i)
-        most = std::max({most, Long(abs(y[body + i])), scale[body + i]});
-      for (int i = kinds[kind]; i < kinds[kind + 1]; ++i) scale[body + i] = most;
-    }
-}
-
-State start_of(const Scene& scene) {
+State state_of_starts(const Scene& scene) {
   State y;
   for (const Body& body : scene.bodies) {
-    Long norm = 0;
-    for (const double q : body.orientation_wxyz) norm += Long(q) * q;
-    norm = sqrt(norm);
-    for (const double p : body.position_m) y.emplace_back(p);
-    for (const double v : body.velocity_m_per_s) y.emplace_back(v);
-    for (const double q : body.orientation_wxyz) y.push_back(q / norm);
-    for (const double w : body.angular_velocity_body_rad_per_s) y.emplace_back(w);
+    const LongBody start = start_of(body);
+    y.insert(y.end(), start.p.begin(), start.p.end());
+    y.insert(y.end(), start.v.begin(), start.v.end());
+    y.insert(y.end(), start.q.begin(), start.q.end());
+    y.insert(y.end(), start.w.begin(), start.w.end());
   }
   return y;
+}
+
+// The kinds of a state's components: p, v, q, w of each body have scales of their own.
+std::vector<int> kinds_of(std::size_t components) {
+  std::vector<int> kind;
+  for (int first = 0; kind.size() < components; first += 4)
+    for (const int of : {0, 0, 0, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3}) kind.push_back(first + of);
+  return kind;
 }
 
 // The times at which forces switch and bodies are released.
@@ -226,45 +219,25 @@ bool acts_at(const Force& force, double t_s) {
          std::any_of(on_s.begin(), on_s.end(), [&](const Interval& on) { return on.from_s <= t_s && t_s < on.to_s; });
 }
 
-// One integration with a relative error of 10^-digits per step. Empty: it needs more than `most_steps`.
+// One integration with a relative error of 10^-digits per step. Empty: it needs more than kMaxSteps.
 std::vector<State> integrate(const Scenario& scenario, std::int64_t samples, int digits) {
   Equations equations(scenario.scene);
   const Rate f = [&](const Long& t_s, const State& y, State& dydt) { rate(equations, t_s, y, dydt); };
-  const Long asked = pow(Long(10), -digits);
-  State y = start_of(scenario.scene), scale(y.size());
-  widen_scale(scale, y);
-  std::vector<State> at{y};
-  Long t = 0, length = Long(scenario.t_end_s) / samples;
-  int steps = 0;
+  const State start = state_of_starts(scenario.scene);
+  Integration integration(f, start, kinds_of(start.size()), 0, Long(scenario.t_end_s) / samples, digits);
+  std::vector<State> at{start};
   double interval_from = 0;
-  const std::vector<double> borders = switches(scenario.scene, scenario.t_end_s);
   std::int64_t sample = 1;
-  for (const double border : borders) {
+  for (const double border : switches(scenario.scene, scenario.t_end_s)) {
     equations.now_s = interval_from + (border - interval_from) / 2;
     equations.acting.clear();
     for (const Force& force : scenario.scene.forces)
       if (acts_at(force, equations.now_s)) equations.acting.push_back(force);
     while (sample <= samples) {
       const Long next_sample = Long(scenario.t_end_s) * sample / samples;
-      const Long target = std::min(next_sample, Long(border));
-      while (t < target) {
-        if (++steps > most_steps) return {};
-        const Long H = std::min(length, Long(target - t));
-        // Components that are 0 at the start get their scale from a first attempt of the step.
-        State wider = scale;
-        widen_scale(wider, midpoints(f, t, y, H, 2));
-        Step step = extrapolate(f, t, y, H, wider);
-        if (step.error > asked) {
-          length = H / 2;
-          continue;
-        }
-        t = H == target - t ? target : Long(t + H);
-        y = std::move(step.y);
-        widen_scale(scale, y);
-        if (step.error < asked / 10000) length = std::max(length, Long(H * 1.25));
-      }
+      if (!integration.advance(std::min(next_sample, Long(border)))) return {};
       if (next_sample > border) break;
-      at.push_back(y);
+      at.push_back(integration.state());
       ++sample;
     }
     interval_from = border;
@@ -281,18 +254,17 @@ Checked check_smooth(const Scenario& scenario, std::int64_t samples, int digits)
   const std::vector<State> fine = integrate(scenario, samples, digits),
                            coarse = integrate(scenario, samples, digits - 4);
   if (fine.empty() || coarse.empty())
-    return {"the checker needs more than " + std::to_string(most_steps) + " steps", {}, {}};
-  Checked made;
-  const int n = static_cast<int>(scenario.scene.bodies.size());
-  for (std::size_t k = 0; k < fine.size(); ++k) {
-    State off(fine[k].size());
-    for (std::size_t i = 0; i < off.size(); ++i) off[i] = abs(fine[k][i] - coarse[k][i]) + abs(fine[k][i]) * 1e-55;
-    auto &values = made.values.emplace_back(), &own = made.own.emplace_back();
-    for (int i = 0; i < n; ++i) {
-      values.push_back(body_at(fine[k], i));
-      own.push_back(body_at(off, i));
+    return {"the checker needs more than " + std::to_string(kMaxSteps) + " steps", {}, {}};
+  const auto at_samples = [&](const std::vector<State>& states) {
+    Checked made;
+    for (const State& y : states) {
+      auto& values = made.values.emplace_back();
+      for (int i = 0; i < static_cast<int>(scenario.scene.bodies.size()); ++i) values.push_back(body_at(y, i));
     }
-  }
+    return made;
+  };
+  Checked made = at_samples(fine);
+  set_own(made, at_samples(coarse), Long("1e-55"));
   return made;
 }
 
