@@ -129,12 +129,6 @@ Wide longest_arm(const Scene& scene) {
   return arm;
 }
 
-// The bar of values that were sums of numbers up to `size`, however small they are themselves.
-Wide bar_at_least(Spread of, Wide size, double safety) {
-  of.scale = larger(of.scale, size);
-  return of.bar(safety);
-}
-
 // Answers the name of a body whose motion amplifies round-off too much for a bar; empty: there is none.
 std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide>& t_s, const Motion<Wide>& wide,
                         const Realisations& narrow, const Impacts& impacts) {
@@ -143,7 +137,8 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
       std::any_of(scene.joints.begin(), scene.joints.end(), [](const Joint& j) { return j.closes_loop; });
   const double safety = loops ? kLoopSafety : wide.events.empty() ? kSmoothSafety : kImpactSafety;
   std::vector<BodySpread> spreads(wide.poses.front().size());
-  JointBars joint_bars(scene, safety);
+  JointBars joint_bars(scene, safety, loops);
+  MotionScales scales;
   const Wide noise = 1024 * unit_round_off<Narrow>() / kMeasureLimit;
   Wide places = 0, speeds = 0, rates = 0;  // the largest so far of all bodies
   const bool jointed = !scene.joints.empty();
@@ -152,9 +147,10 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
   for (std::size_t k = 0; k < t_s.size(); ++k) {
     Sample &value = truth.values.emplace_back(), &bar = truth.bars.emplace_back();
     value.t_s = bar.t_s = t_s[k];
+    for (const Pose<Wide>& w : wide.poses[k]) value.bodies.push_back({w.p_WB, w.q_WB, w.v_WB, w.w_WB_B});
+    scales.include(value.bodies);
     for (std::size_t i = 0; i < spreads.size(); ++i) {
       const Pose<Wide>& w = wide.poses[k][i];
-      value.bodies.push_back({w.p_WB, w.q_WB, w.v_WB, w.w_WB_B});
       BodySample& half_width = bar.bodies.emplace_back();
       half_width.q_wxyz = {};
       BodySpread& of = spreads[i];
@@ -176,14 +172,14 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
                     !of.v.is_measure(of.v.scale + noise * speeds) || !of.w.is_measure(of.w.scale + noise * rates)))
         return scene.bodies[i].name;
       // Joints place their child from anchor to anchor: a centre on the axis of a turn rests to the round-off of those.
-      const Wide size = jointed ? places + arm : Wide(0), rate = jointed ? rates : Wide(0),
-                 speed = jointed ? speeds + rates * arm : Wide(0);
-      half_width.p_m.fill(bar_at_least(of.p, size, safety) + wide.input_round_off.p_m);
+      const Wide size = jointed ? scales.place_m + arm : Wide(0), rate = jointed ? scales.rate_rad_per_s : Wide(0),
+                 speed = jointed ? scales.speed_m_per_s + rate * size : Wide(0);
+      half_width.p_m.fill(of.p.bar(safety, size) + wide.input_round_off.p_m);
       half_width.q_wxyz.fill(of.q.bar(safety) + wide.input_round_off.q);
-      half_width.v_m_per_s.fill(bar_at_least(of.v, speed, safety) + wide.input_round_off.v_m_per_s);
-      half_width.w_rad_per_s.fill(bar_at_least(of.w, rate, safety) + wide.input_round_off.w_rad_per_s);
+      half_width.v_m_per_s.fill(of.v.bar(safety, speed) + wide.input_round_off.v_m_per_s);
+      half_width.w_rad_per_s.fill(of.w.bar(safety, rate) + wide.input_round_off.w_rad_per_s);
     }
-    if (const std::string joint = joint_bars.add(k, wide, narrow, value, bar); !joint.empty()) return joint;
+    if (const std::string joint = joint_bars.add(k, wide, narrow, scales, value, bar); !joint.empty()) return joint;
   }
   return "";
 }

@@ -1,7 +1,5 @@
 #include "closed_form/joint_bars.hpp"
 
-#include <algorithm>
-
 namespace atwood::closed_form {
 
 namespace {
@@ -36,21 +34,12 @@ void include_reaction(Spread& of, const Vec<Wide>& wide, const std::vector<const
 
 }  // namespace
 
-JointBars::JointBars(const Scene& scene, double safety)
-    : scene_(scene), safety_(safety),
-      has_loops_(std::any_of(scene.joints.begin(), scene.joints.end(), [](const Joint& j) { return j.closes_loop; })),
-      joints_(scene.joints.size()), ropes_(scene.ropes.size()) {}
-
-void JointBars::widen_scales(Spreads& of, JointKind kind) const {
-  for (int c = 0; c < rate_count(kind); ++c) {
-    const bool angle = is_angle(kind, c);
-    of.q.scale = larger(of.q.scale, angle ? Wide(1) : place_);
-    of.u.scale = larger(of.u.scale, angle ? rate_ : speed_);
-  }
-}
+JointBars::JointBars(const Scene& scene, double safety, bool loops)
+    : scene_(scene), safety_(safety), loops_(loops), joints_(scene.joints.size()), ropes_(scene.ropes.size()) {}
 
 void JointBars::add_joint(std::size_t k, std::size_t j, const Motion<Wide>& wide,
-                          const std::vector<Motion<Narrow>>& narrow, JointSample& value, JointSample& bar) {
+                          const std::vector<Motion<Narrow>>& narrow, const MotionScales& scales, JointSample& value,
+                          JointSample& bar) {
   const JointState<Wide>& w = wide.joints[k][j];
   const JointKind kind = scene_.joints[j].kind;
   const int coordinates = coordinate_count(kind), rates = rate_count(kind);
@@ -80,7 +69,11 @@ void JointBars::add_joint(std::size_t k, std::size_t j, const Motion<Wide>& wide
   std::array<bool, 3> known_force{}, known_torque{};
   include_reaction(of.force, w.force_N, forces, value.force_N, known_force);
   include_reaction(of.torque, w.torque_N_m, torques, value.torque_N_m, known_torque);
-  if (has_loops_) widen_scales(of, kind);
+  for (int c = 0; loops_ && c < rates; ++c) {
+    const bool angle = is_angle(kind, c);
+    of.q.scale = larger(of.q.scale, angle ? Wide(1) : scales.place_m);
+    of.u.scale = larger(of.u.scale, angle ? scales.rate_rad_per_s : scales.speed_m_per_s);
+  }
   fill(bar.q, of.q, safety_, coordinates);
   fill(bar.u, of.u, safety_, rates);
   fill(bar.applied, of.applied, safety_, rates);
@@ -91,15 +84,10 @@ void JointBars::add_joint(std::size_t k, std::size_t j, const Motion<Wide>& wide
 }
 
 std::string JointBars::add(std::size_t k, const Motion<Wide>& wide, const std::vector<Motion<Narrow>>& narrow,
-                           Sample& value, Sample& bar) {
-  for (const BodySample& body : value.bodies) {
-    place_ = larger(place_, norm(body.p_m));
-    speed_ = larger(speed_, norm(body.v_m_per_s));
-    rate_ = larger(rate_, norm(body.w_rad_per_s));
-  }
+                           const MotionScales& scales, Sample& value, Sample& bar) {
   if (!wide.joints.empty())
     for (std::size_t j = 0; j < joints_.size(); ++j) {
-      add_joint(k, j, wide, narrow, value.joints.emplace_back(), bar.joints.emplace_back());
+      add_joint(k, j, wide, narrow, scales, value.joints.emplace_back(), bar.joints.emplace_back());
       const Spreads& of = joints_[j];
       const Wide size = is_angle(scene_.joints[j].kind, 0) ? Wide(1) : of.q.scale,
                  noise = 1024 * unit_round_off<Narrow>() / kMeasureLimit;

@@ -11,12 +11,14 @@ namespace atwood::closed_form {
 
 class JointBars {
  public:
-  JointBars(const Scene& scene, double safety);
+  // loops: the start is projected, and coordinates of joints follow from poses: their errors are those of numbers of
+  // the size of the motion (of an angle: 1), however small a coordinate is.
+  JointBars(const Scene& scene, double safety, bool loops);
 
   // Adds the joints and ropes of instant k. A component of a reaction that one of the evaluations does not determine is
   // NaN. Answers the name of a joint or rope whose motion amplifies round-off too much for a bar; empty: there is none.
-  std::string add(std::size_t k, const Motion<Wide>& wide, const std::vector<Motion<Narrow>>& narrow, Sample& value,
-                  Sample& bar);
+  std::string add(std::size_t k, const Motion<Wide>& wide, const std::vector<Motion<Narrow>>& narrow,
+                  const MotionScales& scales, Sample& value, Sample& bar);
 
  private:
   struct Spreads {
@@ -24,16 +26,12 @@ class JointBars {
   };
   const Scene& scene_;
   double safety_;
-  bool has_loops_;
-  // The largest so far of all bodies. The start of a loop is projected, and coordinates of its joints follow from
-  // poses: their errors are those of numbers of this size (of an angle: 1), however small a coordinate is.
-  Wide place_ = 0, speed_ = 0, rate_ = 0;
+  bool loops_;
   std::vector<Spreads> joints_;
   std::vector<std::pair<Spread, Spread>> ropes_;  // tension, angles
 
-  void widen_scales(Spreads& of, JointKind kind) const;
   void add_joint(std::size_t k, std::size_t j, const Motion<Wide>& wide, const std::vector<Motion<Narrow>>& narrow,
-                 JointSample& value, JointSample& bar);
+                 const MotionScales& scales, JointSample& value, JointSample& bar);
 };
 
 // A sample within the half-width of the instant of an impact at a joint's stop may have the rate before or after it:
