@@ -18,7 +18,7 @@ bool identify(Worker& worker, pid_t process, FileHashes& hashes, Outcome& outcom
   const WorkerIdentity identity = identify_worker(worker.command, worker.engine, process, hashes);
   worker.build_id = identity.hash;
   worker.unknown_code = printable(identity.unknown_code);
-  worker.code = mapped_code(process);
+  worker.code = identity.code;
   if (!identity.error.empty()) {
     outcome.status = Status::crashed;
     outcome.reason = printable(identity.error);

@@ -167,6 +167,7 @@ WorkerIdentity identify_worker(const std::vector<std::string>& command, const En
   std::string all = content_hash({"worker 2", hashes.of(program_of(command)), engine.fingerprint});
   const auto add = [&](const std::string& what, const std::string& hash) { all = content_hash({all, what, hash}); };
   identity.process_ended = !mapped.known;
+  identity.code.assign(mapped.files.begin(), mapped.files.end());
   if (engine.fingerprint.empty()) identity.unknown_code = why_unknown(command, mapped, process);
 
   for (std::size_t i = 1; i < command.size(); ++i) {
@@ -214,14 +215,9 @@ WorkerIdentity identify_worker(const std::vector<std::string>& command, const En
   return identity;
 }
 
-std::vector<std::string> mapped_code(pid_t process) {
-  const Mapped mapped = mapped_files(process);
-  return {mapped.files.begin(), mapped.files.end()};
-}
-
 std::string code_loaded_since(const std::vector<std::string>& command, const Engine& engine,
                               const std::vector<std::string>& code, pid_t process) {
-  for (const std::string& file : mapped_code(process)) {
+  for (const std::string& file : mapped_files(process).files) {
     if (std::binary_search(code.begin(), code.end(), file)) continue;
     const bool listed = std::any_of(engine.files.begin(), engine.files.end(), [&](const std::string& name) {
       return same_file(file, (folder_of_program(command) / name).string());

@@ -37,7 +37,8 @@ struct WorkerIdentity {
   // fingerprint covers all code of a worker.
   std::string unknown_code;
   std::string error;  // not empty: hello lists a file that does not exist or is no regular file, or one is too large
-  bool process_ended = false;  // before its libraries were read: the hash is without them
+  std::vector<std::string> code;  // files that the process has mapped as code, sorted
+  bool process_ended = false;     // before its libraries were read: the hash is without them
 };
 
 // `process`: the running worker, which has answered hello with `engine`. Files that hello lists by relative paths
@@ -45,8 +46,6 @@ struct WorkerIdentity {
 WorkerIdentity identify_worker(const std::vector<std::string>& command, const Engine& engine, pid_t process,
                                FileHashes& hashes);
 
-// Files that the process has mapped as code, sorted; empty where the process has ended.
-std::vector<std::string> mapped_code(pid_t process);
 // A file that the process has mapped as code since it answered `hello`: neither in `code` (Worker::code) nor among the
 // `files` of its answer; empty: none.
 std::string code_loaded_since(const std::vector<std::string>& command, const Engine& engine,
