@@ -25,17 +25,17 @@ std::string tile(const char* kind, const char* name, std::int64_t number) {
 }
 
 // Cells whose engine crashed or did not answer in time, in words; empty when none did.
-std::string broken_cells(const std::vector<Row>& rows) {
+std::string broken_cells(const std::vector<Row>& rows, bool some_ladders) {
   using Cells = std::set<std::tuple<std::string, std::string, std::int64_t, Resolution>>;
   Cells crashed, late;
   for (const Row& row : rows) {
     if (row.status == Status::crashed) crashed.emplace(row.scenario, row.method, row.steps, resolution_of(row));
     if (row.status == Status::timeout) late.emplace(row.scenario, row.method, row.steps, resolution_of(row));
   }
-  const auto words = [](const Cells& cells, const char* what) {
-    return cells.empty()
-               ? std::string()
-               : fmt::format(" In {} {} an engine {}.", cells.size(), cells.size() == 1 ? "cell" : "cells", what);
+  const auto words = [&](const Cells& cells, const char* what) {
+    return cells.empty() ? std::string()
+                         : fmt::format(" In {} {}{} an engine {}.", cells.size(), cells.size() == 1 ? "cell" : "cells",
+                                       some_ladders ? " shown here" : "", what);
   };
   return words(crashed, "crashed") + words(late, "did not answer in time");
 }
@@ -59,7 +59,7 @@ std::string header(const ReportData& data) {
              "<header id=\"top\"><div class=\"masthead\"><h1>{}</h1><div id=\"tools\"></div></div>"
              "<section id=\"verdict\" class=\"{}\" aria-label=\"Verdict\"><p class=\"word\">{}</p><p>{}</p>"
              "<ul class=\"tiles\">",
-             escape_html(data.title), state, word, sentence + broken_cells(data.rows)) +
+             escape_html(data.title), state, word, sentence + broken_cells(data.rows, !data.counted.empty())) +
          tiles + "</ul></section></header>";
 }
 

@@ -161,7 +161,7 @@ TEST_CASE("what touches by its decimals is in contact at depth 0, however it is 
   }
 }
 
-TEST_CASE("a point that several triangles or parts find is told once") {
+TEST_CASE("a contact point found by several triangles or parts is reported once") {
   const auto corners = [](const ContactAnswer& answer) {
     int count = 0;
     for (const FoundContact& c : answer.contacts)

@@ -173,7 +173,7 @@ TEST_CASE("a sample given twice is told as that") {
                     "sample 3, at t_s = 0.75, came twice; the next one is due at 1");
 }
 
-TEST_CASE("times of a million samples are told apart") {
+TEST_CASE("the times of a million samples are distinguished") {
   Sample sample;
   sample.bodies.resize(1);
   sample.t_s = 3e-5;
