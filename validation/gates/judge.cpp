@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <limits>
 #include <map>
+#include <ranges>
 #include <set>
 #include <tuple>
 
@@ -23,9 +25,26 @@ bool inconclusive(const Row& row) { return std::isnan(row.value) && row.reason.s
 // A figure of the whole run; of probes there is a row each, named in `body`.
 bool is_of_run(const Row& row) { return !row.t_s && (row.body.empty() || row.metric == "probe-error"); }
 
+// Rows that follow each other and are of the same scenario and method.
+using Ladder = std::span<const Row>;
+std::vector<Ladder> ladders_in(std::span<const Row> rows) {
+  std::vector<Ladder> ladders;
+  for (std::size_t begin = 0, end; begin < rows.size(); begin = end) {
+    for (end = begin + 1; end < rows.size(); ++end)
+      if (rows[end].scenario != rows[begin].scenario || rows[end].method != rows[begin].method) break;
+    ladders.push_back(rows.subspan(begin, end - begin));
+  }
+  return ladders;
+}
+
+bool matches_ladder(const Gate& gate, Ladder ladder) {
+  return glob_match(gate.scenario, ladder.front().scenario) && glob_match(gate.method, ladder.front().method);
+}
+
+// Whether a row of a matching ladder is of a cell that the gate judges.
 bool matches_cell(const Gate& gate, const Row& row) {
-  return is_of_run(row) && glob_match(gate.scenario, row.scenario) && glob_match(gate.method, row.method) &&
-         (!gate.steps || row.steps == *gate.steps) && (!gate.spacing_m || row.spacing_m == gate.spacing_m) &&
+  return is_of_run(row) && (!gate.steps || row.steps == *gate.steps) &&
+         (!gate.spacing_m || row.spacing_m == gate.spacing_m) &&
          (!gate.sound_speed_m_per_s || row.sound_speed_m_per_s == gate.sound_speed_m_per_s);
 }
 
@@ -190,16 +209,19 @@ void note_truth(const Gate& gate, const Row& row, GateProgress& progress) {
     progress.answered.insert(row.scenario);
 }
 
-// `rows`: all of a scene and method.
-void judge_rows(const Gate& gate, std::span<const Row> rows, const Rivals& rivals, GateProgress& progress,
-                std::vector<Verdict>& verdicts) {
+// `ladders`: all rows of each scenario and method in them.
+void judge_ladders(const Gate& gate, std::span<const Ladder> ladders, const Rivals& rivals, GateProgress& progress,
+                   std::vector<Verdict>& verdicts) {
+  std::vector<Ladder> matching;
+  std::copy_if(ladders.begin(), ladders.end(), std::back_inserter(matching),
+               [&](Ladder ladder) { return matches_ladder(gate, ladder); });
   const bool truths = needs_truth(gate.metric);
-  for (const Row& row : rows) {
-    if (!matches_cell(gate, row)) continue;
-    if (truths && row.metric == "status" && row.status != Status::ok)
-      progress.ended_early.insert({row.scenario, row.method});
+  if (truths) {
+    for (const Row& row : matching | std::views::join)
+      if (matches_cell(gate, row) && row.metric == "status" && row.status != Status::ok)
+        progress.ended_early.insert({row.scenario, row.method});
   }
-  for (const Row& row : rows) {
+  for (const Row& row : matching | std::views::join) {
     if (!matches_cell(gate, row)) continue;
     if (truths) note_truth(gate, row, progress);
     if (answers_nothing(gate, row)) {
@@ -277,9 +299,10 @@ std::vector<Gate> gates_of_claims(std::span<const Gate> gates, std::span<const C
 std::vector<Verdict> judge(std::span<const Gate> gates, std::span<const Row> rows) {
   std::vector<Verdict> verdicts;
   const Rivals rivals = rivals_in(gates, rows);
+  const std::vector<Ladder> ladders = ladders_in(rows);
   for (const Gate& gate : gates) {
     GateProgress progress;
-    judge_rows(gate, rows, rivals, progress, verdicts);
+    judge_ladders(gate, ladders, rivals, progress, verdicts);
     conclude_gate(gate, progress, verdicts);
   }
   return verdicts;
@@ -304,11 +327,12 @@ LadderJudge::~LadderJudge() = default;
 std::vector<Verdict> LadderJudge::add(std::span<const Row> rows) {
   std::vector<Verdict> verdicts;
   if (rows.empty()) return verdicts;
+  const std::vector<Ladder> ladders = ladders_in(rows);
   const auto [place, fresh] = state_->of_scene.try_emplace(rows.front().scenario);
   for (std::size_t i = 0; fresh && i < state_->gates.size(); ++i)
     if (glob_match(state_->gates[i].scenario, place->first)) place->second.push_back(i);
   for (const std::size_t i : place->second)
-    judge_rows(state_->gates[i], rows, state_->rivals, state_->progress[i], verdicts);
+    judge_ladders(state_->gates[i], ladders, state_->rivals, state_->progress[i], verdicts);
   return verdicts;
 }
 
