@@ -111,16 +111,15 @@ std::string goes_wrong(const Scene& scene, const Floor<S>& floor, const FloorCon
                        S t_end) {
   const std::string name = "`" + scene.bodies[cart.slab].name + "`";
   const Vec<S> left = cross(floor.n, cart.e);
-  S weight = cart.mass * floor.g_n, rub = 0, free_rotation = cart.F * cart.push_aside, size = 0, aside = 0;
+  S weight = cart.mass * floor.g_n, rub = 0, free_rotation = cart.F * cart.push_aside, aside = 0;
   for (const Rider<S>& r : cart.riders) {
     weight = weight + r.mass * floor.g_n;
     aside = aside + r.mass * floor.g_n * r.aside;
     rub = rub + r.mass * r.a;
     free_rotation = free_rotation - r.mass * r.a * r.aside;
-    size = larger(size, magnitude(r.aside));
   }
   free_rotation = free_rotation - f1 * aside / weight;
-  if (magnitude(free_rotation) > S(0x1p-46) * cart.F * (size + magnitude(cart.push_aside)))
+  if (magnitude(free_rotation) > S(0x1p-46) * cart.F * S(contact.extent_m))
     return name + " is rotated about the vertical by the forces on it, which is not covered";
   cart.veer = magnitude(free_rotation);
   for (const S t : {S(0), t_end}) {

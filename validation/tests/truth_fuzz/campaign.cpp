@@ -58,7 +58,7 @@ struct Comparison {
   void hold(Wide value, Wide bar, const Long& is, const Long& own, const std::string& what) {
     const Long off = abs(widened(value) - is), allowed = widened(bar);
     if (!(off <= allowed + own)) {
-      const double ratio = allowed > 0 ? static_cast<double>(off / allowed) : HUGE_VAL;
+      const double ratio = allowed > 0 && off == off ? static_cast<double>(off / allowed) : HUGE_VAL;
       if (made.result != Result::breach || ratio > made.worst)
         made = {Result::breach, ratio,
                 fmt::format("{} is off by {:.2e} with a bar of {:.2e}", what, static_cast<double>(off),
@@ -79,18 +79,19 @@ struct Comparison {
     }
     for (int c = 0; c < 4; ++c) hold(value.q_wxyz[c], bar.q_wxyz[c], is.q[c], own.q[c], "orientation" + at);
   }
-  // Components of a reaction that are not reported are not numbers.
+  // A component of a reaction is judged unless both the truth and the checker report none.
+  void hold_reaction(const std::array<Wide, 3>& value, const std::array<Wide, 3>& bar, const Long3& is,
+                     const Long3& own, const std::string& what) {
+    for (int c = 0; c < 3; ++c)
+      if (value[c] == value[c] || is[c] == is[c]) hold(value[c], bar[c], is[c], own[c], what);
+  }
   void hold_joint(const JointSample& value, const JointSample& bar, const LongJoint& is, const LongJoint& own,
                   bool reactions, const std::string& at) {
     for (int c = 0; c < 4; ++c) hold(value.q[c], bar.q[c], is.q[c], own.q[c], "coordinate" + at);
-    for (int c = 0; c < 3; ++c) {
-      hold(value.u[c], bar.u[c], is.u[c], own.u[c], "rate" + at);
-      if (!reactions) continue;
-      if (value.force_N[c] == value.force_N[c])
-        hold(value.force_N[c], bar.force_N[c], is.force[c], own.force[c], "force" + at);
-      if (value.torque_N_m[c] == value.torque_N_m[c])
-        hold(value.torque_N_m[c], bar.torque_N_m[c], is.torque[c], own.torque[c], "torque" + at);
-    }
+    for (int c = 0; c < 3; ++c) hold(value.u[c], bar.u[c], is.u[c], own.u[c], "rate" + at);
+    if (!reactions) return;
+    hold_reaction(value.force_N, bar.force_N, is.force, own.force, "force" + at);
+    hold_reaction(value.torque_N_m, bar.torque_N_m, is.torque, own.torque, "torque" + at);
   }
   void hold_rope(const RopeSample& value, const RopeSample& bar, const LongRope& is, const LongRope& own,
                  const std::string& at) {

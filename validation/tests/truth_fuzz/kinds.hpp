@@ -39,6 +39,6 @@ struct Kind {
 };
 
 const std::vector<Kind>& kinds();
-std::vector<Kind> contact_kinds(), joint_kinds(), mechanism_kinds();  // parts of them
+std::vector<Kind> contact_kinds(), rolling_kinds(), joint_kinds(), mechanism_kinds();  // parts of them
 
 }  // namespace atwood::fuzz

@@ -1,4 +1,4 @@
-// Mechanisms whose motion follows from one driven hinge or one rope, in 60 digits. The scenes are those of
+// Mechanisms whose motion follows from one driven hinge or one rope, and welded bodies, in 60 digits. The scenes are those of
 // mechanism_kinds.cpp: their joints in the order of the functions' names, the axes z where nothing else is said.
 #pragma once
 
@@ -14,6 +14,9 @@ Checked check_slider_crank(const Scenario& scenario, std::int64_t samples);
 Checked check_hooke_shaft(const Scenario& scenario, std::int64_t samples);
 // joints: motor (rod), bore (bead on the rod). Newton's law in the rod's frame, integrated by extrapolation.
 Checked check_turning_rod(const Scenario& scenario, std::int64_t samples, int digits);
+// Fixed joints weld the bodies to each other, the parent before the child: each assembly is one rigid body by Steiner's
+// theorem, whose free turn is integrated by extrapolation.
+Checked check_welded_bodies(const Scenario& scenario, std::int64_t samples, int digits);
 // Ropes that hang straight down: the rope's acceleration balances the pull at its second end.
 Checked check_atwood_machine(const Scenario& scenario, std::int64_t samples);
 

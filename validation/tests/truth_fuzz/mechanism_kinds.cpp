@@ -1,4 +1,4 @@
-// Random scenes of mechanisms that one driven hinge or a rope moves.
+// Random scenes of mechanisms that one driven hinge or a rope moves, and of welded bodies.
 #include <cmath>
 
 #include "draw.hpp"
@@ -108,6 +108,47 @@ Scenario turning_rod(Random& r, bool border) {
   return s;
 }
 
+// Border: hardly any spin, much of it, a spin about one axis of the base, arms that are nearly nothing, parts of hardly
+// any mass.
+Scenario welded_bodies(Random& r, bool border) {
+  Scenario s = empty(TruthKind::closed_form, "welded-bodies", r.uniform(0.2, 2));
+  if (r.whole(0, 1)) s.scene.gravity_m_per_s2 = r.vector(10);
+  const int assemblies = r.whole(1, 2);
+  for (int k = 0; k < assemblies; ++k) {
+    const int what = border ? r.whole(0, 4) : -1, first = static_cast<int>(s.scene.bodies.size());
+    const int parts = r.whole(2, 4);
+    for (int i = 0; i < parts; ++i) {
+      const int at = first + i;
+      s.scene.bodies.push_back(any_body("part" + std::to_string(at), r));
+      Body& body = s.scene.bodies.back();
+      if (i == 0) {
+        body.position_m = r.vector(1);
+        body.velocity_m_per_s = r.vector(2);
+        body.orientation_wxyz = any_orientation(r);
+        body.angular_velocity_body_rad_per_s = r.vector(5);
+        if (what == 0) body.angular_velocity_body_rad_per_s = r.vector(r.power(-16, -2));
+        if (what == 1) {
+          body.angular_velocity_body_rad_per_s = r.vector(r.power(1, 2));
+          s.t_end_s *= 0.1;
+        }
+        if (what == 2) body.angular_velocity_body_rad_per_s = {0, r.sign() * r.uniform(0.5, 5), r.power(-17, -2)};
+        continue;
+      }
+      if (what == 4) {
+        const double less = r.power(-9, -3);
+        body.mass_kg *= less;
+        for (double& moment : body.inertia_kg_m2) moment *= less;
+      }
+      Joint weld = joint("weld" + std::to_string(at), JointKind::fixed, first + r.whole(0, i - 1), at, r.vector(0.7),
+                         r.vector(0.7));
+      if (what == 3) weld.anchors_body_m = {r.vector(r.power(-12, -2)), r.vector(r.power(-12, -2))};
+      weld.frame_wxyz = any_orientation(r);
+      s.scene.joints.push_back(weld);
+    }
+  }
+  return s;
+}
+
 // Numbers of few bits, so that the ends hang exactly straight down. Border: nearly equal masses, heavy or light
 // pulleys, ends that almost reach their pulleys, and a turn of the motion at the end.
 Scenario atwood_machine(Random& r, bool border) {
@@ -151,9 +192,11 @@ Scenario atwood_machine(Random& r, bool border) {
 
 std::vector<Kind> mechanism_kinds() {
   const auto rod = [](const Scenario& s, std::int64_t samples) { return check_turning_rod(s, samples, 44); };
+  const auto weld = [](const Scenario& s, std::int64_t samples) { return check_welded_bodies(s, samples, 48); };
   return {{"closed-form", "slider-crank", slider_crank, check_slider_crank},
           {"closed-form", "hooke-shaft", hooke_shaft, check_hooke_shaft, 0.006},
           {"closed-form", "turning-rod", turning_rod, rod, 0.08},
+          {"closed-form", "welded-bodies", welded_bodies, weld, 0.05},
           {"closed-form", "atwood-machine", atwood_machine, check_atwood_machine}};
 }
 
