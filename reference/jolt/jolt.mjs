@@ -1,4 +1,5 @@
 // What Jolt is at Atwood's table: its methods and refusals. Settings: settings.mjs.
+import { describePackage, loadPackage } from "../node/packages.mjs";
 import { length } from "../node/rotation.mjs";
 import { lawsInPlay, shapesMatter } from "../node/scene.mjs";
 import { overlaps } from "./contacts.mjs";
@@ -36,8 +37,10 @@ export function refusal(scene, settings) {
   return "";
 }
 
-/** The rival (node/rival.mjs) of the loaded module; `entry`: the package's file; `folder`: that of these sources. */
-export function joltRival(jolt, { entry, version }, folder) {
+/** The rival (node/rival.mjs); `packages`: the folder that has node_modules; `folder`: that of these sources. */
+export function joltRival(packages, folder) {
+  const { entry, version } = describePackage(packages, "jolt-physics");
+  let jolt;
   return {
     name: "jolt",
     version: `${version} (WebAssembly)`,
@@ -49,6 +52,9 @@ export function joltRival(jolt, { entry, version }, folder) {
     settings,
     presets,
     refusal,
+    async prepare() {
+      jolt ??= await (await loadPackage(packages, "jolt-physics")).module({ print: console.error, printErr: console.error });
+    },
     make: (scene, chosen, observe) => new JoltWorld(jolt, scene, chosen, observe),
     overlaps: (scene, chosen) => overlaps(jolt, scene, chosen),
     emptyStep() {

@@ -1,4 +1,5 @@
 // What MuJoCo 3 is at Atwood's table: its methods and refusals. Settings: settings.mjs.
+import { describePackage, loadPackage } from "../node/packages.mjs";
 import { hasShape, lawsInPlay, shapesMatter } from "../node/scene.mjs";
 import { refusedMechanism } from "./mechanism.mjs";
 import { MOST_LISTED_PAIRS, listedPairs, precedences } from "./pair_laws.mjs";
@@ -60,8 +61,10 @@ export function refusal(scene) {
   return "";
 }
 
-/** The rival (node/rival.mjs) of the loaded module; `entry`: the package's file; `folder`: that of these sources. */
-export function mujocoRival(mujoco, { entry, version }, folder) {
+/** The rival (node/rival.mjs); `packages`: the folder that has node_modules; `folder`: that of these sources. */
+export function mujocoRival(packages, folder) {
+  const { entry, version } = describePackage(packages, "@mujoco/mujoco");
+  let mujoco;
   return {
     name: "mujoco3",
     version: `${version} (WebAssembly)`,
@@ -73,6 +76,9 @@ export function mujocoRival(mujoco, { entry, version }, folder) {
     settings,
     presets,
     refusal,
+    async prepare() {
+      mujoco ??= await (await loadPackage(packages, "@mujoco/mujoco")).module({ print: console.error, printErr: console.error });
+    },
     make: (scene, chosen) => new MujocoWorld(mujoco, scene, chosen),
     overlaps: (scene, chosen) => overlaps(mujoco, scene, chosen),
     emptyStep() {
