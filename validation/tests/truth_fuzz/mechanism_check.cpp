@@ -223,6 +223,152 @@ Checked check_turning_rod(const Scenario& scenario, std::int64_t samples, int di
   return made;
 }
 
+// ---- four-bars in a row -------------------------------------------------------------------------------------------
+
+namespace {
+
+// The solution of as many independent equations as there are unknowns: rows hold the coefficients and the right side.
+std::vector<Long> eliminated(std::vector<std::vector<Long>> rows, std::size_t unknowns) {
+  for (std::size_t c = 0; c < unknowns; ++c) {
+    std::size_t pivot = c;
+    for (std::size_t r = c; r < rows.size(); ++r)
+      if (abs(rows[r][c]) > abs(rows[pivot][c])) pivot = r;
+    std::swap(rows[c], rows[pivot]);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      if (r == c || rows[r][c] == 0) continue;
+      const Long factor = rows[r][c] / rows[c][c];
+      for (std::size_t k = c; k <= unknowns; ++k) rows[r][k] -= factor * rows[c][k];
+    }
+  }
+  std::vector<Long> made(unknowns);
+  for (std::size_t c = 0; c < unknowns; ++c) made[c] = rows[c][unknowns] / rows[c][c];
+  return made;
+}
+
+// A body of a plane mechanism, in world axes.
+struct InPlane {
+  LongBody at;
+  Long3 a{};
+  Long turns = 0;  // angular acceleration
+};
+
+// Forces of all joints on their children, across z.
+std::vector<Long3> plane_forces(const Scene& scene, const std::vector<InPlane>& bodies) {
+  const std::size_t unknowns = 2 * scene.joints.size();
+  std::vector<std::vector<Long>> rows;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const Body& body = scene.bodies[i];
+    const std::size_t first = rows.size();
+    rows.resize(first + 3, std::vector<Long>(unknowns + 1));
+    const Long3 needed = Long(body.mass_kg) * (bodies[i].a - widened(scene.gravity_m_per_s2));
+    rows[first][unknowns] = needed[0];
+    rows[first + 1][unknowns] = needed[1];
+    rows[first + 2][unknowns] = body.inertia_kg_m2[8] * bodies[i].turns;
+    for (std::size_t j = 0; j < scene.joints.size(); ++j) {
+      const Joint& joint = scene.joints[j];
+      const bool child = joint.child == static_cast<int>(i);
+      if (!child && joint.parent != static_cast<int>(i)) continue;
+      const Long way = child ? 1 : -1;
+      const Long3 arm = turned(bodies[i].at.q, at_anchor(joint, child ? 1 : 0));
+      rows[first][2 * j] = rows[first + 1][2 * j + 1] = way;
+      rows[first + 2][2 * j] = -way * arm[1];
+      rows[first + 2][2 * j + 1] = way * arm[0];
+    }
+  }
+  const std::vector<Long> solved = eliminated(std::move(rows), unknowns);
+  std::vector<Long3> made;
+  for (std::size_t j = 0; j < scene.joints.size(); ++j)
+    made.push_back({solved[2 * j], solved[2 * j + 1], std::numeric_limits<Long>::quiet_NaN()});
+  return made;
+}
+
+Checked swing_four_bar(const Scenario& scenario, std::int64_t samples, int digits) {
+  const Scene& scene = scenario.scene;
+  const std::size_t couplings = (scene.joints.size() - 1) / 3, bars = couplings + 1;
+  const auto way = [](const Joint& joint) { return Long(joint.axis_body[2]); };
+  const Long3 bar = at_anchor(scene.joints[bars], 0) - at_anchor(scene.joints[0], 1),
+              g = widened(scene.gravity_m_per_s2);
+  const Long3 across{bar[0], bar[1], 0};
+  Long inertia = 0;
+  Long3 first_moment{};
+  for (std::size_t k = 0; k < bars; ++k) {
+    const Joint& foot = scene.joints[k];
+    const Body& body = scene.bodies[static_cast<std::size_t>(foot.child)];
+    const Long3 arm{-Long(foot.anchors_body_m[1][0]), -Long(foot.anchors_body_m[1][1]), 0};
+    inertia += body.inertia_kg_m2[8] + body.mass_kg * dot(arm, arm);
+    first_moment = first_moment + Long(body.mass_kg) * arm;
+  }
+  for (std::size_t k = 0; k < couplings; ++k) {
+    const Long mass = scene.bodies[static_cast<std::size_t>(scene.joints[bars + k].child)].mass_kg;
+    inertia += mass * dot(across, across);
+    first_moment = first_moment + mass * across;
+  }
+  const Long pull_c = dot(z_axis, cross(first_moment, g)), pull_s = dot(z_axis, cross(cross(z_axis, first_moment), g));
+  const auto change = [&](const Long& c, const Long& s) { return Long((pull_c * c + pull_s * s) / inertia); };
+  const auto f = [&](const Long&, const State& y, State& dydt) {
+    dydt = {y[1], change(y[2], y[3]), -y[1] * y[3], y[1] * y[2]};
+  };
+  const Joint& first = scene.joints[0];
+  const Long angle = way(first) * first.coordinates[0];
+  const std::vector<Long> times_s = sample_times(scenario.t_end_s, samples);
+  const std::vector<State> path =
+      solve(f, {angle, way(first) * first.rates[0], cos(angle), sin(angle)}, {0, 1, 2, 2}, times_s, digits);
+  if (path.empty()) return {"the checker needs more than " + std::to_string(kMaxSteps) + " steps", {}, {}};
+  Checked made = of_starts(scenario, samples);
+  made.reactions = true;
+  made.joints.assign(path.size(), std::vector<LongJoint>(scene.joints.size()));
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    const State& y = path[k];
+    const Long du = change(y[2], y[3]);
+    std::vector<InPlane> bodies(scene.bodies.size());
+    for (std::size_t b = 0; b < bars; ++b) {
+      const Joint& foot = scene.joints[b];
+      InPlane& of = bodies[static_cast<std::size_t>(foot.child)];
+      of.at = in_plane(at_anchor(foot, 0), {}, y[0], y[1], at_anchor(foot, 1));
+      const Long3 arm = of.at.p - at_anchor(foot, 0);
+      of.turns = du;
+      of.a = cross(du * z_axis, arm) + cross(y[1] * z_axis, cross(y[1] * z_axis, arm));
+    }
+    const Long3 tip = turned(quaternion_about(z_axis, y[0]), across);
+    for (std::size_t c = 0; c < couplings; ++c) {
+      const Joint& left = scene.joints[bars + c];
+      InPlane& of = bodies[static_cast<std::size_t>(left.child)];
+      const LongBody& upright = bodies[static_cast<std::size_t>(left.parent)].at;
+      of.at.p = upright.p + turned(upright.q, at_anchor(left, 0)) - at_anchor(left, 1);
+      of.at.v = cross(y[1] * z_axis, tip);
+      of.a = cross(du * z_axis, tip) + cross(y[1] * z_axis, cross(y[1] * z_axis, tip));
+    }
+    for (std::size_t i = 0; i < bodies.size(); ++i) made.values[k][i] = bodies[i].at;
+    const std::vector<Long3> forces = plane_forces(scene, bodies);
+    for (std::size_t j = 0; j < scene.joints.size(); ++j) {
+      const Joint& joint = scene.joints[j];
+      const Long turn = way(joint) * (j >= bars && j < bars + couplings ? -1 : 1);
+      LongJoint& now = made.joints[k][j];
+      now.q[0] = turn * y[0];
+      now.u[0] = turn * y[1];
+      now.force = forces[j];
+      now.torque[0] = now.torque[1] = std::numeric_limits<Long>::quiet_NaN();
+    }
+  }
+  return made;
+}
+
+}  // namespace
+
+Checked check_four_bar(const Scenario& scenario, std::int64_t samples, int digits) {
+  Checked made = swing_four_bar(scenario, samples, digits);
+  const Checked other = swing_four_bar(scenario, samples, digits - 4);
+  if (!made.refused.empty() || !other.refused.empty()) return made.refused.empty() ? other : made;
+  set_own(made, other, Long("1e-50"));
+  for (auto& row : made.joints_own)
+    for (LongJoint& own : row)
+      for (std::size_t c = 0; c < 3; ++c) {  // components of a wrench may cancel
+        own.force[c] += Long("1e-48");
+        own.torque[c] += Long("1e-48");
+      }
+  return made;
+}
+
 // ---- welded bodies ------------------------------------------------------------------------------------------------
 
 namespace {

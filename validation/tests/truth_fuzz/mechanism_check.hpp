@@ -14,6 +14,10 @@ Checked check_slider_crank(const Scenario& scenario, std::int64_t samples);
 Checked check_hooke_shaft(const Scenario& scenario, std::int64_t samples);
 // joints: motor (rod), bore (bead on the rod). Newton's law in the rod's frame, integrated by extrapolation.
 Checked check_turning_rod(const Scenario& scenario, std::int64_t samples, int digits);
+// joints: foot-0 .. foot-N (the bars), left-0 .. left-(N - 1) (bar k and coupling k), right-0 .. (coupling k and bar
+// k + 1), all about z or -z. The bars' common angle is integrated by extrapolation; of the reactions the force across z
+// is known, by elimination from Newton's and Euler's equations of all bodies, and the torque along z, which is 0.
+Checked check_four_bar(const Scenario& scenario, std::int64_t samples, int digits);
 // Fixed joints weld the bodies to each other, the parent before the child: each assembly is one rigid body by Steiner's
 // theorem, whose free turn is integrated by extrapolation.
 Checked check_welded_bodies(const Scenario& scenario, std::int64_t samples, int digits);

@@ -108,6 +108,71 @@ Scenario turning_rod(Random& r, bool border) {
   return s;
 }
 
+// Numbers of few bits, so that the bars are parallel and of one length, exactly. Border: the separatrix, rest in the
+// upper position or beside it, hardly any motion, fast turns.
+Scenario four_bar(Random& r, bool border) {
+  Scenario s = empty(TruthKind::closed_form, "four-bar", r.uniform(0.2, 2));
+  const int couplings = r.whole(1, 3);
+  const auto few = [&](double size) {
+    const Real3 v = r.vector(size);
+    return Real3{std::round(v[0] * 1024) / 1024, std::round(v[1] * 1024) / 1024, std::round(v[2] * 1024) / 1024};
+  };
+  const Real3 bar{0, few(1)[0] + 1.25, few(0.2)[2]}, lean = few(0.5), b = sum(bar, {lean[0], 0, 0});
+  double angle = r.uniform(-3, 3), rate = r.whole(0, 2) ? r.uniform(-5, 5) : 0;
+  const Real3 g = r.whole(0, 1) ? Real3{0, -9.81, 0} : r.vector(10);
+  std::vector<Real3> feet{{0, 0, 0}};
+  for (int k = 0; k < couplings; ++k) feet.push_back(sum(feet.back(), sum({1.5, 0, 0}, few(0.5))));
+  for (Real3& foot : feet) foot[2] = 0;
+  double inertia = 0;
+  Real3 moment{};
+  std::vector<Real3> below;  // of each bar: its foot, in its own axes
+  for (int k = 0; k <= couplings; ++k) {
+    below.push_back(few(0.6));
+    s.scene.bodies.push_back(any_body("bar" + std::to_string(k), r));
+    const Body& body = s.scene.bodies.back();
+    inertia += body.inertia_kg_m2[8] + body.mass_kg * (below[k][0] * below[k][0] + below[k][1] * below[k][1]);
+    moment = sum(moment, scaled(-body.mass_kg, below[k]));
+  }
+  for (int k = 0; k < couplings; ++k) {
+    s.scene.bodies.push_back(any_body("link" + std::to_string(k), r));
+    inertia += s.scene.bodies.back().mass_kg * (b[0] * b[0] + b[1] * b[1]);
+    moment = sum(moment, scaled(s.scene.bodies.back().mass_kg, b));
+  }
+  if (border) {
+    const double size = std::hypot(moment[0], moment[1]), pull = std::hypot(g[0], g[1]);
+    const double lowest = std::atan2(g[1], g[0]) - std::atan2(moment[1], moment[0]);
+    const double w = std::sqrt(size * pull / inertia), fast = r.power(1, 2);
+    switch (r.whole(0, 4)) {
+      case 0: rate = r.sign() * 2 * w * std::cos((angle - lowest) / 2) * (1 + r.sign() * r.power(-17, -1)); break;
+      case 1: angle = lowest + kPi + r.sign() * r.power(-12, -1), rate = 0; break;
+      case 2: angle = lowest + r.sign() * r.power(-15, -2), rate = r.power(-17, -2); break;
+      case 3: rate = r.sign() * fast, s.t_end_s = 5 / fast; break;
+      default: rate = 0; break;
+    }
+  }
+  const auto hinge = [&](const std::string& name, int parent, int child, Real3 on_parent, Real3 on_child, double way) {
+    const double side = r.sign();
+    Joint made = joint(name, JointKind::hinge, parent, child, on_parent, on_child, {0, 0, side});
+    made.coordinates[0] = side * way * angle;
+    made.rates[0] = side * way * rate;
+    s.scene.joints.push_back(made);
+  };
+  for (int k = 0; k <= couplings; ++k) hinge("foot" + std::to_string(k), -1, k, feet[k], below[k], 1);
+  std::vector<Real3> ends;
+  for (int k = 0; k < couplings; ++k) {
+    ends.push_back(few(0.5));
+    hinge("left" + std::to_string(k), k, couplings + 1 + k, sum(below[k], b), ends[k], -1);
+  }
+  for (int k = 0; k < couplings; ++k) {
+    // The tips' heights along z: of bar k at -below z + (below + b) z = b z, and so of bar k + 1.
+    const Real3 apart = sum(feet[k + 1], scaled(-1, feet[k]));
+    hinge("right" + std::to_string(k), couplings + 1 + k, k + 1, sum(ends[k], apart), sum(below[k + 1], b), 1);
+    s.scene.joints.back().closes_loop = true;
+  }
+  s.scene.gravity_m_per_s2 = g;
+  return s;
+}
+
 // Border: hardly any spin, much of it, a spin about one axis of the base, arms that are nearly nothing, parts of hardly
 // any mass.
 Scenario welded_bodies(Random& r, bool border) {
@@ -192,10 +257,12 @@ Scenario atwood_machine(Random& r, bool border) {
 
 std::vector<Kind> mechanism_kinds() {
   const auto rod = [](const Scenario& s, std::int64_t samples) { return check_turning_rod(s, samples, 44); };
+  const auto bars = [](const Scenario& s, std::int64_t samples) { return check_four_bar(s, samples, 44); };
   const auto weld = [](const Scenario& s, std::int64_t samples) { return check_welded_bodies(s, samples, 48); };
   return {{"closed-form", "slider-crank", slider_crank, check_slider_crank},
           {"closed-form", "hooke-shaft", hooke_shaft, check_hooke_shaft, 0.006},
           {"closed-form", "turning-rod", turning_rod, rod, 0.08},
+          {"closed-form", "four-bar", four_bar, bars, 0.02},
           {"closed-form", "welded-bodies", welded_bodies, weld, 0.05},
           {"closed-form", "atwood-machine", atwood_machine, check_atwood_machine}};
 }
