@@ -444,7 +444,7 @@ class Advising(Case):
         self.assertIn("+event", advice["advice"]["method"])
 
     def test_an_error_that_no_method_reaches_is_reported(self):
-        self.expect(self.run_in("advise", "kepler-e0", "--error", "1e-25"), 1, "nothing that was tried", "did not reach the error")
+        self.expect(self.run_in("advise", "kepler-e0", "--error", "1e-25", "--time", "2"), 1, "nothing that was tried", "did not reach the error")
 
     def test_slips_of_the_pen(self):
         for words in (["kepler-e0"], ["kepler-e0", "--error", "1e-8", "--budget", "1ms"], ["kepler-e0", "--error", "-1"], ["kepler-e0", "--error", "1e-8parsec"],

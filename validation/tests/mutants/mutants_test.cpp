@@ -136,6 +136,12 @@ std::vector<Row> fluid_rows(const Scenario& scenario, const std::string& method,
   return measure_fluid(scenario, fluid_truths(scenario, run, field, own_equations), run);
 }
 
+#if defined(__SANITIZE_ADDRESS__)
+constexpr double kLimit_s = 600;
+#else
+constexpr double kLimit_s = 30;
+#endif
+
 // The rows of one scenario and method, whole ladder, by the engine at `path`.
 std::vector<Row> rows_of(const std::string& path, const Mutant& mutant) {
   if (!mutant.pair.empty()) return rows_of_poses(path, mutant);
@@ -147,7 +153,7 @@ std::vector<Row> rows_of(const std::string& path, const Mutant& mutant) {
   std::vector<Row> rows;
   for (const auto steps : scenario.steps) {
     const Recording run =
-        run_once(workers[0], mutant.method, scenario.scene, {scenario.t_end_s, steps, scenario.samples}, 30);
+        run_once(workers[0], mutant.method, scenario.scene, {scenario.t_end_s, steps, scenario.samples}, kLimit_s);
     for (auto row : fluid ? fluid_rows(scenario, mutant.method, run) : measure(scenario, truth_of(scenario), run)) {
       row.scenario = scenario.id;
       row.method = mutant.method;
