@@ -25,10 +25,9 @@ template <class S> struct Bouncing {
   S rest_t{}, rest_q{};
   bool rests = false, rests_at_lower = false;
 
-  // Time until a gap h >= 0 with rate u and acceleration a closes; negative: never.
-  static S closing_time(S h, S u, S a) {
+  // Time until a gap h >= 0 with rate u and acceleration a closes; negative: never. `square`: of the rate there.
+  static S closing_time(S h, S u, S a, S square) {
     if (h == 0 && u >= 0) return a < 0 && u > 0 ? -2 * u / a : S(-1);
-    const S square = u * u - 2 * a * h;
     if (square < 0) return -1;
     if (u < 0) return 2 * h / (sqrt(square) - u);
     return a < 0 ? -(u + sqrt(square)) / a : S(-1);
@@ -44,11 +43,14 @@ template <class S> struct Bouncing {
     }
     while (true) {
       const Flight<S> now = flights.back();
-      const S down = closing_time(now.q - lower, now.u, a), up = closing_time(upper - now.q, -now.u, -a);
+      // Elastic stops keep the energy: taken from the start, a return to a stop at which it was at rest has no rate.
+      const Flight<S>& from = e == 1 ? flights.front() : now;
+      const S low = from.u * from.u + 2 * a * (lower - from.q), high = from.u * from.u + 2 * a * (upper - from.q);
+      const S down = closing_time(now.q - lower, now.u, a, low), up = closing_time(upper - now.q, -now.u, -a, high);
       if (down < 0 && up < 0) return "";
       const bool at_lower = up < 0 || (down >= 0 && down < up);
-      const S h = at_lower ? now.q - lower : upper - now.q, out = at_lower ? now.u : -now.u, push = at_lower ? a : -a;
-      const S V = sqrt(larger(S(0), out * out - 2 * push * h)), t = now.t + (at_lower ? down : up);
+      const S push = at_lower ? a : -a, V = sqrt(larger(S(0), at_lower ? low : high));
+      const S t = now.t + (at_lower ? down : up);
       if (!(t <= t_end)) return "";
       if (impacts.size() >= kMaxStopImpacts) return "more than " + std::to_string(kMaxStopImpacts) + " impacts";
       const S back = e * V;

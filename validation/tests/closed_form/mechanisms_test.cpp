@@ -1,5 +1,6 @@
 // Linear joints, stops, driven mechanisms, four-bars and Atwood's machine.
 #include <catch2/catch.hpp>
+#include <random>
 
 #include "joint_scenes.hpp"
 
@@ -238,6 +239,25 @@ TEST_CASE("A door falls on its stop, bounces and rests; between two stops withou
   CHECK_THAT(why(door), Catch::Contains("outside its limits"));
   door.scene.joints[0].limits.reset();
   CHECK_THAT(why(door), Catch::Contains("no limits"));
+}
+
+TEST_CASE("A return to an elastic stop at which the motion started at rest is no impact") {
+  std::mt19937 draw(5);
+  std::uniform_real_distribution<double> any(0.5, 3);
+  for (int trial = 0; trial < 200; ++trial) {
+    const double width = any(draw), g = any(draw), lower = -any(draw);
+    Joint rail = with_start(joint("rail", JointKind::slider, -1, 0, {0, 0, 0}, {0, 0, 0}), lower, 0);
+    rail.limits = JointLimits{lower, lower + width, 1};
+    const double there = std::sqrt(2 * (rail.limits->upper - lower) / g);  // from one stop to the other
+    const Scenario given = mechanism("joint-stop", 10 * there, {uneven("block")}, {rail}, {0, 0, g});
+    const Truth truth = closed_form_truth(given, 8);
+    INFO("width " << width << " m, g " << g << " m/s^2, lower " << lower << " m: " << truth.outcome.reason);
+    REQUIRE(truth.outcome.status == Status::ok);
+    REQUIRE(truth.events.size() == 5);
+    for (std::size_t k = 0; k < 5; ++k)
+      CHECK(static_cast<double>(truth.events[k].t_s) ==
+            Approx((2 * static_cast<double>(k) + 1) * there).epsilon(1e-14));
+  }
 }
 
 TEST_CASE("Atwood's machine with light and heavy pulleys") {

@@ -189,7 +189,8 @@ Bounces bounce(const Coordinate& of, const std::vector<Long>& times_s, const Lon
     if (sample == times_s.size()) return made;
     if (impact >= kMaxImpacts) return made.refused = "more than " + std::to_string(kMaxImpacts) + " impacts", made;
     t += flight * (1 + moved);
-    const Long before = u + a * flight;
+    Long before = u + a * flight;
+    if (abs(before) < Long("1e-50") * (abs(u) + abs(a) * flight)) before = 0;  // the round-off of 60 digits
     q = low ? lower : upper;
     u = -e * before;
     if (before != 0) made.event_s.push_back(t);
