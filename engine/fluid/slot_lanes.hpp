@@ -15,8 +15,9 @@ template <class S> struct OneLane {
   ATWOOD_INLINE S read(const S* at, const int* row, int stride) const {
     return at[static_cast<std::ptrdiff_t>(row[lane]) * stride];
   }
+  template <int size = kRecordSize>
   ATWOOD_INLINE void read_records(const S* records, const int* row, Value* fields) const {
-    for (int f = 0; f < kRecordSize; ++f) fields[f] = read(records + f, row, kRecordSize);
+    for (int f = 0; f < size; ++f) fields[f] = read(records + f, row, kRecordSize);
   }
   ATWOOD_INLINE S root_of(S a) const { return real::sqrt(a); }
   ATWOOD_INLINE S active(int n, const int* counts) const { return n < counts[lane] ? S(1) : S(0); }
@@ -35,14 +36,15 @@ template <class S, VectorWidth width> struct RegisterLanes {
   ATWOOD_INLINE Value read(const S* at, const int* row, int stride) const {
     return each([&](int k) ATWOOD_INLINED { return at[static_cast<std::ptrdiff_t>(row[first + k]) * stride]; });
   }
-  // Two numbers of every record at a time, then one from the other.
+  // The first `size` numbers of every record, an even number; two at a time, then one from the other.
+  template <int size = kRecordSize>
   ATWOOD_INLINE void read_records(const S* records, const int* row, Value* fields) const {
     const S* at[count];
     for (int k = 0; k < count; ++k) at[k] = records + static_cast<std::ptrdiff_t>(row[first + k]) * kRecordSize;
     if constexpr (std::is_same_v<S, float> || width == VectorWidth::narrow) {
-      for (int f = 0; f < kRecordSize; ++f) fields[f] = each([&](int k) ATWOOD_INLINED { return at[k][f]; });
+      for (int f = 0; f < size; ++f) fields[f] = each([&](int k) ATWOOD_INLINED { return at[k][f]; });
     } else {
-      for (int f = 0; f < kRecordSize; f += 2) {
+      for (int f = 0; f < size; f += 2) {
         const auto two = [&](int k) ATWOOD_INLINED { return join_pairs<width>(at[k] + f, at[k + 2] + f); };
         if constexpr (count == 4) {
           const Value a = two(0), b = two(1);

@@ -109,13 +109,15 @@ ATWOOD_INLINE void block_densities(const PairSums<S>& p, const Neighbours<S>& li
                                    const S* records, const S* masses, int first, const Lanes& lanes, S* densities) {
   using V = typename Lanes::Value;
   const NearestImages<d, V> nearest(lists, block.wraps);
-  V own[kRecordSize];
-  lanes.read_records(records + std::ptrdiff_t(first) * kRecordSize, kOwnRow, own);
+  // Positions alone: other threads write the pressures of their blocks meanwhile.
+  constexpr int size = d + d % 2;
+  V own[size];
+  lanes.template read_records<size>(records + std::ptrdiff_t(first) * kRecordSize, kOwnRow, own);
   V sum = lanes.read(masses + first, kOwnRow, 1) * kernel_value<S>(p.kernel.shape, V{});
   for (int n = 0, rows = lanes.longest(block.counts); n < rows; ++n) {
     const int* const row = block.entries + n * kLaneCount;
-    V other[kRecordSize], r2{};
-    lanes.read_records(records, row, other);
+    V other[size], r2{};
+    lanes.template read_records<size>(records, row, other);
     for (int c = 0; c < d; ++c) {
       const V x = nearest(V(own[c] - other[c]), c);
       r2 = r2 + x * x;
