@@ -132,9 +132,11 @@ TEST_CASE("a mount namespace: a worker changes nothing outside its scratch direc
   const std::string all =
       "new:EROFS over:EROFS append:EROFS remove:EROFS folder:EROFS link:EROFS move:EXDEV scratch:done null:done";
   CHECK(writes(only_namespaces()) == all);
+#ifndef __SANITIZE_THREAD__  // its own thread runs in forked children too: they get no namespace of users
   ConfinementMeans as_user = only_namespaces();
   as_user.mount = as_user.network = Namespaces::user;
   CHECK(writes(as_user) == all);
+#endif
 }
 
 TEST_CASE("a network namespace: a worker reaches no server of this machine") {
