@@ -1,5 +1,6 @@
-// Mechanisms whose motion follows from one driven hinge or one rope, and welded bodies, in 60 digits. The scenes are those of
-// mechanism_kinds.cpp: their joints in the order of the functions' names, the axes z where nothing else is said.
+// Mechanisms whose motion follows from one driven hinge or one rope, four-bars and welded bodies, in 60 digits. The
+// scenes are those of mechanism_kinds.cpp: their joints in the order that is given here, the axes z where nothing else
+// is said.
 #pragma once
 
 #include "number.hpp"

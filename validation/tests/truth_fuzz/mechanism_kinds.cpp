@@ -1,4 +1,4 @@
-// Random scenes of mechanisms that one driven hinge or a rope moves, and of welded bodies.
+// Random scenes of mechanisms that one driven hinge or a rope moves, of four-bars and of welded bodies.
 #include <cmath>
 
 #include "draw.hpp"
