@@ -43,10 +43,9 @@ template <class S> struct Line {
     return now;
   }
 
-  // One phase of constant acceleration after another: slip ends at u = 0.
-  void march(S g_s, S grip, S t_end) {
+  // One phase of constant acceleration after another, the first with the slip u: slip ends at u = 0.
+  void march(S u, S g_s, S grip, S t_end) {
     Leg<S> next = legs.front();
-    S u = next.v - r * next.w;
     legs.clear();
     while (legs.size() < 4) {
       next.holds = u == 0 && magnitude(g_s) <= kappa * grip;
@@ -133,12 +132,14 @@ std::string find_line(const Scene& scene, int at, const Floor<S>& floor, const F
   Leg<S>& first = line.legs.front();
   first.v = dot(v, line.e);
   first.w = dot(w, line.about);
+  S slip = first.v - line.r * first.w;
   // Values that mean rolling differ from it by round-off, which is treated as zero slip and included in the bars.
-  if (line.round && magnitude(first.v - line.r * first.w) <= S(0x1p-48) * magnitude(first.v)) {
-    line.dropped_v = line.dropped_v + magnitude(first.v - line.r * first.w);
+  if (line.round && magnitude(slip) <= S(0x1p-48) * magnitude(first.v)) {
+    line.dropped_v = line.dropped_v + magnitude(slip);
     first.w = first.v / line.r;
+    slip = 0;
   }
-  line.march(g_s, grip, t_end);
+  line.march(slip, g_s, grip, t_end);
   const std::string falls = line.round ? "" : tips(contact, line, floor, g_s, grip);
   return falls.empty() ? "" : name + " " + falls;
 }
