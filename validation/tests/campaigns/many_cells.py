@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Measures a study of N synthetic cells through the real path: planning, cells stored a second, resuming, gate, report, merge
-of 16 shards, each with its peak memory, and the store's bytes a cell. Several N: how each figure grows, as N to which power
-(least squares over all N, in logarithms). Times of the processor are of all cores and of the workers.
+"""Measures a study of N synthetic cells through the real path: planning, cells stored a second, resuming, gate, report, 16
+shards, one process that leases all chunks, and the merge of the shards, each with its peak memory, and the store's bytes a
+cell. Several N: how each figure grows, as N to which power (least squares over all N, in logarithms). Times of the processor
+are of all cores and of the workers.
 
     python3 validation/tests/campaigns/many_cells.py build/release/bin/atwood [N ...]
 """
@@ -87,6 +88,7 @@ class Bench:
         self.figures["page MB"] = round(os.path.getsize(os.path.join(self.here, "atwood-out/report.html")) / 1e6, 2)
         for shard in range(1, shards + 1):
             self.call("shard", "run", *study, "--no-timing", "--keep", "none", "--quiet", "--shard", f"{shard}/{shards}", "--out", "shards")
+        self.call("lease", "run", *study, "--no-timing", "--keep", "none", "--quiet", "--lease", "chunks", "--out", "leased")
         self.call("merge", "merge", *[f"shards/shard-{i}-of-{shards}.db" for i in range(1, shards + 1)], "-o", "all.db")
         self.folder.cleanup()
         return self.figures
