@@ -240,14 +240,7 @@ Checked check_struck_rod(const Scenario& scenario, std::int64_t samples) {
                                                        spun(fly(ball.now, t - touch), ball_w, t - touch)};
   }
   set_own(made, made, Long("1e-46"));
-  for (auto& row : made.own)
-    for (LongBody& own : row)
-      for (std::size_t c = 0; c < 3; ++c) {
-        own.p[c] += Long("1e-46");
-        own.v[c] += Long("1e-46");
-        own.w[c] += Long("1e-46");
-        own.q[c + 1] += Long("1e-46");
-      }
+  widen_bodies(made, Long("1e-46"));
   return made;
 }
 

@@ -9,8 +9,6 @@
 namespace atwood::fuzz {
 namespace {
 
-double few_bits(double x) { return static_cast<double>(static_cast<float>(x)); }
-
 double of_bits(double x, int bits) {
   if (x == 0) return 0;
   const int down = bits - std::ilogb(x);

@@ -39,6 +39,7 @@ inline Body plane(Real3 normal, double offset_m) {
   return body;
 }
 
+inline double few_bits(double x) { return static_cast<double>(static_cast<float>(x)); }
 inline Real3 scaled(double s, const Real3& v) { return {s * v[0], s * v[1], s * v[2]}; }
 inline Real3 sum(const Real3& a, const Real3& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 inline Real3 across(const Real3& n, Random& random) {  // a unit vector orthogonal to n, to round-off

@@ -286,16 +286,9 @@ Checked run(const Scenario& scenario, std::int64_t samples, int digits, const Lo
 }  // namespace
 
 Checked check_joints(const Scenario& scenario, std::int64_t samples, int digits) {
-  Checked made = run(scenario, samples, digits, 0);
-  const Checked other = run(scenario, samples, digits - 4, Long("1e-50"));
-  if (!made.refused.empty() || !other.refused.empty()) return made.refused.empty() ? other : made;
-  set_own(made, other, Long("1e-55"));
-  for (auto& row : made.joints_own)
-    for (LongJoint& own : row)
-      for (std::size_t c = 0; c < 3; ++c) {  // components of a wrench may cancel
-        own.force[c] += Long("1e-52");
-        own.torque[c] += Long("1e-52");
-      }
+  Checked made =
+      of_two(run(scenario, samples, digits, 0), run(scenario, samples, digits - 4, Long("1e-50")), Long("1e-55"));
+  widen_reactions(made, Long("1e-52"));
   return made;
 }
 

@@ -1,6 +1,5 @@
-// Mechanisms whose motion follows from one driven hinge or one rope, four-bars and welded bodies, in 60 digits. The
-// scenes are those of mechanism_kinds.cpp: their joints in the order that is given here, the axes z where nothing else
-// is said.
+// Mechanisms whose motion follows from one driven hinge or one rope, and four-bars, in 60 digits. The scenes are those
+// of mechanism_kinds.cpp: their joints in the order that is given here, the axes z where nothing else is said.
 #pragma once
 
 #include "number.hpp"
@@ -19,9 +18,6 @@ Checked check_turning_rod(const Scenario& scenario, std::int64_t samples, int di
 // k + 1), all about z or -z. The bars' common angle is integrated by extrapolation; of the reactions the force across z
 // is known, by elimination from Newton's and Euler's equations of all bodies, and the torque along z, which is 0.
 Checked check_four_bar(const Scenario& scenario, std::int64_t samples, int digits);
-// Fixed joints weld the bodies to each other, the parent before the child: each assembly is one rigid body by Steiner's
-// theorem, whose free turn is integrated by extrapolation.
-Checked check_welded_bodies(const Scenario& scenario, std::int64_t samples, int digits);
 // Ropes that hang straight down: the rope's acceleration balances the pull at its second end.
 Checked check_atwood_machine(const Scenario& scenario, std::int64_t samples);
 

@@ -3,6 +3,7 @@
 
 #include "draw.hpp"
 #include "mechanism_check.hpp"
+#include "welded_check.hpp"
 
 namespace atwood::fuzz {
 namespace {

@@ -61,9 +61,22 @@ inline Long4 quaternion_about(const Long3& n, const Long& angle) {
   const Long s = sin(angle / 2);
   return {cos(angle / 2), s * n[0], s * n[1], s * n[2]};
 }
-inline Long3 times(const Real33& m, const Long3& v) {
+// Matrices row by row.
+template <class T> Long3 times(const std::array<T, 9>& m, const Long3& v) {
   return {m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
           m[6] * v[0] + m[7] * v[1] + m[8] * v[2]};
+}
+template <class T> std::array<Long, 9> inverse(const std::array<T, 9>& m) {
+  const Long3 a{m[0], m[3], m[6]}, b{m[1], m[4], m[7]}, c{m[2], m[5], m[8]};  // columns
+  const Long3 bc = cross(b, c), ca = cross(c, a), ab = cross(a, b);
+  const Long det = dot(a, bc);
+  std::array<Long, 9> made;
+  for (std::size_t j = 0; j < 3; ++j) {
+    made[j] = bc[j] / det;
+    made[3 + j] = ca[j] / det;
+    made[6 + j] = ab[j] / det;
+  }
+  return made;
 }
 
 // As BodySample
@@ -77,6 +90,9 @@ inline LongBody start_of(const Body& body) {
   return {widened(body.position_m), normalised(body.orientation_wxyz), widened(body.velocity_m_per_s),
           widened(body.angular_velocity_body_rad_per_s)};
 }
+
+// Of a joint: on its parent (0) or on its child (1), body axes.
+inline Long3 at_anchor(const Joint& joint, std::size_t end) { return widened(joint.anchors_body_m[end]); }
 
 // As JointSample, without what is applied
 struct LongJoint {
@@ -148,6 +164,35 @@ inline void set_own(Checked& made, const Checked& other, const Long& relative) {
   made.event_own_s.resize(made.event_s.size());
   if (made.event_s.size() == other.event_s.size()) each(made.event_s, other.event_s, made.event_own_s);
   else made.refused = "the checker's number of events depends on its steps";
+}
+
+// Of a checker with a tolerance: the result, with the difference from that of another tolerance as the half-width.
+// Refused where either is.
+inline Checked of_two(Checked made, Checked other, const Long& relative) {
+  if (!made.refused.empty()) return made;
+  if (!other.refused.empty()) return other;
+  set_own(made, other, relative);
+  return made;
+}
+
+// Wider half-widths for components that are small because their terms cancel.
+inline void widen_bodies(Checked& made, const Long& by) {
+  for (auto& row : made.own)
+    for (LongBody& own : row)
+      for (std::size_t c = 0; c < 3; ++c) {
+        own.p[c] += by;
+        own.v[c] += by;
+        own.w[c] += by;
+        own.q[c + 1] += by;
+      }
+}
+inline void widen_reactions(Checked& made, const Long& by) {
+  for (auto& row : made.joints_own)
+    for (LongJoint& own : row)
+      for (std::size_t c = 0; c < 3; ++c) {
+        own.force[c] += by;
+        own.torque[c] += by;
+      }
 }
 
 }  // namespace atwood::fuzz

@@ -81,14 +81,7 @@ Checked check_friction_cone(const Scenario& scenario, std::int64_t samples) {
       if (abs(pressed[c]) > std::get<Box>(slab.shape).half_extents_m[c] * (1 + Long("1e-12"))) tips = true;
   }
   set_own(made, made, Long("1e-52"));
-  for (auto& row : made.own)
-    for (LongBody& own : row)
-      for (std::size_t c = 0; c < 3; ++c) {
-        own.p[c] += Long("1e-52");
-        own.v[c] += Long("1e-52");
-        own.w[c] += Long("1e-52");
-        own.q[c + 1] += Long("1e-52");
-      }
+  widen_bodies(made, Long("1e-52"));
   if (tips)
     for (std::size_t k = 1; k < made.values.size(); ++k)
       made.values[k][1].v.fill(std::numeric_limits<Long>::quiet_NaN());
@@ -173,11 +166,7 @@ Checked roll(const Scenario& scenario, std::int64_t samples, int digits) {
 }  // namespace
 
 Checked check_steady_roll(const Scenario& scenario, std::int64_t samples, int digits) {
-  Checked made = roll(scenario, samples, digits);
-  const Checked other = roll(scenario, samples, digits - 4);
-  if (!made.refused.empty() || !other.refused.empty()) return made.refused.empty() ? other : made;
-  set_own(made, other, Long("1e-55"));
-  return made;
+  return of_two(roll(scenario, samples, digits), roll(scenario, samples, digits - 4), Long("1e-55"));
 }
 
 }  // namespace atwood::fuzz

@@ -8,8 +8,6 @@
 namespace atwood::fuzz {
 namespace {
 
-double few_bits(double x) { return static_cast<double>(static_cast<float>(x)); }
-
 // ---- balls on a pushed slab ---------------------------------------------------------------------------------------
 
 // Border: the push at the limit of the floor's friction, a ball's friction at what its roll takes, hardly any friction,

@@ -22,25 +22,8 @@ struct Equations {
     for (const Body& body : scene.bodies)
       inverse_inertia.push_back(rotates(body) ? inverse(body.inertia_kg_m2) : std::array<Long, 9>{});
   }
-  static std::array<Long, 9> inverse(const Real33& m) {
-    const Long3 a{m[0], m[3], m[6]}, b{m[1], m[4], m[7]}, c{m[2], m[5], m[8]};  // columns
-    const Long3 bc = cross(b, c), ca = cross(c, a), ab = cross(a, b);
-    const Long det = dot(a, bc);
-    std::array<Long, 9> made;
-    for (int j = 0; j < 3; ++j) {
-      made[j] = bc[j] / det;
-      made[3 + j] = ca[j] / det;
-      made[6 + j] = ab[j] / det;
-    }
-    return made;
-  }
   bool held(int i) const { return scene.bodies[i].fixed || now_s < scene.bodies[i].release_s; }
 };
-
-Long3 image(const std::array<Long, 9>& m, const Long3& v) {
-  return {m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
-          m[6] * v[0] + m[7] * v[1] + m[8] * v[2]};
-}
 
 constexpr int kPerBody = 13;
 LongBody body_at(const State& y, int i) {
@@ -162,7 +145,7 @@ void rate(const Equations& of, const Long& t_s, const State& y, State& dydt) {
     if (!rotates(body)) continue;
     const Long3 u{b.q[1], b.q[2], b.q[3]}, turning = Long(0.5) * (b.q[0] * b.w + cross(u, b.w));
     d[6] = -dot(u, b.w) / 2;
-    const Long3 dw = image(of.inverse_inertia[i], loads.torque_body[i] - cross(b.w, times(body.inertia_kg_m2, b.w)));
+    const Long3 dw = times(of.inverse_inertia[i], loads.torque_body[i] - cross(b.w, times(body.inertia_kg_m2, b.w)));
     for (int k = 0; k < 3; ++k) {
       d[7 + k] = turning[k];
       d[10 + k] = dw[k];
