@@ -9,8 +9,8 @@ namespace atwood {
 
 template <class S>
 ExplicitRungeKutta<S>::ExplicitRungeKutta(System<S>& system, const Tableau& tableau, bool compensated)
-    : Stepper<S>(system), stages_(tableau.stages), dense_stages_(tableau.dense_stages), size_(system.size),
-      first_same_as_last_(tableau.first_same_as_last), retakes_(tableau.embedded_order > 0),
+    : Stepper<S>(system), stages_(tableau.stages), dense_stages_(tableau.dense_stages), end_stage_(tableau.end_stage()),
+      size_(system.size), first_same_as_last_(tableau.first_same_as_last), retakes_(tableau.embedded_order > 0),
       dense_(tableau.dense_order > 0), rates_(static_cast<std::size_t>(stages_ + dense_stages_) * system.size),
       stage_(system.size), start_(system.size), last_end_(system.size), change_(compensated ? system.size : 0),
       compensation_(compensated, system.size) {
@@ -196,7 +196,7 @@ template <class S> void ExplicitRungeKutta<S>::dense(S theta, S* y_at) {
   if (!dense_) return Stepper<S>::dense(theta, y_at);
   if (!dense_known_) dense_stages();
   const S one_minus_theta = S(1) - theta, h = this->h_s_;
-  const S *first = k_[0], *last = k_[stages_ - 1];
+  const S *first = k_[0], *last = k_[end_stage_];
   for (int i = 0; i < size_; ++i) {
     const S rise = this->y_new_[i] - this->y_[i];
     const S bend = h * first[i] - rise;

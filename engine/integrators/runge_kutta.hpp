@@ -39,10 +39,10 @@ template <class S> class ExplicitRungeKutta final : public Stepper<S> {
   void dense_stages();
   S scaled(const Combination& combination, int i, S rtol, S atol) const;
 
-  int stages_, dense_stages_, size_, estimate_order_, dense_rows_;
+  int stages_, dense_stages_, end_stage_, size_, estimate_order_, dense_rows_;
   bool first_same_as_last_, retakes_, dense_, dense_known_ = false;
   ExplicitWeights<S> weights_;
-  Combination a_[kMaxStages], b_, error_, companion_, dense_row_[4];
+  Combination a_[kMaxStages], b_, error_, companion_, dense_row_[kMaxDenseRows];
   S c_[kMaxStages];
   std::vector<S> rates_, stage_, start_, last_end_, change_;
   S* k_[kMaxStages];

@@ -9,7 +9,8 @@
 
 namespace atwood {
 
-inline constexpr int kMaxStages = 16;
+inline constexpr int kMaxStages = 22;  // those of dense output included
+inline constexpr int kMaxDenseRows = 5;
 
 // Stage i: k_i = f(t + c_i h, y + h sum_j<i a_ij k_j); y_new = y + h sum b_i k_i. Entries missing at the end of a row
 // are 0.
@@ -25,13 +26,15 @@ struct Tableau {
   int companion_order = 0;
   const char* companion = "";
   bool first_same_as_last = false;  // the last stage is the rate at y_new
-  // The interpolant, for tableaux whose last stage is the rate at y_new, nested as in the codes DOPRI5 and DOP853:
-  //   y + th (dy + u (h k_1 - dy + th (2 dy - h (k_1 + k_last) + u h (D_1 + th (D_2 + u (D_3 + th D_4))))))
-  // with u = 1 - th, D_n = sum dense[n-1]_i k_i; without rows it is the cubic Hermite polynomial. The dense_stages
-  // further stages (the last rows of a) are evaluated only when dense output is requested.
+  // The interpolant, nested as in the codes DOPRI5 and DOP853:
+  //   y + th (dy + u (h k_1 - dy + th (2 dy - h (k_1 + k_end) + u h (D_1 + th (D_2 + u (D_3 + th (D_4 + ...)))))))
+  // with u = 1 - th, D_n = sum dense[n-1]_i k_i, k_end the rate at y_new; without rows it is the cubic Hermite
+  // polynomial. The dense_stages further stages (the last rows of a) are evaluated only when dense output is requested;
+  // where the last stage is not the rate at y_new, the first of them is.
   int dense_order = 0;  // 0: there is none
   int dense_stages = 0;
-  std::array<const char*, 4> dense{};
+  std::array<const char*, kMaxDenseRows> dense{};
+  int end_stage() const { return first_same_as_last ? stages - 1 : stages; }  // of the interpolant: its rate is k_end
 };
 
 using TableauRow = std::vector<Quad>;  // stages + dense_stages long
