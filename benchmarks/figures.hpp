@@ -40,6 +40,7 @@ struct GoalEntrant {
   // The largest error over the last quarter of the run, of a figure at its end; NaN: not measured. Ours may not be more
   // than kCancelled times the goal's error: it would reach the goal where its error passes through zero.
   double last_quarter = std::numeric_limits<double>::quiet_NaN();
+  double floor = std::numeric_limits<double>::quiet_NaN();  // accuracy_floor() of the error; NaN: not known
 };
 inline constexpr double kCancelled = 10;
 // What else ran on the machine while a goal was timed.

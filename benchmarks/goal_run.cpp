@@ -94,15 +94,18 @@ void judge(GoalEntrant& entrant, const Goal& goal) {
 
 GoalEntrant entrant_of(const Cell& cell, const std::vector<Row>& rows, const Goal& goal) {
   GoalEntrant entrant{cell.method, cell.plan.steps, kNotMeasured, 0, kNotMeasured, kNotMeasured, kNotMeasured, false};
+  std::vector<Row> of_cell;
   for (const Row& row : rows) {
     const bool ladder = row.steps == 0 && goal.metric.starts_with("order-");
     if (row.method != cell.method || (row.steps != cell.plan.steps && !ladder) || row.status != Status::ok) continue;
+    of_cell.push_back(row);
     if (is_figure(row, goal) && !(std::fabs(row.value) <= std::fabs(entrant.error))) {
       entrant.error = std::isfinite(goal.low) ? row.value : std::fabs(row.value);
       entrant.bar = row.truth_bar;
     }
     if (row.metric == "rate-evaluations" && row.body.empty() && !row.t_s) entrant.evaluations = row.value;
   }
+  entrant.floor = accuracy_floor(goal.metric, of_cell);
   judge(entrant, goal);
   return entrant;
 }

@@ -26,6 +26,7 @@ constexpr int end_of(std::uint64_t ticket) { return static_cast<int>(ticket & 0x
 struct Team::Members {
   explicit Members(int threads);
   ~Members();
+  void end();
 
   // A member's parts of the present round that are not begun: the round, the next part and the end, in one word.
   struct alignas(64) Queue {
@@ -49,10 +50,17 @@ struct Team::Members {
 Team::Members::Members(int threads)
     : size(threads), queues_(std::make_unique<Queue[]>(static_cast<std::size_t>(threads))) {
   threads_.reserve(threads - 1);
-  for (int member = 1; member < threads; ++member) threads_.emplace_back([this, member] { run_member(member); });
+  try {
+    for (int member = 1; member < threads; ++member) threads_.emplace_back([this, member] { run_member(member); });
+  } catch (...) {  // a thread that is destroyed unjoined ends the program
+    end();
+    throw;
+  }
 }
 
-Team::Members::~Members() {
+Team::Members::~Members() { end(); }
+
+void Team::Members::end() {
   stopping_.store(true, std::memory_order_relaxed);
   round_.fetch_add(1, std::memory_order_release);
   round_.notify_all();

@@ -223,8 +223,9 @@ Judged judge_everything(const Place& place, const Options& options, const Select
   std::set<std::string> told_truths;
   append_failed_cells(place, options, selection, result.rows, judged, told_truths);
   if (result.hosts.size() > 1)
-    judged.notes.push_back(fmt::format("Times of these cells are of {} hosts ({}): compare only those of one host.",
-                                       result.hosts.size(), fmt::join(result.hosts, ", ")));
+    judged.notes.push_back(fmt::format(
+        "Times of these cells are of {} hosts ({}): those of a scenario are ranked only where one host measured them all.",
+        result.hosts.size(), fmt::join(result.hosts, ", ")));
   judged.refused = refused_truths(place, selection.scenarios, result.rows, try_truths);
   return judged;
 }

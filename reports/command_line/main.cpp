@@ -464,6 +464,9 @@ int out_of_memory() {
   std::abort();
 }
 
+// Before the constructors of global objects, which need memory too.
+[[gnu::constructor(101)]] void install_terminate_handler() { std::set_terminate(end_without_memory); }
+
 // Uses fputs, which does not throw where standard error cannot be written.
 void print_error(const char* what) {
   std::fflush(stdout);
@@ -479,7 +482,6 @@ void print_error(const char* what) {
 int main(int argc, char** argv) {
   open_standard_descriptors();
   forgive_standard_error();
-  std::set_terminate(end_without_memory);
   int code = exit_internal;
   try {
     code = run(argc, argv);

@@ -289,7 +289,7 @@ Condensed condense(const Place& place, const Options& options, const Selection& 
   condensed.passes = all.pass > 0 && all.fail + all.unverifiable + all.not_run == 0;
   if (result.hosts.size() > 1)
     judged.notes.push_back(
-        fmt::format("Times of these cells are of {} hosts: compare only those of one host.", result.hosts.size()));
+        fmt::format("Times of these cells are of {} hosts: those of a scenario are ranked only where one host measured them all.", result.hosts.size()));
   judged.refused = refused_truths(place, selection.scenarios, result.rows, false);
   for (const auto& [scene, counts] : condensed.scenes)
     if (counts.shown < counts.ladders)

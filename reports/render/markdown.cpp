@@ -218,7 +218,7 @@ std::string render_markdown(const ReportData& data) {
          laws_section(data.laws) + fluid_markdown(data.rows) + solvers_section(data.rows, 200) +
          statistics_section(data.rows) + orders_section(data.rows, "order-position", "Observed order of position") +
          orders_section(data.rows, "order-attitude", "Observed order of attitude") + engines_section(data) +
-         provenance_section(data);
+         notes_section(data.notes) + provenance_section(data);
 }
 
 std::string render_step_summary(const ReportData& data) {

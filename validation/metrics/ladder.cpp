@@ -76,6 +76,16 @@ Row order_row(const std::string& metric, const std::vector<Rung>& rungs, const R
 
 }  // namespace
 
+double accuracy_floor(const std::string& metric, std::span<const Row> cell) {
+  if (!metric.starts_with("error-") || !metric.ends_with("-end")) return std::nan("");
+  std::map<std::string, double> figures;
+  for (const Row& r : cell)
+    if (r.status == Status::ok && r.body.empty() && !r.t_s) figures[r.metric] = r.value;
+  if (!figures.contains("condition")) return std::nan("");
+  const double size = metric == "error-state-end" ? 1 : scale(metric, figures, std::nan(""));
+  return unit_round_off(cell.front().method) * std::max(1.0, figures.at("condition")) * size;
+}
+
 std::vector<Row> fit_ladder(std::span<const Row> cells) {
   std::vector<Row> rows;
   if (cells.empty() || cells.front().method.find(':') != std::string::npos) return rows;

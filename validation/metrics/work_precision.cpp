@@ -67,6 +67,7 @@ struct Ladders {
 
 Ladders gather(std::span<const Row> rows, const std::string& scenario, const std::string& metric) {
   Ladders out;
+  std::set<std::string> hosts;
   for (const Row& row : rows) {
     if (row.scenario != scenario || row.steps == 0 || !of_whole_run(row)) continue;
     const Key key{row.method, row.steps, resolution_of(row)};
@@ -84,11 +85,15 @@ Ladders gather(std::span<const Row> rows, const std::string& scenario, const std
       g.error = row;
     } else if (row.metric == "run-time" && row.status == Status::ok) {
       g.seconds = row.value;
+      hosts.insert((*row.provenance).host);
     } else if (row.metric == "run-time-wasm" && row.status == Status::ok) {
       g.under_wasm = true;
     } else if (row.metric == "rate-evaluations") {
       g.evaluations = row.value;
     }
+  }
+  if (hosts.size() > 1) {
+    for (auto& [key, g] : out.gathered) g.seconds = kNan;
   }
   return out;
 }

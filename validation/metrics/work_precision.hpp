@@ -64,7 +64,8 @@ struct WorkCurve {
   bool under_wasm = false;
 };
 
-// Every method's curve on one scenario, in the order of the rows. `metric` is an error with one figure per run.
+// Every method's curve on one scenario, in the order of the rows. `metric` is an error with one figure per run. Where
+// several hosts measured the scenario's times, these are not comparable, and no point has seconds.
 std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string& scenario, const std::string& metric);
 
 // The size of the motion that an error of this metric is compared with: the scenario's own size-... row; 1 for angles

@@ -80,10 +80,11 @@ std::vector<Row> link_time_rows(const Scene& scene, const std::vector<Row>& time
 // The cell's other rows are those of the result from `first` on.
 void append_timing(Store& store, const Cell& cell, const std::string& timing_hash, std::int64_t accuracy_steps,
                    std::size_t first, StudyResult& result) {
-  const auto timing = store.timing(timing_hash);
+  auto timing = store.timing(timing_hash);
   if (!timing) return;
-  const SharedProvenance provenance(timing->provenance);
   if (!timing->host.empty()) result.hosts.insert(timing->host);
+  timing->provenance.host = timing->host;
+  const SharedProvenance provenance(std::move(timing->provenance));
   const Outcome& outcome = timing->outcome;
   if (outcome.status != Status::ok) {
     append(result.rows, failure_row("step-time", outcome.status, outcome.reason), cell, provenance);

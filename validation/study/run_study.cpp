@@ -455,11 +455,16 @@ void StudyRun::work() {
   } catch (const Interrupted&) {
     // Committed cells stay; the other threads check the signal themselves.
   } catch (...) {
-    const std::lock_guard<std::mutex> held(mutex_);
-    if (!failure_) failure_ = std::current_exception();
-    stop_ = true;
+    stop_for_failure();
   }
   changed_.notify_all();
+}
+
+// Called where an exception is handled: the first one ends the run.
+void StudyRun::stop_for_failure() {
+  const std::lock_guard<std::mutex> held(mutex_);
+  if (!failure_) failure_ = std::current_exception();
+  stop_ = true;
 }
 
 void StudyRun::accuracy_pass() {
@@ -471,7 +476,12 @@ void StudyRun::accuracy_pass() {
   progress_.expect(truths + cells + (options_.timing ? std::min(cells, static_cast<std::size_t>(timed)) : 0), truths);
   if (cells > 0) {
     std::vector<std::thread> threads;
-    for (int i = 0; i < std::max(1, options_.jobs); ++i) threads.emplace_back([this] { work(); });
+    try {
+      for (int i = 0; i < std::max(1, options_.jobs); ++i) threads.emplace_back([this] { work(); });
+    } catch (...) {  // neither memory nor a thread left: those that run end
+      stop_for_failure();
+      changed_.notify_all();
+    }
     for (std::thread& thread : threads) thread.join();
   }
   if (failure_) std::rethrow_exception(failure_);

@@ -82,6 +82,7 @@ class StudyRun {
   bool loads_more(int worker, const WorkerClient& client);
   Task next();
   void work();
+  void stop_for_failure();
   void solve_truth(TruthWork& work, WorkerClient& client);
   void run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients, WorkerClient& truth_client);
   void run_probe_cell(const Cell& cell, const Truth& truth, const std::string& truth_hash,

@@ -129,6 +129,7 @@ Outcome WorkerClient::explain(Wait wait, double limit_s) {
 }
 
 Outcome WorkerClient::start() {
+  has_answered_ = false;
   try {
     process_ = std::make_unique<Process>(command_, pinned_, confinement_);
   } catch (const SystemFault&) {
@@ -185,25 +186,52 @@ Outcome WorkerClient::exchange(std::string text, double limit_s,
                      megabytes(wire::kLongestLine);
     return outcome;
   }
-  const std::string early = process_->unasked();
-  if (!early.empty())
-    return give_up(Status::crashed, "invalid answer: it came before the request was sent: " + printable(early));
-  process_->forget_errors();
-  process_->send(std::move(text));
-  asked_at_ = Clock::now();
-  const auto deadline = in_seconds(limit_s);
+  // What a process says after the end of an answer, or that it ends then, may come before the next request is sent or
+  // after it, and is no fault of the next cell: a new process is asked, once.
+  bool may_ask_again = has_answered_;
+  if (const std::string early = process_->unasked(); !early.empty()) {
+    if (!may_ask_again)
+      return give_up(Status::crashed, "invalid answer: it came before the request was sent: " + printable(early));
+    process_.reset();
+    if (const Outcome started = start(); started.status != Status::ok) return started;
+    may_ask_again = false;
+  }
+  auto deadline = send(text, limit_s);
   std::string line;
   for (;;) {
     const Wait wait = process_->next_line(line, deadline, wire::kLongestLine);
-    if (wait != Wait::line) return explain(wait, limit_s);
+    Outcome failure;
     try {
-      if (std::optional<Outcome> outcome = take(line)) return *outcome;
+      if (wait != Wait::line) {
+        may_ask_again = may_ask_again && wait == Wait::end_of_output;
+        failure = explain(wait, limit_s);
+        may_ask_again = may_ask_again && !killed_from_outside_;
+      } else if (const std::optional<Outcome> outcome = take(line)) {
+        has_answered_ = true;
+        return *outcome;
+      } else {
+        may_ask_again = false;  // part of the answer is taken
+        continue;
+      }
     } catch (const std::bad_alloc&) {
       throw;
+    } catch (const Interrupted&) {
+      throw;
     } catch (const std::exception& error) {
-      return give_up(Status::crashed, std::string("invalid answer: ") + printable(error.what()));
+      failure = give_up(Status::crashed, std::string("invalid answer: ") + printable(error.what()));
     }
+    if (!may_ask_again) return failure;
+    may_ask_again = false;
+    if (const Outcome started = start(); started.status != Status::ok) return started;
+    deadline = send(text, limit_s);
   }
+}
+
+Clock::time_point WorkerClient::send(const std::string& text, double limit_s) {
+  process_->forget_errors();
+  process_->send(text);
+  asked_at_ = Clock::now();
+  return in_seconds(limit_s);
 }
 
 Outcome WorkerClient::ask(wire::Request request, double limit_s, const wire::Limits& most,

@@ -78,6 +78,8 @@ class WorkerClient {
   Outcome prepare();
   std::int64_t next_cell();
   Outcome start();
+  // Sends a request; returns when its answer is due.
+  std::chrono::steady_clock::time_point send(const std::string& text, double limit_s);
   Outcome give_up(Status status, const std::string& reason);
   Outcome explain(Wait wait, double limit_s);
 
@@ -87,6 +89,7 @@ class WorkerClient {
   std::unique_ptr<Process> process_;
   Engine engine_;
   std::int64_t cell_ = 0, wall_ns_ = 0;
+  bool has_answered_ = false;  // the present process, at least one request
   std::chrono::steady_clock::time_point asked_at_;
   bool killed_from_outside_ = false;
 };

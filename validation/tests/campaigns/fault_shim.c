@@ -6,13 +6,19 @@
  *   FAULT_AT=N          which of them fails; 0: none
  *   FAULT_ERRNO=N       how (not of memory)
  *   FAULT_TOLD=FILE     gets a line "failed CALL PATH" where a call failed, and at the end the number of calls that were counted
+ *   FAULT_STACKS=1      FAULT_TOLD gets a line "stack HASH" for each call stack that allocates, once
+ *   FAULT_STACK=HASH    in place of FAULT_AT: the first allocation with this call stack fails
+ *
+ * A call stack is the three innermost return addresses, each relative to its library: the same in every run.
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
+#include <execinfo.h>
 #include <fcntl.h>
 #include <stdarg.h>
 #include <stdatomic.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,6 +34,8 @@ static int g_kinds, g_errno = EIO, g_told = -1;
 static long g_at;
 static const char* g_files;
 static atomic_long g_count;
+static int g_stacks;
+static uint64_t g_stack;
 
 extern void* __libc_malloc(size_t);
 extern void* __libc_calloc(size_t, size_t);
@@ -71,7 +79,53 @@ static int fails_file(int kind, const char* call, int file) {
   return is_chosen(kind, call, path);
 }
 
+enum { deepest = 3, own_frames = 3, most_stacks = 1 << 16 };
+
+static uint64_t stack_hash(void) {
+  void* at[deepest + own_frames];
+  const int count = backtrace(at, deepest + own_frames);
+  uint64_t hash = 14695981039346656037u; /* FNV-1a */
+  for (int i = own_frames; i < count; ++i) {
+    Dl_info place;
+    const uintptr_t base = dladdr(at[i], &place) ? (uintptr_t)place.dli_fbase : 0;
+    hash = (hash ^ ((uintptr_t)at[i] - base)) * 1099511628211u;
+  }
+  return hash ? hash : 1;
+}
+
+/* Whether this allocation is the first of its call stack, which is told or fails. */
+static int is_chosen_stack(void) {
+  static _Thread_local int inside;
+  static atomic_flag busy = ATOMIC_FLAG_INIT;
+  static uint64_t known[most_stacks];
+  if (inside) return 0;
+  inside = 1;
+  const uint64_t hash = stack_hash();
+  inside = 0;
+  if (g_stack) {
+    static atomic_int done;
+    return hash == g_stack && atomic_exchange(&done, 1) == 0;
+  }
+  while (atomic_flag_test_and_set(&busy)) {}
+  size_t i = hash % most_stacks, steps = 0;
+  while (known[i] && known[i] != hash && ++steps < most_stacks) i = (i + 1) % most_stacks;
+  const int is_new = known[i] == 0;
+  known[i] = hash;
+  atomic_flag_clear(&busy);
+  if (!is_new || g_told < 0) return 0;
+  char text[64];
+  const int size = snprintf(text, sizeof text, "stack %llx\n", (unsigned long long)hash);
+  syscall(SYS_write, g_told, text, (size_t)size);
+  return 0;
+}
+
 static int fails_memory(void) {
+  if (g_stack || g_stacks) {
+    if (!is_counted(memory) || !is_chosen_stack()) return 0;
+    errno = ENOMEM;
+    if (g_told >= 0) syscall(SYS_write, g_told, "failed malloc \n", (size_t)15);
+    return 1;
+  }
   if (!is_counted(memory) || !is_chosen(memory, "malloc", "")) return 0;
   if (g_told >= 0) syscall(SYS_write, g_told, "failed malloc \n", (size_t)15);
   return 1;
@@ -96,6 +150,9 @@ __attribute__((constructor)) static void begin(void) {
     syscall(SYS_close, g_told);
     g_told = high;
   }
+  g_stacks = getenv("FAULT_STACKS") != NULL;
+  if (getenv("FAULT_STACK")) g_stack = strtoull(getenv("FAULT_STACK"), NULL, 16);
+  if (g_stacks || g_stack) stack_hash(); /* its first call loads a library */
   g_process = getpid();
   g_kinds = (strstr(kinds, "write") ? writing : 0) | (strstr(kinds, "sync") ? syncing : 0) |
             (strstr(kinds, "rename") ? renaming : 0) | (strstr(kinds, "open") ? opening : 0) |

@@ -184,6 +184,27 @@ TEST_CASE("ladder: scalars are read from the method's id") {
   CHECK(unit_round_off("bullet64/default{erp=0.1}") == 0x1p-53);
 }
 
+TEST_CASE("the floor of an error at the end is condition x unit round-off x size") {
+  std::vector<Row> cell;
+  const auto add = [&](const char* metric, double value) {
+    Row r;
+    r.method = "atwood/rk4";
+    r.metric = metric;
+    r.value = value;
+    cell.push_back(r);
+  };
+  add("size-position", 3);
+  CHECK(std::isnan(accuracy_floor("error-position-end", cell)));  // no condition
+  add("condition", 100);
+  CHECK(accuracy_floor("error-position-end", cell) == std::ldexp(300, -53));
+  CHECK(accuracy_floor("error-state-end", cell) == std::ldexp(100, -53));  // relative to the state
+  CHECK(std::isnan(accuracy_floor("energy-max", cell)));
+  CHECK(std::isnan(accuracy_floor("error-position-max", cell)));
+  for (Row& r : cell) r.method = "atwood/rk4@float";
+  CHECK(accuracy_floor("error-attitude-end", cell) == std::ldexp(100, -24));
+  CHECK(std::isnan(accuracy_floor("error-position-end", {})));
+}
+
 TEST_CASE("ladder: inconclusive orders are NaN with a reason; tolerances have no order; failed cells are left out") {
   std::vector<Row> rows;
   for (int steps : {64, 128, 256}) {

@@ -62,6 +62,24 @@ TEST_CASE("a method that is timed under WebAssembly alone has errors, no seconds
   CHECK(contest.ranked[0].family == "native/m");
 }
 
+TEST_CASE("times of several hosts are never ranked together") {
+  std::vector<Row> rows;
+  rung(rows, "a/m", 10, 1e-3, 1e-3, 40);
+  rung(rows, "b/m", 10, 1e-3, 2e-3, 20);
+  CHECK(contest_of_error(work_curves(rows, "s", "error-position-max"), 1e-2, Cost::seconds).ranked.size() == 2);
+  for (Row& row : rows) {
+    if (row.metric != "run-time") continue;
+    Provenance from;
+    from.host = "of " + row.method;
+    row.provenance = from;
+  }
+  const auto curves = work_curves(rows, "s", "error-position-max");
+  for (const WorkCurve& curve : curves) CHECK(std::isnan(curve.points.at(0).seconds));
+  CHECK(contest_of_error(curves, 1e-2, Cost::seconds).ranked.empty());
+  CHECK(contest_of_error(curves, 1e-2, Cost::evaluations).ranked.at(0).family == "b/m");
+  for (const Dominance& table : find_dominance(rows)) CHECK(table.cost == Cost::evaluations);
+}
+
 TEST_CASE("families: tolerances are rungs of one ladder, all else stays in the name") {
   CHECK(method_family("cvode/adams:1e-10") == "cvode/adams:tol");
   CHECK(method_family("atwood/dopri5:1e-8,1e-11@quad") == "atwood/dopri5:tol@quad");

@@ -2,6 +2,7 @@
 # One method a fault; `faulty/well` in between shows that the worker is started again.
 import math
 import os
+import signal
 import sys
 import time
 
@@ -212,6 +213,17 @@ def early(request):
         open(os.environ["EARLY_LOG"], "w").close()
 
 
+def late(request):  # what it says comes after the next request
+    well(request)
+    sys.stdin.readline()
+    say({**sample(request, request["scene"]["bodies"], 0), "cell": request["cell"]})
+
+
+def dies_later(request):
+    well(request)
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
 def in_parts(request):
     if request["pass"] == "timing":
         return well(request)
@@ -255,7 +267,7 @@ def leaves_children(request):
 
 FAULTS = [busy_negative, busy_zero, busy_missing, busy_too_long, busy_seconds, busy_milliseconds, steps_negative, norm_two,
           norm_two_later, other_scene, other_velocity, nan_at_once, milliseconds, sample_indices, deep, many_bodies,
-          many_unknown, early, in_parts, part_missing, part_unfinished, leaves_children]
+          many_unknown, early, late, dies_later, in_parts, part_missing, part_unfinished, leaves_children]
 FAULTS += [dies, exits, hangs, garbage, half_a_line, endless_line, wrong_cell, wrong_time, too_many_samples,
            too_few_samples, body_missing, nan_late, bare_nan, chatter, chatter_then_exit, not_utf8, refuses, well]
 serve("faulty", [f.__name__ for f in FAULTS], lambda request: globals()[request["method"].split("/")[1]](request))
