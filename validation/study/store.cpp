@@ -1,5 +1,6 @@
 #include "validation/study/store.hpp"
 
+#include <sqlite3.h>
 #include <unistd.h>
 
 #include "validation/study/row_blob.hpp"
@@ -49,6 +50,17 @@ bool Store::empty() const { return database_->empty; }
 void Store::checkpoint() {
   if (!network_file_system().empty()) return;  // each commit is synced
   database_->guarded([&] { database_->sql->exec("PRAGMA wal_checkpoint(PASSIVE)"); });
+}
+
+void Store::compact() {
+  database_->guarded([&] {
+    database_->forget_statements();
+    try {
+      database_->sql->exec("VACUUM");
+    } catch (const SQLite::Exception& error) {
+      if (error.getErrorCode() != SQLITE_BUSY && error.getErrorCode() != SQLITE_LOCKED) throw;
+    }
+  });
 }
 
 // ---- reading ------------------------------------------------------------------------------------------------------

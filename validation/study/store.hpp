@@ -151,6 +151,8 @@ class Store {
 
   // Moves the write-ahead log into the file and syncs both. Closing the store does so too, but cannot fail.
   void checkpoint();
+  // Gives the space of dropped recordings back to the file system; not while another process reads the store.
+  void compact();
 
   bool has_plan(const std::string& hash);
   void put_plan(const std::string& hash, const std::string& study, std::string_view cells);  // pack_plan

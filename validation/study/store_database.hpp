@@ -4,9 +4,11 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 
 #include <cstdint>
+#include <initializer_list>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -95,7 +97,10 @@ struct StoreDatabase {
   }
   // The entry with this key, its checksum verified, its columns in the table's order; null: there is none.
   SQLite::Statement* find(const StoreTable& table, const std::string& key);
-  void insert(const StoreTable& table, const std::vector<StoreValue>& values);
+  void insert(const StoreTable& table, std::span<const StoreValue> values);
+  void insert(const StoreTable& table, std::initializer_list<StoreValue> values) {
+    insert(table, std::span(values.begin(), values.size()));
+  }
   void erase(const StoreTable& table, const std::string& key);
   std::vector<std::string> damaged_keys(const StoreTable& table);  // of entries whose checksum is wrong
   std::string provenance_hash(const Provenance& provenance);       // stores it if it is new

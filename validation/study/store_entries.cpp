@@ -62,7 +62,7 @@ SQLite::Statement* StoreDatabase::find(const StoreTable& table, const std::strin
   return &select;
 }
 
-void StoreDatabase::insert(const StoreTable& table, const std::vector<StoreValue>& values) {
+void StoreDatabase::insert(const StoreTable& table, std::span<const StoreValue> values) {
   SQLite::Statement& statement = prepared(std::string("INSERT OR REPLACE INTO ") + table.name + "(" + table.columns +
                                           ", checksum) VALUES(" + placeholders(table.count + 1) + ")");
   ValueChecksum checksum;

@@ -303,6 +303,9 @@ class Kept(Shards):
         self.assertEqual(self.recordings("all"), {"all": cells})
         self.assertEqual(self.recordings("worst"), {"all": 9, "end": cells - 9})
         self.assertEqual(self.recordings("none"), {"end": cells})
+        sizes = {out: os.path.getsize(self.path(out + "/store.db")) for out in ("all", "worst", "none")}
+        self.assertLess(sizes["none"], sizes["worst"])
+        self.assertLess(sizes["worst"], sizes["all"])  # what was dropped is given back
         self.atwood(*study, "none", told=["nothing to do"])
         self.atwood("doctor", "--check-store", "--out", "none", told=["sound"])
         self.atwood("merge", "all/store.db", "none/store.db", "-o", "both.db", told=["with the same results"])
