@@ -16,8 +16,8 @@ namespace atwood {
 struct Provenance {
   std::string engine_version, commit, compiler, flags, cpu, run_id;
   std::string cpu_features = {};  // those that choose among variants of the same code: "avx2 fma avx512f ..."
-  std::string host = {};          // that measured a time; empty: of other figures, or not recorded
   std::string libm = {};          // "glibc 2.36": its functions differ in the last place between versions
+  std::string host = {};          // that measured a time; empty: of other figures, or not recorded
 };
 
 // A provenance that many rows have: a copy shares it.

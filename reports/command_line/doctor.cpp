@@ -37,8 +37,8 @@ int check_store_of(const Options& options) {
   } else {
     for (const auto& line : damage) fmt::print("{}\n", line);
     fmt::print(
-        "{}: {} damaged; `atwood run` measures damaged cells again; where the database itself is damaged, move "
-        "the file away\n",
+        "{}: {} damaged; `atwood run` measures damaged cells and builds damaged indexes again; where it says that the "
+        "database itself is damaged, move the file away\n",
         path, damage.size() == 1 ? "1 thing is" : fmt::format("{} things are", damage.size()));
   }
   return damage.empty() ? exit_pass : exit_internal;

@@ -241,7 +241,9 @@ void StoreDatabase::open_for_writing() {
   }
   check_tables();
   for (const StoreTable* table : kStoreTables) {
-    if (const std::string wrong = table->counted ? read_keys(*table) : ""; !wrong.empty()) damaged(wrong);
+    if (!table->counted || read_keys(*table).empty()) continue;
+    sql->exec(std::string("REINDEX ") + table->name);  // keys are read from the index, which may be what is damaged
+    if (const std::string wrong = read_keys(*table); !wrong.empty()) damaged(wrong);
   }
 }
 

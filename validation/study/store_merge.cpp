@@ -98,6 +98,10 @@ class Merge {
   }
 
   Merged merge() {
+    for (const auto& store : stores_)
+      if (store->empty)
+        throw InputError(store->path + ": an empty store; was it copied without its write-ahead log, " + store->path +
+                         "-wal? Leave it out where no run has written to it");
     require_same_costs();
     for (const StoreTable* table : kStoreTables) copy(*table);
     find_absent();
@@ -108,12 +112,10 @@ class Merge {
  private:
   void copy(const StoreTable& table) {
     std::vector<std::unique_ptr<Entries>> all;
-    for (const auto& store : stores_)
-      if (!store->empty) all.push_back(std::make_unique<Entries>(*store, table));
-      else all.push_back(nullptr);
+    for (const auto& store : stores_) all.push_back(std::make_unique<Entries>(*store, table));
     std::set<std::pair<std::string, std::size_t>> heads;  // of the stores that have more entries
     for (std::size_t i = 0; i < all.size(); ++i)
-      if (all[i] && !all[i]->ended()) heads.emplace(all[i]->key(), i);
+      if (!all[i]->ended()) heads.emplace(all[i]->key(), i);
     while (!heads.empty()) {
       const std::string key = heads.begin()->first;
       std::vector<Found> same;
@@ -349,7 +351,6 @@ class Merge {
   void require_same_costs() {
     std::map<std::string, std::pair<std::string, std::string>> known;  // plan -> costs, store
     for (const auto& store : stores_) {
-      if (store->empty) continue;
       SQLite::Statement select(*store->sql, "SELECT plan, costs FROM shards");
       while (select.executeStep()) {
         const std::string plan = select.getColumn(0).getString(), costs = select.getColumn(1).getString();
@@ -369,7 +370,6 @@ class Merge {
   void find_absent() {
     std::set<std::string> told;
     for (const auto& store : stores_) {
-      if (store->empty) continue;
       SQLite::Statement select(*store->sql, "SELECT hash, cells FROM plans");
       while (select.executeStep()) {
         if (!told.insert(select.getColumn(0).getString()).second) continue;

@@ -122,6 +122,15 @@ TEST_CASE("a merge that finds another one at work leaves its file alone") {
   unsetenv("ATWOOD_STORE_JOURNAL");
 }
 
+TEST_CASE("an empty store is refused: it may have been copied without its write-ahead log") {
+  const Folder folder;
+  make(folder / "a.db", {});
+  std::ofstream(folder / "b.db").flush();
+  CHECK_THROWS_WITH(merge_stores({folder / "a.db", folder / "b.db"}, folder / "all.db"), Catch::Contains("b.db-wal"));
+  CHECK_FALSE(std::filesystem::exists(folder / "all.db"));
+  CHECK_FALSE(std::filesystem::exists(folder / "all.db.merging"));
+}
+
 TEST_CASE("a file that a killed merge left as a second name of a store is not emptied") {
   const Folder folder;
   make(folder / "a.db", {});

@@ -177,6 +177,26 @@ TEST_CASE("damage is told by the cell's name, in reading and in the check of the
   damaged_by("UPDATE measured SET rows=x'' WHERE cell='" + hash + "'");
 }
 
+TEST_CASE("a damaged index is built again from its table when the store is written") {
+  const Folder folder;
+  const auto cells = some_cells();
+  const std::string path = folder / "store.db";
+  fill(path, cells);
+  const std::string expected = exported(path, cells);
+  std::uintmax_t end = 0;  // of the index's root page, where its first entry lies
+  {
+    SQLite::Database sql(path, SQLite::OPEN_READONLY);
+    end = static_cast<std::uintmax_t>(
+        sql.execAndGet("SELECT rootpage FROM sqlite_master WHERE name='sqlite_autoindex_measured_1'").getInt() *
+        sql.execAndGet("PRAGMA page_size").getInt());
+  }
+  flip(path, end - 6, 5);
+  CHECK_FALSE(check_store(path).empty());
+  { Store store(path, Store::Mode::write); }
+  CHECK(check_store(path).empty());
+  CHECK(exported(path, cells) == expected);
+}
+
 TEST_CASE("an entry that has gone is missed") {
   const Folder folder;
   const auto cells = some_cells();
