@@ -14,11 +14,11 @@ namespace atwood::closed_form {
 
 namespace {
 
-struct Roles {
+struct ShaftRoles {
   std::size_t motor = 0, bearing = 0, cross = 0;  // joints
 };
 
-std::string find_roles(const Scene& scene, Roles& roles) {
+std::string find_shaft_roles(const Scene& scene, ShaftRoles& roles) {
   const std::string expected =
       "expected two shafts on hinges to the world, one of them driven, and a universal joint between them";
   if (scene.joints.size() != 3) return expected;
@@ -43,7 +43,7 @@ template <class S> S angle_about(const Vec<S>& n, const Vec<S>& from, const Vec<
 }
 
 template <class S> struct Shafts {
-  Roles roles;
+  ShaftRoles roles;
   std::vector<JointState<S>> start;
   bool parent_drives = true;          // the universal joint's parent is the driven shaft
   Vec<S> n1{}, n2{}, pin1{}, pin2{};  // world axes at the start; pins of the driven and of the other shaft
@@ -89,7 +89,7 @@ template <class S> struct Shafts {
 };
 
 template <class S> std::string build(const Scene& scene, Shafts<S>& made) {
-  if (std::string why = find_roles(scene, made.roles); !why.empty()) return why;
+  if (std::string why = find_shaft_roles(scene, made.roles); !why.empty()) return why;
   if (std::string why = start_joints(scene, made.start); !why.empty()) return why;
   const std::vector<BodyKinematics<S>> bodies = place_bodies(scene, made.start);
   const Joint &motor = scene.joints[made.roles.motor], &bearing = scene.joints[made.roles.bearing],

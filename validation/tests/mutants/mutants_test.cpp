@@ -1,8 +1,9 @@
 // A gate must be able to fail: every planted fault is caught by the gate that names it, and the engine without the
-// fault passes that same gate.
+// fault passes that same gate. Faults of truths, metrics and judging are caught by a test case in the same way.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -24,8 +25,9 @@ namespace {
 
 // `motion`: the class of motion whose claimed order the gate is about (claims.toml); empty: the gate has its own
 // numbers. `pair`: the shapes whose poses are swept, where the gate is about contacts; empty: the scenario moves.
+// `test`, `test_case`: the program and the case that must catch the fault; empty: a gate must.
 struct Mutant {
-  std::string name, fault, scenario, method, metric, motion, pair;
+  std::string name, fault, scenario, method, metric, motion, pair, test, test_case;
 };
 
 // The head of a patch: lines "# key: value" before the difference itself.
@@ -36,8 +38,11 @@ Mutant read_head(const fs::path& path) {
     const auto colon = line.find(": ");
     if (colon != std::string::npos) head[line.substr(2, colon - 2)] = line.substr(colon + 2);
   }
-  return {path.stem().string(), head.at("fault"), head.at("scenario"), head.at("method"),
-          head.at("metric"),    head["motion"],   head["pair"]};
+  const char* needed[] = {"scenario", "method", "metric"};
+  for (const char* key : needed)
+    if (!head.contains("test") && !head.contains(key)) FAIL(path << ": no line `# " << key << ": `");
+  return {path.stem().string(), head.at("fault"), head["scenario"], head["method"], head["metric"],
+          head["motion"],       head["pair"],     head["test"],     head["case"]};
 }
 
 std::vector<Mutant> all_mutants() {
@@ -173,25 +178,74 @@ std::string words_of(const std::vector<Verdict>& verdicts) {
   return words;
 }
 
+// Assertions of one test case.
+struct Asserted {
+  int passed = 0, failed = 0;
+};
+
+// Asks a test program for one of its cases, by its whole name. A program that ends without a summary has asserted
+// nothing.
+Asserted ask_case(const std::string& program, const std::string& test_case) {
+  std::string pattern;
+  for (const char c : test_case) {  // within '' of the shell, escaped from Catch2's syntax
+    if (c == ',' || c == '[' || c == '\\') pattern += '\\';
+    pattern += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  FILE* pipe = popen(("'" + program + "' '" + pattern + "' --reporter xml").c_str(), "r");
+  REQUIRE(pipe != nullptr);
+  std::string text;
+  char part[4096];
+  for (std::size_t n; (n = fread(part, 1, sizeof part, pipe)) > 0;) text.append(part, n);
+  pclose(pipe);
+  Asserted asserted;
+  const auto summary = text.rfind("<OverallResults successes=");
+  if (summary != std::string::npos)
+    std::sscanf(text.c_str() + summary, "<OverallResults successes=\"%d\" failures=\"%d\"", &asserted.passed,
+                &asserted.failed);
+  return asserted;
+}
+
 }  // namespace
 
+// Sections, so that `mutants_test -c NAME` asks one mutant alone.
 TEST_CASE("every mutant is caught by the gate that names its fault") {
   const auto mutants = all_mutants();
   REQUIRE(mutants.size() >= 12);
-  std::map<std::string, std::vector<Row>> sound;  // the unmutated engine's rows, by scenario and method
+  static std::map<std::string, std::vector<Row>> sound;  // the unmutated engine's rows, by scenario and method
   for (const auto& mutant : mutants) {
-    INFO(mutant.name << ": " << mutant.fault);
-    const auto gates = gates_naming(mutant);
-    REQUIRE(!gates.empty());
+    if (!mutant.test.empty()) continue;
+    DYNAMIC_SECTION(mutant.name) {
+      INFO(mutant.name << ": " << mutant.fault);
+      const auto gates = gates_naming(mutant);
+      REQUIRE(!gates.empty());
 
-    auto [known, fresh] = sound.try_emplace(mutant.scenario + " " + mutant.method + " " + mutant.pair);
-    if (fresh) known->second = rows_of(ATWOOD_BIN_DIR "/atwood-engine", mutant);
-    const auto without = judge(gates, known->second);
-    INFO("without the fault:" << words_of(without));
-    CHECK(std::all_of(without.begin(), without.end(), [](const Verdict& v) { return v.judgement == Judgement::pass; }));
+      auto [known, fresh] = sound.try_emplace(mutant.scenario + " " + mutant.method + " " + mutant.pair);
+      if (fresh) known->second = rows_of(ATWOOD_BIN_DIR "/atwood-engine", mutant);
+      const auto without = judge(gates, known->second);
+      INFO("without the fault:" << words_of(without));
+      CHECK(
+          std::all_of(without.begin(), without.end(), [](const Verdict& v) { return v.judgement == Judgement::pass; }));
 
-    const auto with = judge(gates, rows_of(std::string(ATWOOD_MUTANT_DIR) + "/mutant-" + mutant.name, mutant));
-    INFO("with the fault:" << words_of(with));
-    CHECK(std::any_of(with.begin(), with.end(), [](const Verdict& v) { return v.judgement == Judgement::fail; }));
+      const auto with = judge(gates, rows_of(std::string(ATWOOD_MUTANT_DIR) + "/mutant-" + mutant.name, mutant));
+      INFO("with the fault:" << words_of(with));
+      CHECK(std::any_of(with.begin(), with.end(), [](const Verdict& v) { return v.judgement == Judgement::fail; }));
+    }
   }
+}
+
+TEST_CASE("every mutant of what judges an engine is caught by the test case that names its fault") {
+  int asked = 0;
+  for (const auto& mutant : all_mutants()) {
+    if (mutant.test.empty()) continue;
+    ++asked;
+    DYNAMIC_SECTION(mutant.name) {
+      INFO(mutant.name << ": " << mutant.fault);
+      const Asserted without = ask_case(std::string(ATWOOD_TEST_PROGRAMS) + "/" + mutant.test, mutant.test_case);
+      CHECK(without.passed > 0);
+      CHECK(without.failed == 0);
+      // Assertions that fail, not a program that ends without a summary.
+      CHECK(ask_case(std::string(ATWOOD_MUTANT_DIR) + "/mutant-" + mutant.name, mutant.test_case).failed > 0);
+    }
+  }
+  CHECK(asked > 0);
 }
