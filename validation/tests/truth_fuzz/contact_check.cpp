@@ -97,9 +97,10 @@ Checked check_rest(const Scenario& scenario, std::int64_t samples) {
   Checked made = of_starts(scenario, samples);
   const Long3 g = widened(scene.gravity_m_per_s2);  // the floor's normal is z
   const Long slope = sqrt(g[0] * g[0] + g[1] * g[1]), into = -g[2];
-  bool rests = into > 0;
+  if (!(into > 0)) made.contradicts = "gravity does not press on the floor";
   for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
-    if (slope > Long(pair_law(scene, static_cast<int>(i) - 1, static_cast<int>(i)).friction) * into) rests = false;
+    if (slope > Long(pair_law(scene, static_cast<int>(i) - 1, static_cast<int>(i)).friction) * into)
+      made.contradicts = "`" + scene.bodies[i].name + "` slides";
     Long mass = 0;
     Long3 centre{};
     for (std::size_t k = i; k < scene.bodies.size(); ++k) {
@@ -117,14 +118,10 @@ Checked check_rest(const Scenario& scenario, std::int64_t samples) {
         low = std::max(low, Long(scene.bodies[i - 1].position_m[c] - Long(below)));
         high = std::min(high, Long(scene.bodies[i - 1].position_m[c] + Long(below)));
       }
-      if (!(low <= at && at <= high)) rests = false;
+      if (!(low <= at && at <= high)) made.contradicts = "`" + scene.bodies[i].name + "` tips";
     }
   }
   set_own(made, made, 0);
-  if (!rests)
-    for (std::size_t k = 1; k < made.values.size(); ++k)
-      for (std::size_t i = 1; i < scene.bodies.size(); ++i)
-        made.values[k][i].v.fill(std::numeric_limits<Long>::quiet_NaN());
   return made;
 }
 

@@ -11,7 +11,7 @@ Checked check_slide_or_roll(const Scenario& scenario, std::int64_t samples);
 
 // A stack of boxes on a plane (the first body), each on the one before, edges parallel, gravity tilted: it rests if at
 // each face the slope is within the cone of friction and the line of gravity from the centre of mass of all boxes above
-// passes through the face. A stack that does not rest gets velocities that are not numbers.
+// passes through the face. A stack that does not rest contradicts.
 Checked check_rest(const Scenario& scenario, std::int64_t samples);
 
 // A ball (the second body) strikes a capsule (the first) without gravity: the touch by bisection, the impact by Routh's

@@ -108,7 +108,9 @@ struct LongRope {
 // The result of a checker: values[k][i] of body i at t_end_s k / samples, and their half-width `own`.
 struct Checked {
   std::string refused;  // not empty: the checker does not cover the scene, or did not converge
-  std::vector<std::vector<LongBody>> values, own;
+  // Not empty: why the scene does not move as the truth's solution assumes, so that any answer is wrong.
+  std::string contradicts = {};
+  std::vector<std::vector<LongBody>> values = {}, own = {};
   // As values and own; empty: the checker has none. `reactions`: force and torque are known.
   std::vector<std::vector<LongJoint>> joints = {}, joints_own = {};
   bool reactions = false;
