@@ -13,9 +13,12 @@ template <class S> Motion<S> solve_rest(const Scenario& scenario, const std::vec
   if constexpr (std::is_same_v<S, Wide>) {
     const Equilibrium found = find_equilibrium(scenario.scene);
     motion.refusal = found.refusal;
-    motion.input_round_off = {4 * S(found.largest_gap_m),
-                              found.largest_gap_m > 0 ? 4 * S(found.largest_gap_m) / S(found.smallest_extent_m) : S(0),
-                              S(0)};
+    const S end = scenario.t_end_s, speed = S(found.unheld_m_per_s2) * end,
+            open = 4 * S(found.largest_gap_m) + speed * end / 2;
+    motion.input_round_off.v_m_per_s = speed;
+    motion.input_round_off.p_m = open;
+    if (open > 0) motion.input_round_off.q = open / S(found.smallest_extent_m);
+    if (speed > 0) motion.input_round_off.w_rad_per_s = speed / S(found.smallest_extent_m);
   }
   std::vector<Pose<S>> poses;
   for (const Body& body : scenario.scene.bodies) poses.push_back(initial_pose<S>(body));

@@ -117,3 +117,62 @@ TEST_CASE("Crossed planks, balls in a corner; floating, overlapping and moving b
   given.scene.bodies[2].velocity_m_per_s[1] = 1;
   CHECK_THAT(why(given), Catch::Contains("has an initial velocity"));
 }
+
+TEST_CASE(
+    "A slope and friction are compared in quad: boxes rest on slopes of 1e-13 as on those of 0.3, up to the limit") {
+  const Real3 half{0.25, 0.25, 0.125};
+  const auto stack = [&](double slope, double friction) {
+    Scenario given = standing(friction, {ground(), cube("low", half, {0, 0, 0.125}), cube("top", half, {0, 0, 0.375})});
+    given.scene.gravity_m_per_s2 = {8 * slope, 0, -8};
+    return given;
+  };
+  for (const double slope : {0.3, 1e-3, 3e-7, 1e-9, 1e-13, 1e-15, 1e-18})
+    for (const double above : {1e-2, 1e-8, 1e-14}) {
+      INFO("slope " << slope << ", friction larger by " << above);
+      const Truth truth = closed_form_truth(stack(slope, slope * (1 + above)), 4);
+      CHECK(truth.outcome.reason == "");
+      REQUIRE(truth.outcome.status == Status::ok);
+      CHECK(static_cast<double>(truth.bars.back().bodies[1].p_m[0]) < 1e-25);
+      CHECK(static_cast<double>(truth.bars.back().bodies[1].v_m_per_s[0]) < 1e-25);
+    }
+  for (const double slope : {0.3, 1e-3, 3e-7, 1e-9, 1e-13})
+    for (const double below : {1e-2, 1e-8, 1e-14, 1.0}) {
+      INFO("slope " << slope << ", friction smaller by " << below);
+      CHECK_THAT(why(stack(slope, slope * (1 - below))),
+                 Catch::Contains(slope < 1e-6 ? "`ground` have a slope" : "that hold"));
+    }
+  CHECK_THAT(
+      why(stack(1e-9, 2e-10)),
+      Catch::Contains("a slope of 1e-09 and friction of 2e-10: whether another contact keeps them from sliding"));
+  // Forces along gravity do not hold a box whose weight passes the edge below it.
+  Scenario leans = stack(1e-9, 1e-7);
+  leans.scene.bodies[2].position_m[0] = 0.26;
+  CHECK_THAT(why(leans), Catch::Contains("forces along gravity do not hold `top`"));
+}
+
+TEST_CASE(
+    "What is below round-off is in the bars: slopes without friction, balls on slopes, faces that are not parallel") {
+  const Real3 half{0.25, 0.25, 0.125};
+  const double T = 10;  // of standing()
+  Scenario slides = standing(0, {ground(), cube("box", half, {0, 0, 0.125})});
+  slides.scene.gravity_m_per_s2 = {4e-15, 0, -8};
+  Truth truth = closed_form_truth(slides, 4);
+  INFO(truth.outcome.reason);
+  REQUIRE(truth.outcome.status == Status::ok);
+  CHECK(static_cast<double>(truth.bars.back().bodies[1].p_m[0]) >= 4e-15 * T * T / 2);
+  CHECK(static_cast<double>(truth.bars.back().bodies[1].v_m_per_s[0]) >= 4e-15 * T);
+  Scenario rolls = standing(0.5, {ground(), ball("ball", 1, 0.25, {0, 0, 0.25}, {0, 0, 0})});
+  CHECK(static_cast<double>(closed_form_truth(rolls, 4).bars.back().bodies[1].p_m[0]) < 1e-25);
+  rolls.scene.gravity_m_per_s2 = {4e-15, 0, -8};
+  truth = closed_form_truth(rolls, 4);
+  REQUIRE(truth.outcome.status == Status::ok);
+  CHECK(static_cast<double>(truth.bars.back().bodies[1].p_m[0]) >= 4e-15 * 5 / 7 * T * T / 2);
+  CHECK(static_cast<double>(truth.bars.back().bodies[1].w_rad_per_s[1]) >= 4e-15 * 5 / 7 * T / 0.25);
+  // It stands on an edge, and the opposite one is 0.5 x 2e-12 above the floor.
+  Scenario rocks = standing(0.5, {ground(), cube("box", half, {0, 0, 0.125 + 0.25 * 2e-12})});
+  rocks.scene.bodies[1].orientation_wxyz = {1, 0, 1e-12, 0};
+  truth = closed_form_truth(rocks, 4);
+  REQUIRE(truth.outcome.status == Status::ok);
+  CHECK(static_cast<double>(truth.bars.back().bodies[1].p_m[2]) >= 0.25 * 2e-12);
+  CHECK(static_cast<double>(truth.bars.back().bodies[1].q_wxyz[2]) >= 1e-12);
+}
