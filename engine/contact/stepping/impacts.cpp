@@ -261,7 +261,7 @@ template <class S> S loss_by(S restitution) { return real::min(S(1), S(2) * (S(1
 
 // The limits of one substep, and what has been resolved in it.
 template <class S> struct ImpactCount {
-  S loss_left{}, now_s{}, fastest{};
+  S loss_left{}, last_s{}, fastest{};  // last_s: of the last impact at a contact
   std::size_t resolved = 0, at_an_instant = 0, most_at_an_instant = 0;
   bool missed_a_pair = false;  // an impact sent a body where candidate pairs are not known before the next step
 
@@ -271,8 +271,8 @@ template <class S> struct ImpactCount {
   bool may_go_on() const { return loss_left > S(0) && at_an_instant <= most_at_an_instant; }
   void add(S t_s, S approach, S restitution) {
     ++resolved;
-    at_an_instant = t_s > now_s ? 0 : at_an_instant + 1;
-    now_s = t_s;
+    at_an_instant = t_s > last_s ? 0 : at_an_instant + 1;
+    last_s = t_s;
     fastest = real::max(fastest, approach);
     loss_left -= loss_by(restitution);
   }
@@ -280,11 +280,11 @@ template <class S> struct ImpactCount {
 
 // Adds the substep's queue to the tallies. Its residual is the fastest approach that was left to the velocity solver,
 // over the fastest that was resolved.
-template <class S> void report_impact_queue(World<S>& world, const ImpactCount<S>& count) {
-  if (count.resolved == 0) return;
+template <class S> void report_impact_queue(World<S>& world, const ImpactCount<S>& count, S now_s) {
+  if (count.resolved == 0 && !count.missed_a_pair) return;
   S left{};
   for (const PredictedTime<S>& next : world.impacts.queue) {
-    const PredictedImpact<S> predicted = predict_impact(world, next.contact, count.now_s);
+    const PredictedImpact<S> predicted = predict_impact(world, next.contact, now_s);
     if (predicted.occurs) left = real::max(left, approach_speed_m_per_s(world, next.contact, predicted));
   }
   const S residual = left > S(0) ? left / count.fastest : S(0);
@@ -322,6 +322,12 @@ template <class S> void resolve_impacts(World<S>& world) {
     for (int i = impacts.first[body]; i < impacts.first[body + 1]; ++i)
       enqueue(impacts.of_body[static_cast<std::size_t>(i)]);
   };
+  ImpactCount<S> count(impacts.with_restitution.size());
+  const auto enqueue_contacts_after = [&](int body) {
+    if (!world.bodies.moves[body]) return;
+    count.missed_a_pair = count.missed_a_pair || may_miss_a_pair(world, body, world.step_end_s - world.t_s);
+    enqueue_contacts_of(body);
+  };
   // An impact at a stop comes first where it is earlier, and changes what the contacts of its mechanism meet.
   std::size_t stop_impacts_left = has_stops ? kMaxImpactsPerStop * world.tied->stops.size() : 0;
   const auto resolve_stop = [&](S until_s) {
@@ -329,12 +335,11 @@ template <class S> void resolve_impacts(World<S>& world) {
     const Mechanism<S>* mechanism = resolve_stop_impact(world, now_s, until_s);
     if (mechanism == nullptr) return false;
     --stop_impacts_left;
-    for (const int body : mechanism->bodies) enqueue_contacts_of(body);
+    for (const int body : mechanism->bodies) enqueue_contacts_after(body);
     return true;
   };
   if (world.has_restitution)
     for (const int contact : impacts.with_restitution) enqueue(contact);
-  ImpactCount<S> count(impacts.with_restitution.size());
   for (;;) {
     if (queue.empty()) {
       if (resolve_stop(world.sub_s)) continue;
@@ -363,15 +368,16 @@ template <class S> void resolve_impacts(World<S>& world) {
     apply_impact(world, next.contact, predicted, now_s);
     const auto [a, b] = bodies_of(world, next.contact);
     for (const int body : {a, b}) {
-      count.missed_a_pair = count.missed_a_pair || (world.bodies.moves[body] && !is_tied(world, body) &&
-                                                    may_miss_a_pair(world, body, world.step_end_s - world.t_s));
-      if (!is_tied(world, body)) enqueue_contacts_of(body);
+      if (!is_tied(world, body)) enqueue_contacts_after(body);
       else
-        for (const int other : mechanism_with(world, body)) enqueue_contacts_of(other);
+        for (const int other : mechanism_with(world, body)) enqueue_contacts_after(other);
     }
   }
-  report_impact_queue(world, count);
-  world.impacts_stand_still = world.impacts_stand_still || count.at_an_instant > count.most_at_an_instant;
+  report_impact_queue(world, count, now_s);
+  if (count.at_an_instant > count.most_at_an_instant && !world.impacts_stand_still) {
+    world.impacts_stand_still = true;
+    world.stand_still_s = world.t_s + now_s;
+  }
 }
 
 #define ATWOOD_IMPACTS(S)                                     \

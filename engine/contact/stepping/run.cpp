@@ -211,7 +211,8 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
                                                         : nullptr;
         fault != nullptr) {
       outcome.status = Status::diverged;
-      outcome.reason = fault + (" at t = " + format_double(static_cast<double>(to_s)) + " s");
+      const S at_s = joints_failed ? to_s : world.stand_still_s;
+      outcome.reason = fault + (" at t = " + format_double(static_cast<double>(at_s)) + " s");
       break;
     }
     outcome.steps_taken = n + 1;

@@ -172,6 +172,7 @@ template <class S> struct World {
   int substeps = 1;
   bool records_impulses = false;     // impulses of this step are summed: it ends at a sample, or events are wanted
   bool impacts_stand_still = false;  // impacts at one instant found no end; the run ends
+  S stand_still_s{};                 // that instant
   int points_beyond_limit = 0;       // solver=direct: points of an island that is too large for it; the run ends
 
   BodyRows<S> bodies;
