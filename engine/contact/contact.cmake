@@ -42,6 +42,7 @@ target_sources(atwood_engine PRIVATE
   contact/event/edges.cpp
   contact/event/event.cpp
   contact/event/event_location.cpp
+  contact/event/flat_ends.cpp
   contact/event/features.cpp
   contact/event/gauss_seidel.cpp
   contact/event/impact_problem.cpp

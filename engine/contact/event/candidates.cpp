@@ -145,6 +145,12 @@ struct Builder {
   void add(Proximity<S>& proximity, ShapePair<S>& pair, int index, int feature_body, int surface_body,
            std::vector<ContactFeature<S>> features, Surface<S> surface) const {
     proximity.surfaces.push_back(std::move(surface));
+    if (std::holds_alternative<Cylinder>(scene.bodies[feature_body].shape)) {
+      proximity.has_circles = true;
+      pair.flat_end_refusal = "an end of cylinder `" + scene.bodies[feature_body].name + "` lies flat on " +
+                              shape_name(scene.bodies[surface_body].shape) + " `" + scene.bodies[surface_body].name +
+                              "`: +event has contacts of single points of its rim";
+    }
     for (const ContactFeature<S>& feature : features) {
       Candidate<S> candidate;
       candidate.pair = index;
@@ -241,10 +247,11 @@ template <class S> void build_candidates(Bodies<S>& bodies, Proximity<S>& proxim
       pair.rolling_friction_m = S(law.rolling_friction_m);
       pair.bounding_radii = bodies.bounding_radius[a] + bodies.bounding_radius[b];
       pair.first = static_cast<int>(proximity.candidates.size());
+      pair.names = std::string(shape_name(body_a.shape)) + " `" + body_a.name + "` and " + shape_name(body_b.shape) +
+                   " `" + body_b.name + "`";
       const int index = static_cast<int>(proximity.pairs.size());
       if (!builder.meet(proximity, pair, index, b, a) && !builder.meet(proximity, pair, index, a, b))
-        pair.refusal = std::string("atwood's +event has no contact between ") + shape_name(body_a.shape) + " `" +
-                       body_a.name + "` and " + shape_name(body_b.shape) + " `" + body_b.name + "`";
+        pair.refusal = "atwood's +event has no contact between " + pair.names;
       proximity.pairs.push_back(std::move(pair));
     }
 }

@@ -9,6 +9,7 @@
 
 #include "contact/event/bounces.hpp"
 #include "contact/event/edge_candidates.hpp"
+#include "contact/event/flat_ends.hpp"
 #include "contact/event/painleve.hpp"
 #include "contact/event/projection.hpp"
 #include "contact/event/surface_boundaries.hpp"
@@ -162,6 +163,7 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
   find_impact_points(run.bodies, run.proximity, run.active, run.impacts, run.states);
   if (!refuse_parallel_edges(run, t_s)) return false;
   if (!refuse_leaving_vertices(run, t_s)) return false;
+  if (!refuse_flat_ends(run, t_s)) return false;
   ImpactProblem<S> problem{run.bodies,  run.proximity, run.impacts,
                            run.options, run.report,    run.bodies.approach_round_off()};
   for (const ImpactPoint<S>& point : run.impacts.points) run.proximity.pairs[point.pair].last_bounce = false;

@@ -39,6 +39,44 @@ template <class S> void update_poses(Bodies<S>& bodies, const Candidate<S>& cand
     update_pose(bodies, body, y, bodies.poses[body]);
 }
 
+namespace {
+
+// The normal of the face of a box or a rectangle that a circle is over: of the largest gap, the circle's lowest point
+// over each, on the side of its body.
+template <class S>
+Vec3<S> normal_below_circle(const Surface<S>& surface, const ContactFeature<S>& feature, const Pose<S>& of,
+                            const Pose<S>& on, const Vec3<S>& side_B) {
+  const bool sheet = surface.half_extents.z == S(0);
+  Vec3<S> normal_B{S(0), S(0), side_B.z < S(0) ? S(-1) : S(1)};
+  S widest{};
+  for (int i = 0; i < 3 && !sheet; ++i) {
+    Vec3<S> n_B;
+    component(n_B, i) = component(side_B, i) < S(0) ? S(-1) : S(1);
+    const Vec3<S> lowest = lowest_point_of_circle(feature, of, to_world(on, n_B));
+    const S gap = dot(n_B, to_body(on, lowest - on.p)) - component(surface.half_extents, i);
+    if (i > 0 && gap <= widest) continue;
+    widest = gap;
+    normal_B = n_B;
+  }
+  return normal_B;
+}
+
+// That face, and how far [m] the lowest point is beyond its boundary.
+template <class S>
+Facet<S> face_below_circle(const Surface<S>& surface, const ContactFeature<S>& feature, const Pose<S>& of,
+                           const Pose<S>& on, S& outside_m) {
+  const Vec3<S> n_B = normal_below_circle(surface, feature, of, on, to_body(on, of.p - on.p));
+  const Vec3<S> lowest = to_body(on, lowest_point_of_circle(feature, of, to_world(on, n_B)) - on.p);
+  Facet<S> facet{2, {}, n_B};
+  for (int i = 0; i < 3; ++i) {
+    if (component(n_B, i) != S(0)) component(facet.point_B, i) = component(surface.half_extents, i) * component(n_B, i);
+    else outside_m = real::max(outside_m, real::abs(component(lowest, i)) - component(surface.half_extents, i));
+  }
+  return facet;
+}
+
+}  // namespace
+
 template <class S>
 Vec3<S> reference_point(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate) {
   const Surface<S>& surface = proximity.surfaces[candidate.surface];
@@ -47,6 +85,9 @@ Vec3<S> reference_point(const Bodies<S>& bodies, const Proximity<S>& proximity, 
   if (!candidate.feature.circle || surface.kind == SurfaceKind::plane)
     return of.p + to_world(of, candidate.feature.center_B);
   const Vec3<S> side_B = to_body(on, of.p - on.p);
+  if (surface.kind == SurfaceKind::slab)
+    return lowest_point_of_circle(candidate.feature, of,
+                                  to_world(on, normal_below_circle(surface, candidate.feature, of, on, side_B)));
   S outside_m{};
   const Facet<S> face = nearest_facet(surface, side_B, true, side_B, outside_m);
   return lowest_point_of_circle(candidate.feature, of, to_world(on, face.direction_B));
@@ -61,6 +102,8 @@ Facet<S> facet_below(const Bodies<S>& bodies, const Proximity<S>& proximity, con
   if (surface.kind == SurfaceKind::plane) return {2, {}, {}};
   if (surface.kind == SurfaceKind::point) return {0, {}, {}};
   const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
+  if (candidate.feature.circle && surface.kind == SurfaceKind::slab)
+    return face_below_circle(surface, candidate.feature, of, on, outside_m);
   const Vec3<S> center = reference_point(bodies, proximity, candidate);
   // Features without a radius are vertices; so is a sphere off its body's centre, whose side of a face follows from its
   // body's centre.

@@ -25,6 +25,8 @@ template <class S> struct ShapePair {
   bool plane_is_a = false;
   // Message where a vertex would slide beyond its face, or a sphere touches two facets; empty: they cannot.
   std::string boundary_refusal;
+  std::string names;                 // "sphere `a` and box `b`"
+  std::string flat_end_refusal;      // message where an end of a cylinder lies flat (flat_ends.hpp)
   std::string refusal;               // not empty: the pair has no contact test, and must not come near
   S travel_until_recheck{};          // [m] path lengths of both bodies up to which they cannot have met
   std::int64_t gaps_known_at = -1;   // the segment (Proximity::segment) at whose start its candidates' gaps are known
@@ -63,6 +65,7 @@ template <class S> struct Proximity {
   std::vector<FaceBoundary<S>> boundaries;
   std::vector<std::vector<BodyEdge<S>>> edges;  // of each body
   int edge_surface = -1;                        // the surface of candidates of edges
+  bool has_circles = false;                     // some candidate's feature is a circle
   std::size_t candidates_without_edges = 0, surfaces_without_edges = 0;
   std::vector<int> near;                    // pairs that may touch within the present trial step
   std::vector<S> path_length, path_bounds;  // [m] a body: path length so far; bound of its path in the trial step

@@ -13,6 +13,7 @@
 #include "contact/event/contact_update.hpp"
 #include "contact/event/edge_candidates.hpp"
 #include "contact/event/event_location.hpp"
+#include "contact/event/flat_ends.hpp"
 #include "contact/event/impacts.hpp"
 #include "contact/event/painleve.hpp"
 #include "contact/event/projection.hpp"
@@ -107,6 +108,8 @@ template <class S> bool resolved_trial_step(EventRun<S>& run, Stepper<S>& steppe
 // no contact force. Changes states.y, active, constraints. False: the run ends.
 template <class S> bool renew_active_set(EventRun<S>& run, S t_s) {
   if (!update_active_set(run, t_s)) return false;
+  run.impacts.points.clear();
+  if (!refuse_flat_ends(run, t_s)) return false;
   project_contacts(run.bodies, run.proximity, run.active, run.constraints, run.states);
   return run.active.inconsistent < 0 || impact_without_collision(run, t_s);
 }
@@ -143,6 +146,23 @@ template <class S> bool handle_event(EventRun<S>& run, const Crossing<S>& crossi
   return renew_active_set(run, t_s);
 }
 
+// Do two bodies overlap at states.y so that two opposite normals serve as well? Sets the poses of both.
+template <class S> bool has_no_normal(EventRun<S>& run, const Candidate<S>& candidate) {
+  Bodies<S>& bodies = run.bodies;
+  const Surface<S>& surface = run.proximity.surfaces[candidate.surface];
+  const S tiny = bodies.gap_round_off();
+  if (candidate.gap > tiny || surface.kind == SurfaceKind::plane || candidate.feature.edge) return false;
+  if (surface.kind == SurfaceKind::point || surface.kind == SurfaceKind::segment)
+    return candidate.gap + candidate.feature.radius + surface.radius <= tiny;
+  if (surface.kind != SurfaceKind::slab) return false;
+  update_poses(bodies, candidate, run.states.y.data());
+  S outside_m{};
+  const Facet<S> facet = facet_below(bodies, run.proximity, candidate, outside_m);
+  const Pose<S>&of = bodies.poses[candidate.feature_body], &on = bodies.poses[candidate.surface_body];
+  // facet_below() takes the side of the body's centre.
+  return facet.dimension == 2 && real::abs(dot(facet.direction_B, to_body(on, of.p - on.p))) <= tiny;
+}
+
 // After a change of the equations of motion, and at the start: finds which bodies move, near pairs, impacts at t_s, and
 // the active set. False: the run ends.
 template <class S> bool restart_contacts(EventRun<S>& run, S t_s) {
@@ -167,6 +187,10 @@ template <class S> bool restart_contacts(EventRun<S>& run, S t_s) {
         approach = approach ||
                    (candidate.gap <= run.bodies.gap_round_off() && candidate.rate < -run.bodies.approach_round_off());
         pair.overlaps_at_start = pair.overlaps_at_start || candidate.gap < -run.bodies.gap_round_off();
+        if (has_no_normal(run, candidate))
+          return refuse_at(
+              run.report, static_cast<double>(t_s),
+              pair.names + " overlap, and of two opposite normals neither tells which way they come apart");
       }
     }
     if (approach) return resolve_impacts(run, t_s);
@@ -183,7 +207,7 @@ template <class S> bool locate_event(Flow<S>& flow, Crossing<S>& first) {
   locate_impact(flow, first);
   if (run.active.count > 0) locate_mode_change(flow, first);
   if (!run.drag_bodies.empty()) locate_zero_wind(flow, first);
-  return flow.ok && check_boundaries(flow, first) && check_other_facets(flow, first);
+  return flow.ok && check_boundaries(flow, first) && check_other_facets(flow, first) && check_flat_ends(flow, first);
 }
 
 // Makes `reached` the present state; the two are swapped, so `reached` receives the former one. Changes states, scales
