@@ -23,6 +23,10 @@ std::string method_fault(const MethodId& id) {
   const MethodInfo* info = find_integrator(id.scheme);
   if (info == nullptr) return "atwood has no method `" + id.scheme + "`";
   if (id.rtol && !info->adaptive) return info->id + " takes equal steps, no tolerance";
+  for (const auto& [name, value] : id.overrides)
+    if (const auto rule = info->rules.find(name); !id.rtol && rule != info->rules.end() && rule->second.needs_tolerance)
+      return info->id + ": `" + name + "` acts in runs with a tolerance alone; expected one, as in " + info->id +
+             ":1e-12";
   if (const auto settings = merged_settings(*info, id.overrides); !settings) return settings.fault().reason;
   if (!id.response.empty() && find_response(id.response) == nullptr && fluid::find_response(id.response) == nullptr)
     return "atwood has no response `+" + id.response + "` to contacts or fluids";

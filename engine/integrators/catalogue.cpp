@@ -71,12 +71,14 @@ MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, doubl
   MethodInfo info = fixed_step(scheme, std::move(claims), doc, source);
   info.adaptive = true;
   const StepLimits limits;
-  declare_settings(
-      info, {atol_over_rtol(),
-             {"safety", limits.safety, {between(0.01, 1), "Safety factor on the step that the error estimate allows."}},
-             {"beta", limits.beta, {between(0, 1), "Exponent of the last step's error in the PI step control."}},
-             {"least_factor", limits.least, {{1e-3, 1, false, true}, "Least ratio of a step to the one before."}},
-             {"most_factor", limits.most, {{1, 1000, true, false}, "Largest ratio of a step to the one before."}}});
+  std::vector<Setting> of_steps = {
+      atol_over_rtol(),
+      {"safety", limits.safety, {between(0.01, 1), "Safety factor on the step that the error estimate allows."}},
+      {"beta", limits.beta, {between(0, 1), "Exponent of the last step's error in the PI step control."}},
+      {"least_factor", limits.least, {{1e-3, 1, false, true}, "Least ratio of a step to the one before."}},
+      {"most_factor", limits.most, {{1, 1000, true, false}, "Largest ratio of a step to the one before."}}};
+  for (Setting& setting : of_steps) setting.rule.needs_tolerance = true;
+  declare_settings(info, of_steps);
   return info;
 }
 

@@ -48,8 +48,9 @@ std::vector<MethodInfo> high_precision_methods() {
          "What chooses the steps of a run with a tolerance: the tolerance, or the authors' criterion with `epsilon`, by "
          "the last coefficient (rein-spiegel: their equation 11) or by the timescale of acceleration, jerk and snap "
          "(prs23: Pham, Rein, Spiegel, Open J. Astrophys. 7 (2024)); the tolerance then only ends the sweeps. The timescale of prs23 is 0 for a body "
-         "on which no force acts at the end of a step: steps cannot pass a point where the forces on a body cancel."}},
-       {"epsilon", 1e-9, {strictly_between(0, 1), "Accuracy parameter of `rein-spiegel` and `prs23`."}}});
+         "on which no force acts at the end of a step: steps cannot pass a point where the forces on a body cancel.",
+         "", true}},
+       {"epsilon", 1e-9, {strictly_between(0, 1), "Accuracy parameter of `rein-spiegel` and `prs23`.", "", true}}});
   MethodInfo gbs = with_tolerance(
       "gbs", claims_in_any_coordinates(12),
       "Extrapolation of Gragg's midpoint rule with 2, 4, 6, ... substeps. Without a tolerance: equal "

@@ -31,6 +31,7 @@ SettingRange one_of(std::vector<std::string> choices);
 struct SettingRule {
   SettingRange range = {};
   std::string doc = {}, unit = {};  // unit: SI, as in "kg/s", "N s/m"; empty: a pure number, a word, a flag
+  bool needs_tolerance = false;     // it acts in runs with a tolerance alone
 };
 using SettingRules = std::map<std::string, SettingRule>;  // by name
 

@@ -288,8 +288,9 @@ Condensed condense(const Place& place, const Options& options, const Selection& 
   const SceneCounts& all = condensed.all;
   condensed.passes = all.pass > 0 && all.fail + all.unverifiable + all.not_run == 0;
   if (result.hosts.size() > 1)
-    judged.notes.push_back(
-        fmt::format("Times of these cells are of {} hosts: those of a scenario are ranked only where one host measured them all.", result.hosts.size()));
+    judged.notes.push_back(fmt::format(
+        "Times of these cells are of {} hosts: those of a scenario are ranked only where one host measured them all.",
+        result.hosts.size()));
   judged.refused = refused_truths(place, selection.scenarios, result.rows, false);
   for (const auto& [scene, counts] : condensed.scenes)
     if (counts.shown < counts.ladders)

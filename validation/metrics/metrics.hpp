@@ -157,8 +157,8 @@ double perturbation_growth(const Scenario& scenario, const Truth& truth);
 // (Henrici 1962, ch. 1; for orbits: Brouwer 1937).
 double round_off_floor(double unit_round_off, double steps, double size, double amplification);
 // Condition x unit round-off x size, from the rows of one cell, which name its scalar: an error at the end of a run
-// (error-*-end) cannot be expected below it, for rounding the initial state alone causes it. NaN for another metric, and
-// where the rows have no condition.
+// (error-*-end) cannot be expected below it, for rounding the initial state alone causes it. NaN for another metric,
+// and where the rows have no condition.
 double accuracy_floor(const std::string& metric, std::span<const Row> cell);
 // Unit round-off of the scalar that a method id names or its engine uses: "@float" and engines that end in 32: 2^-24;
 // "@long-double": 2^-64; "@quad": 2^-113; else 2^-53.

@@ -61,6 +61,7 @@ EXPECTED = [
     (r"open \w+ HERE/(root/validation/\S+|drift|two)\.toml$", (2, 5), "input that may not be read is named as input"),
     (r"memory malloc", (0, 5), "done otherwise or again: the history of runs, the overview of the store, the search for "
      "descendants"),
+    (r"read \w+ /dev/urandom", (0, 5), "the C++ library and SQLite have other sources of random numbers"),
     (r"\w+ \w+ /proc/cpuinfo", (0,), "the processor's name is a column of provenance, and no more"),
     (r"\w+ \w+ /proc/\d+/maps", (0,), "an engine whose code is not known: the next run measures its cells again"),
     (r"\w+ \w+ /proc/\d+/(task|environ|statm)", (0,), "the search for descendants, which processes leave at any time"),

@@ -247,6 +247,7 @@ class Settings(Case):
                               ("atwood/rk4+penalty{overlap=1e-300}", "`overlap` is `1e-300`; expected a number from 1e-09 to 0.5"),
                               ("atwood/rk4+penalty{impact_speed_m_per_s=1e308}", "a number from 0 to 1000000"),
                               ("atwood/dopri5:1e-6{safety=1e308}", "`safety` is `1e+308`; expected a number from 0.01 to 1"),
+                              ("atwood/ias15{criterion=prs23}", "`criterion` acts in runs with a tolerance alone; expected one, as in atwood/ias15:1e-12"),
                               ("bullet64/default{erp=foo}", "`erp`", "a number")):
             self.expect(self.run_in("trace", "bounce-e0.8", "--method", method), 2, method, *told)
             if "foo" not in method: continue

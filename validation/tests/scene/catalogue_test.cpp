@@ -50,6 +50,9 @@ TEST_CASE("the catalogue has its rows") {
                          "kepler-e0.3",
                          "kepler-e0.6",
                          "kepler-e0.8",
+                         "kepler-e0.9",
+                         "kepler-e0.99",
+                         "burrau",
                          "kepler-10-periods",
                          "kepler-1000-periods",
                          "two-body",
@@ -163,7 +166,7 @@ TEST_CASE("each scenario is complete and follows the rules") {
       continue;
     }
     REQUIRE((has(s, "section-a") + has(s, "section-b") + has(s, "section-d") + has(s, "section-g")) == 1);
-    REQUIRE(has(s, "smooth") + has(s, "contact") + has(s, "response") + has(s, "mechanism") == 1);
+    REQUIRE(has(s, "smooth") + has(s, "contact") + has(s, "response") + has(s, "mechanism") + has(s, "orbit") == 1);
     REQUIRE(has(s, "mechanism") == !(s.scene.joints.empty() && s.scene.ropes.empty()));
     // no truth joins contact and joints: such scenes are judged by what they conserve, gaps, overlap and rest
     REQUIRE((s.truth.kind == TruthKind::none) == has(s, "touching"));
