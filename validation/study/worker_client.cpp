@@ -188,13 +188,13 @@ Outcome WorkerClient::exchange(std::string text, double limit_s,
   }
   // What a process says after the end of an answer, or that it ends then, may come before the next request is sent or
   // after it, and is no fault of the next cell: a new process is asked, once.
-  bool may_ask_again = has_answered_;
+  may_ask_again_ = has_answered_;
   if (const std::string early = process_->unasked(); !early.empty()) {
-    if (!may_ask_again)
+    if (!may_ask_again_)
       return give_up(Status::crashed, "invalid answer: it came before the request was sent: " + printable(early));
     process_.reset();
     if (const Outcome started = start(); started.status != Status::ok) return started;
-    may_ask_again = false;
+    may_ask_again_ = false;
   }
   auto deadline = send(text, limit_s);
   std::string line;
@@ -203,14 +203,13 @@ Outcome WorkerClient::exchange(std::string text, double limit_s,
     Outcome failure;
     try {
       if (wait != Wait::line) {
-        may_ask_again = may_ask_again && wait == Wait::end_of_output;
+        may_ask_again_ = may_ask_again_ && wait == Wait::end_of_output;
         failure = explain(wait, limit_s);
-        may_ask_again = may_ask_again && !killed_from_outside_;
+        may_ask_again_ = may_ask_again_ && !killed_from_outside_;
       } else if (const std::optional<Outcome> outcome = take(line)) {
         has_answered_ = true;
         return *outcome;
       } else {
-        may_ask_again = false;  // part of the answer is taken
         continue;
       }
     } catch (const std::bad_alloc&) {
@@ -220,8 +219,8 @@ Outcome WorkerClient::exchange(std::string text, double limit_s,
     } catch (const std::exception& error) {
       failure = give_up(Status::crashed, std::string("invalid answer: ") + printable(error.what()));
     }
-    if (!may_ask_again) return failure;
-    may_ask_again = false;
+    if (!may_ask_again_) return failure;
+    may_ask_again_ = false;
     if (const Outcome started = start(); started.status != Status::ok) return started;
     deadline = send(text, limit_s);
   }
@@ -244,6 +243,7 @@ Outcome WorkerClient::ask(wire::Request request, double limit_s, const wire::Lim
     wire::Answer answer = wire::read_answer(line, most);
     if (answer.cell != cell_)
       throw wire::Garbage("an answer to cell " + std::to_string(answer.cell) + ", which was not asked for");
+    may_ask_again_ = false;  // the line is of this cell
     if (answer.done) {
       wall_ns_ = std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - asked_at_).count();
       if (in_parts) throw wire::Garbage("ended in the middle of a sample");
@@ -278,6 +278,7 @@ FieldAtParticles WorkerClient::field(const std::string& scenario_json, const std
     wire::FieldAnswer answer = wire::read_field_answer(line, due + 64);
     if (answer.cell != cell_)
       throw wire::Garbage("an answer to cell " + std::to_string(answer.cell) + ", which was not asked for");
+    may_ask_again_ = false;  // the line is of this cell
     if (answer.done) {
       field.source = answer.ended.source, field.note = printable(answer.ended.note), field.known = answer.ended.known;
       if (answer.ended.outcome.status == Status::ok && (in_parts || field.samples.size() != t_s.size()))

@@ -89,7 +89,8 @@ class WorkerClient {
   std::unique_ptr<Process> process_;
   Engine engine_;
   std::int64_t cell_ = 0, wall_ns_ = 0;
-  bool has_answered_ = false;  // the present process, at least one request
+  bool has_answered_ = false;   // the present process, at least one request
+  bool may_ask_again_ = false;  // what fails now may be of the request before
   std::chrono::steady_clock::time_point asked_at_;
   bool killed_from_outside_ = false;
 };

@@ -202,7 +202,7 @@ TEST_CASE("what a worker does after the end of its answer is no fault of the nex
 
 TEST_CASE("a fault of the cell itself is found in a new process too") {
   Asked ask;
-  for (const char* method : {"wrong_cell", "garbage", "dies"}) {
+  for (const char* method : {"wrong_cell", "garbage", "dies", "norm_two", "wrong_time", "too_many_samples"}) {
     INFO(method);
     CHECK(ask("well").outcome.status == Status::ok);
     const Outcome outcome = ask(method).outcome;
