@@ -9,6 +9,8 @@
 
 #include "reports/command_line/command_line.hpp"
 #include "scene/files.hpp"
+#include "scene/printable.hpp"
+#include "validation/study/store.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;
@@ -29,7 +31,12 @@ std::string worker_line(const Worker& worker) {
 int check_store_of(const Options& options) {
   const std::string path = options.out_dir + "/store.db";
   if (!fs::exists(path)) throw InputError(fmt::format("doctor --check-store: no store at {}", path));
-  const std::vector<std::string> damage = check_store(path);
+  std::vector<std::string> damage;
+  try {
+    damage = check_store(path);
+  } catch (const StoreOfAnother& error) {
+    throw InputError(fmt::format("doctor --check-store: {}", printable(error.what())));
+  }
   if (options.json) {
     fmt::print("{}\n", json({{"store", path}, {"sound", damage.empty()}, {"damage", damage}}).dump(2));
   } else if (damage.empty()) {

@@ -72,6 +72,12 @@ struct StoreDamage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// The file is a whole store or database, but of another program or of another schema: it was not read, and nothing is
+// known of damage.
+struct StoreOfAnother : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 // A cell of a plan: its run's key, and its name in messages.
 struct PlannedCell {
   std::string hash, name;

@@ -92,6 +92,8 @@ std::vector<std::string> check_store(const std::string& store_path) {
     std::vector<std::string> found = store.check();
     for (std::string& line : found) line = printable(line);  // it may repeat bytes of a damaged file
     return found;
+  } catch (const StoreOfAnother&) {
+    throw;
   } catch (const std::runtime_error& error) {
     return {error.what()};
   }

@@ -321,15 +321,17 @@ void StoreDatabase::check_identity() {
   const int application = sql->execAndGet("PRAGMA application_id").getInt();
   const int tables = sql->execAndGet("SELECT count(*) FROM sqlite_master").getInt();
   if (tables == 0 && application == 0 && version() == 0) return;
-  if (application != kStoreApplication) fail("is an SQLite database of another program; choose another output folder");
+  const auto refuse = [&](const std::string& what) { throw StoreOfAnother("store " + path + ": " + what); };
+  if (application != kStoreApplication)
+    refuse("is an SQLite database of another program; choose another output folder");
   if (version() > kStoreSchema) {
-    fail("has schema " + std::to_string(version()) + ", of a newer program; this one reads up to schema " +
-         std::to_string(kStoreSchema) + "; choose another output folder");
+    refuse("a newer atwood wrote it (schema " + std::to_string(version()) + "; this one reads up to schema " +
+           std::to_string(kStoreSchema) + "); use that one, or choose another output folder");
   }
   if (version() < kStoreSchema - 1) {
-    fail("has schema " + std::to_string(version()) + "; this program reads schemas " +
-         std::to_string(kStoreSchema - 1) + " and " + std::to_string(kStoreSchema) +
-         "; move it away, and the next run starts afresh");
+    refuse("has schema " + std::to_string(version()) + "; this program reads schemas " +
+           std::to_string(kStoreSchema - 1) + " and " + std::to_string(kStoreSchema) +
+           "; move it away, and the next run starts afresh");
   }
 }
 

@@ -212,7 +212,8 @@ struct StoredPicture {
 };
 std::vector<StoredPicture> load_pictures(const std::string& store_path, const std::vector<Cell>& cells,
                                          const std::string& purpose = "run");
-// Verifies every checksum of the store and runs the database's own check; a line for each damaged entry.
+// Verifies every checksum of the store and runs the database's own check; a line for each damaged entry. Throws
+// StoreOfAnother (store.hpp).
 std::vector<std::string> check_store(const std::string& store_path);
 
 }  // namespace atwood

@@ -178,6 +178,13 @@ class Damage(OwnEngine):
             self.atwood(*words, *self.words, code=5, told=["3 entries of `cells`, where 4 were written", "move it away"])
         self.atwood("doctor", "--check-store", code=5)
 
+    def test_a_store_of_a_newer_atwood_is_not_called_damaged(self):
+        self.atwood("run", "--method", "atwood/rk4", "--scenario", "mine.toml", "--no-timing")
+        self.damage("PRAGMA user_version = 99")
+        for words in (["doctor", "--check-store"], ["doctor", "--check-store", "--json"]):
+            said = self.atwood(*words, code=2, told=["store.db: a newer atwood wrote it (schema 99; this one reads up to schema"])
+            self.assertNotIn("damage", said.stdout + said.stderr)
+
     def test_a_store_that_is_none(self):
         out, store = self.path("atwood-out"), self.path("atwood-out/store.db")
         words = ["--method", "atwood/rk4", "--scenario", "mine.toml"]
