@@ -19,6 +19,8 @@ constexpr int kDeepestText = 64;
 // A scene of 200 000 bodies written out has 4 million values; a parser's tree takes about 150 bytes for each.
 constexpr std::size_t kMaxValues = 5'000'000;
 
+constexpr std::size_t kMaxElements = 200'000, kMaxAttributes = 1'000'000;  // of XML
+
 class Descriptor {
  public:
   explicit Descriptor(const std::string& path)
@@ -156,6 +158,22 @@ std::string read_input_file(const std::string& path, const std::string& expected
     if (size == 0) return text;
     text.append(block.data(), static_cast<std::size_t>(size));
     if (text.size() > most_bytes) throw too_large("more than " + size_words(most_bytes));
+  }
+}
+
+void require_small_xml(std::string_view text, const std::string& name) {
+  std::size_t elements = 0, attributes = 0;
+  std::ptrdiff_t line = 1;
+  const auto count = [&](std::size_t& counted, std::size_t most, const char* what) {
+    if (++counted > most)
+      throw InputError(name + ":" + std::to_string(line) + ": found more than " + std::to_string(most) + " " + what +
+                       "; expected fewer");
+  };
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (text[at] == '\n') ++line;
+    else if (text[at] == '=') count(attributes, kMaxAttributes, "attributes");
+    else if (text[at] == '<' && (at + 1 == text.size() || text[at + 1] != '/'))
+      count(elements, kMaxElements, "elements");
   }
 }
 

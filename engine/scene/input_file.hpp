@@ -15,6 +15,7 @@ namespace atwood {
 namespace largest {
 inline constexpr std::size_t kMebibyte = std::size_t{1} << 20;
 inline constexpr std::size_t kScenario = 64 * kMebibyte;
+inline constexpr std::size_t kRobot = 16 * kMebibyte;     // URDF, MJCF with what it includes
 inline constexpr std::size_t kSettings = 16 * kMebibyte;  // studies, gates, goals, cases of contacts
 inline constexpr std::size_t kFigures = 64 * kMebibyte;   // bench.json
 inline constexpr std::size_t kMesh = 256 * kMebibyte;     // OBJ
@@ -35,6 +36,9 @@ std::string read_input_file(const std::string& path, const std::string& expected
 void require_shallow_toml(std::string_view text, const std::string& name);
 void require_shallow_json(std::string_view text, const std::string& name,
                           std::size_t most_members = std::numeric_limits<std::size_t>::max());
+
+// The same for XML, whose parser is not recursive: more elements or attributes than a robot has.
+void require_small_xml(std::string_view text, const std::string& name);
 
 // Where the value of `key` in [table] of a TOML file stands ("": above all tables), for a message: "scene.toml:12:8".
 // The file alone where the key is not there. Throws InputError as reading a scenario does.

@@ -14,10 +14,13 @@
 
 #include "protocol/sample.hpp"
 #include "scene/files.hpp"
+#include "scene/input_file.hpp"
 #include "scene/printable.hpp"
 
 namespace atwood {
 namespace {
+
+constexpr std::size_t kLongestName = 256;
 
 using Matrix = std::array<Real3, 3>;  // rows
 
@@ -110,6 +113,7 @@ class Importer {
   Importer(std::string_view text, std::string file) : text_(text), file_(std::move(file)) {}
 
   ImportedScene run() {
+    require_small_xml(text_, file_);
     const pugi::xml_parse_result parsed = document_.load_buffer(text_.data(), text_.size());
     if (!parsed) fail_at(parsed.offset, fmt::format("found no XML: {}; expected a URDF file", parsed.description()));
     robot_ = document_.child("robot");
@@ -176,6 +180,9 @@ class Importer {
   std::string name_of_node(pugi::xml_node node) const {
     const std::string name = node.attribute("name").value();
     if (name.empty()) fail(node, fmt::format("<{}> has no name", node.name()));
+    if (name.size() > kLongestName)  // notes repeat it
+      fail(node,
+           fmt::format("<{}> has a name of {} bytes; expected at most {}", node.name(), name.size(), kLongestName));
     return name;
   }
 

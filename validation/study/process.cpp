@@ -339,6 +339,8 @@ std::string Process::ending() {
   return "killed by signal " + std::to_string(ending_->code) + " (" + strsignal(ending_->code) + ")";
 }
 
+bool Process::succeeded() { return ended(std::chrono::seconds(5)) && !ending_->by_signal && ending_->code == 0; }
+
 bool Process::killed_from_outside() const {
   if (!ending_ || we_killed_ || !ending_->by_signal) return false;
   constexpr int kSent[] = {SIGKILL, SIGTERM, SIGINT, SIGHUP, SIGQUIT};  // a fault of the program raises others

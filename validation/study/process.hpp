@@ -74,6 +74,7 @@ class Process {
   std::string unasked();  // the beginning of output that no request has asked for, without waiting; empty: none
   void kill();            // the process group, at once
   std::string ending();   // "exited with code 3", "killed by signal 11 (Segmentation fault)"; waits shortly
+  bool succeeded();       // exited with code 0; waits shortly
   // By a SIGKILL, SIGTERM, SIGINT, SIGHUP or SIGQUIT from another process: out of memory, an administrator, a scheduler
   // that takes its processors back.
   bool killed_from_outside() const;

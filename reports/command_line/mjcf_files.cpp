@@ -1,0 +1,223 @@
+#include "reports/command_line/mjcf_files.hpp"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <vector>
+
+#include <fmt/format.h>
+#include <pugixml.hpp>
+
+#include "scene/files.hpp"
+#include "scene/input_file.hpp"
+#include "scene/printable.hpp"
+
+namespace atwood {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kDeepestInclude = 16;
+constexpr std::size_t kMostIncluded = 256;         // files
+constexpr std::size_t kMostNamed = 10'000;         // files, the included ones among them
+constexpr std::size_t kMostFolders = 4;            // that <compiler> elements name, of one kind
+constexpr std::size_t kLongestName = 1024;         // bytes
+constexpr std::size_t kMostNameBytes = 256 << 10;  // of all names: each part of a path is looked up
+constexpr const char* kIncluded = "include";       // the element
+
+// Text that two parsers may read in two ways is refused, so references (`&#47;`) are left as they are written.
+constexpr unsigned kParsing = pugi::parse_cdata | pugi::parse_fragment | pugi::parse_doctype;
+
+enum class Kind { model, texture, mesh, any };
+
+// As MuJoCo looks it up: textures in the compiler's texturedir; meshes, height fields and skins in its meshdir; models
+// beside the model. An element of another name may do either.
+Kind kind_of(std::string_view element) {
+  if (element == kIncluded || element == "model") return Kind::model;
+  if (element == "texture") return Kind::texture;
+  if (element == "mesh" || element == "hfield" || element == "skin") return Kind::mesh;
+  return Kind::any;
+}
+
+struct NamedFile {
+  Kind kind;
+  std::string name, where;  // "arm.xml:12: <mesh>"
+  fs::path beside;          // the folder of the file that names it
+};
+
+const char* words_of(const struct stat& about) {
+  if (S_ISDIR(about.st_mode)) return "a folder";
+  if (S_ISFIFO(about.st_mode)) return "a pipe";
+  return S_ISSOCK(about.st_mode) ? "a socket" : "a device";
+}
+
+// The line of places in a text that come in its order.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : text_(text) {}
+  std::ptrdiff_t of(std::ptrdiff_t offset) {
+    const auto end = std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(offset, 0)), text_.size());
+    for (; at_ < end; ++at_) line_ += text_[at_] == '\n' ? 1 : 0;
+    return line_;
+  }
+
+ private:
+  std::string_view text_;
+  std::size_t at_ = 0;
+  std::ptrdiff_t line_ = 1;
+};
+
+class Model {
+ public:
+  explicit Model(const std::string& path) {
+    const fs::path parent = fs::path(path).parent_path();
+    folder_ = fs::weakly_canonical(parent.empty() ? fs::path(".") : parent);
+  }
+
+  void read(std::string_view text, const std::string& name, const fs::path& beside, int depth) {
+    bytes_ += text.size();
+    if (bytes_ > largest::kRobot)
+      throw InputError(fmt::format("{}: with it the model has more than {} MiB of XML; expected less", name,
+                                   largest::kRobot / largest::kMebibyte));
+    require_small_xml(text, name);
+    if (text.find('\0') != std::string_view::npos)
+      throw InputError(fmt::format("{}: found a zero byte; expected text (MJCF)", name));
+    pugi::xml_document document;
+    const auto parsed = document.load_buffer(text.data(), text.size(), kParsing, pugi::encoding_utf8);
+    if (!parsed)
+      throw InputError(fmt::format("{}:{}: found no XML: {}; expected a model (MJCF)", name,
+                                   Lines(text).of(parsed.offset), parsed.description()));
+    Lines lines(text);
+    std::vector<NamedFile> included;
+    for (pugi::xml_node node = document.first_child(); node; node = next(node, document)) {
+      const auto where = [&] {
+        return fmt::format("{}:{}: <{}>", name, lines.of(node.offset_debug()), printable(node.name()));
+      };
+      if (node.type() == pugi::node_doctype)
+        throw InputError(
+            fmt::format("{}:{}: found a <!DOCTYPE>; expected a model without", name, lines.of(node.offset_debug())));
+      if (std::string_view(node.name()) == "compiler") take_folders(node, where);
+      for (const pugi::xml_attribute attribute : node.attributes()) {
+        if (!std::string_view(attribute.name()).starts_with("file") || *attribute.value() == 0) continue;
+        NamedFile file{kind_of(node.name()), attribute.value(), where(), beside};
+        if (++named_ > kMostNamed)
+          throw InputError(
+              fmt::format("{} names more than {} files with those before; expected fewer", file.where, kMostNamed));
+        require_plain(file.name, file.where);
+        if (std::string_view(node.name()) == kIncluded) included.push_back(file);
+        files_.push_back(std::move(file));
+      }
+    }
+    for (const NamedFile& file : included) include(file, depth + 1);
+  }
+
+  // When all files are read, so that every <compiler> is known.
+  void check() const {
+    for (const NamedFile& file : files_) {
+      const bool any = file.kind == Kind::any;
+      if (file.kind == Kind::model || any) require_beside(file);
+      for (const auto* folders : {&mesh_folders_, &texture_folders_}) {
+        if (!any && file.kind != (folders == &mesh_folders_ ? Kind::mesh : Kind::texture)) continue;
+        if (folders->empty()) require_inside(file, folder_, "");
+        for (const auto& [name, full] : *folders) require_inside(file, full, name);
+      }
+    }
+  }
+
+ private:
+  // In the order of the text, without recursion.
+  static pugi::xml_node next(pugi::xml_node node, const pugi::xml_node& root) {
+    if (node.first_child()) return node.first_child();
+    while (node && node != root && !node.next_sibling()) node = node.parent();
+    return node && node != root ? node.next_sibling() : pugi::xml_node();
+  }
+
+  void require_plain(std::string_view name, const std::string& where) {
+    const auto acts = [](char c) { return c == '&' || (static_cast<unsigned char>(c) < 0x20); };
+    if (std::any_of(name.begin(), name.end(), acts))
+      throw InputError(fmt::format("{} has a path with `&` or a control character; expected a plain one", where));
+    if (name.size() > kLongestName)
+      throw InputError(fmt::format("{} has a path of {} bytes; expected at most {}", where, name.size(), kLongestName));
+    name_bytes_ += name.size();
+    if (name_bytes_ > kMostNameBytes)
+      throw InputError(fmt::format("{} has a path that makes more than {} bytes with those before; expected fewer",
+                                   where, kMostNameBytes));
+  }
+
+  template <class Where> void take_folders(pugi::xml_node compiler, const Where& where) {
+    const auto take = [&](const char* own, std::map<std::string, fs::path>& folders) {
+      for (const char* key : {"assetdir", own})  // both: which one MuJoCo takes depends on its version
+        if (const pugi::xml_attribute folder = compiler.attribute(key)) {
+          require_plain(folder.value(), where());
+          std::error_code error;
+          folders.emplace(folder.value(), fs::weakly_canonical(folder_ / folder.value(), error));
+          if (error || folders.size() > kMostFolders)
+            throw InputError(
+                fmt::format("{}: `{}` {}", where(), folder.name(),
+                            error ? "cannot be followed; expected a folder"
+                                  : fmt::format("is one of more than {} folders; expected fewer", kMostFolders)));
+        }
+    };
+    take("meshdir", mesh_folders_);
+    take("texturedir", texture_folders_);
+  }
+
+  void include(const NamedFile& file, int depth) {
+    for (const fs::path& full : require_beside(file)) {
+      if (!fs::is_regular_file(full) || !included_.insert(full.string()).second) continue;
+      if (depth > kDeepestInclude)
+        throw InputError(fmt::format("{} is nested in {} other files; expected fewer", file.where, depth - 1));
+      if (included_.size() > kMostIncluded)
+        throw InputError(
+            fmt::format("{} is the {}th file that is included; expected fewer", file.where, included_.size()));
+      read(read_input_file(full.string(), "a part of a model (MJCF)", largest::kRobot), full.string(),
+           full.parent_path(), depth);
+    }
+  }
+
+  // Beside the model, and beside the file that names it: where a version of MuJoCo looks for a part of a model.
+  std::vector<fs::path> require_beside(const NamedFile& file) const {
+    std::vector<fs::path> places{require_inside(file, folder_, "")};
+    if (file.beside != folder_) places.push_back(require_inside(file, file.beside, ""));
+    return places;
+  }
+
+  // The file's place, links followed.
+  fs::path require_inside(const NamedFile& file, const fs::path& folder, const std::string& subfolder) const {
+    std::error_code error;
+    const fs::path full = fs::weakly_canonical(folder / file.name, error);
+    const fs::path inside = full.lexically_relative(folder_);
+    if (error || inside.empty() || *inside.begin() == "..")
+      throw InputError(fmt::format("{} names {}, outside of the model's folder; expected a file inside {}", file.where,
+                                   quoted(subfolder, file.name), printable(folder_.string())));
+    struct stat about {};
+    if (stat(full.c_str(), &about) == 0 && !S_ISREG(about.st_mode))
+      throw InputError(fmt::format("{} names {}, which is {}; expected an ordinary file", file.where,
+                                   quoted(subfolder, file.name), words_of(about)));
+    return full;
+  }
+
+  static std::string quoted(const std::string& subfolder, const std::string& name) {
+    return printable("\"" + (fs::path(subfolder) / name).string().substr(0, 200) + "\"");
+  }
+
+  fs::path folder_;
+  std::size_t bytes_ = 0, named_ = 0, name_bytes_ = 0;
+  std::set<std::string> included_;
+  std::map<std::string, fs::path> mesh_folders_, texture_folders_;  // as they are named, and where they are
+  std::vector<NamedFile> files_;
+};
+
+}  // namespace
+
+void require_files_in_folder(std::string_view text, const std::string& path) {
+  Model model(path);
+  const fs::path parent = fs::path(path).parent_path();
+  model.read(text, path, fs::weakly_canonical(parent.empty() ? fs::path(".") : parent), 0);
+  model.check();
+}
+
+}  // namespace atwood
