@@ -75,7 +75,8 @@ std::string output_of(Process& process, const std::string& path, const std::stri
     throw InputError(fmt::format("{}: MuJoCo's parser took more than {} of memory; expected a smaller model", file,
                                  memory_text(kImportMemoryBytes)));
   if (const std::string ending = process.ending(); ending != "exited with code 2")
-    throw WorkerFailure(fmt::format("{}: MuJoCo's parser {}", file, ending));
+    throw WorkerFailure(
+        fmt::format("{}: MuJoCo's parser failed ({}); expected a model that it can read", file, ending));
   throw InputError(refusal_of(process, path, file));
 }
 

@@ -1,8 +1,12 @@
 #include "reports/command_line/mjcf_files.hpp"
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -48,10 +52,35 @@ struct NamedFile {
   fs::path beside;          // the folder of the file that names it
 };
 
-const char* words_of(const struct stat& about) {
-  if (S_ISDIR(about.st_mode)) return "a folder";
-  if (S_ISFIFO(about.st_mode)) return "a pipe";
-  return S_ISSOCK(about.st_mode) ? "a socket" : "a device";
+const char* words_of(mode_t mode) {
+  if (S_ISDIR(mode)) return "a folder";
+  if (S_ISFIFO(mode)) return "a pipe";
+  return S_ISSOCK(mode) ? "a socket" : "a device";
+}
+
+struct Place {
+  fs::path full;    // links followed; where nothing is there, as the path reads
+  mode_t mode = 0;  // 0: nothing is there
+  int error = 0;    // why it cannot be told
+};
+
+// The kernel walks the path, once; O_PATH opens nothing.
+Place place_of(const fs::path& path) {
+  const int file = open(path.c_str(), O_PATH | O_CLOEXEC);
+  if (file < 0) {
+    if (errno != ENOENT && errno != ENOTDIR) return {{}, 0, errno};
+    return {path.lexically_normal(), 0, 0};
+  }
+  Place place;
+  struct stat about {};
+  if (fstat(file, &about) != 0) place.error = errno;
+  place.mode = about.st_mode;
+  std::error_code error;
+  place.full = fs::read_symlink("/proc/self/fd/" + std::to_string(file), error);
+  if (error) place.full = fs::canonical(path, error);  // without /proc
+  close(file);
+  if (error) place.error = error.value();
+  return place;
 }
 
 // The line of places in a text that come in its order.
@@ -152,6 +181,7 @@ class Model {
       for (const char* key : {"assetdir", own})  // both: which one MuJoCo takes depends on its version
         if (const pugi::xml_attribute folder = compiler.attribute(key)) {
           require_plain(folder.value(), where());
+          if (folders.contains(folder.value())) continue;
           std::error_code error;
           folders.emplace(folder.value(), fs::weakly_canonical(folder_ / folder.value(), error));
           if (error || folders.size() > kMostFolders)
@@ -167,7 +197,8 @@ class Model {
 
   void include(const NamedFile& file, int depth) {
     for (const fs::path& full : require_beside(file)) {
-      if (!fs::is_regular_file(full) || !included_.insert(full.string()).second) continue;
+      std::error_code error;
+      if (!fs::is_regular_file(full, error) || !included_.insert(full.string()).second) continue;
       if (depth > kDeepestInclude)
         throw InputError(fmt::format("{} is nested in {} other files; expected fewer", file.where, depth - 1));
       if (included_.size() > kMostIncluded)
@@ -187,18 +218,21 @@ class Model {
 
   // The file's place, links followed.
   fs::path require_inside(const NamedFile& file, const fs::path& folder, const std::string& subfolder) const {
-    std::error_code error;
-    const fs::path full = fs::weakly_canonical(folder / file.name, error);
-    const fs::path inside = full.lexically_relative(folder_);
-    if (error || inside.empty() || *inside.begin() == "..")
+    const Place place = place_of(folder / file.name);
+    if (place.error != 0)
+      throw InputError(fmt::format("{} names {}, which cannot be followed ({}); expected a file inside {}", file.where,
+                                   quoted(subfolder, file.name), std::strerror(place.error), folder_words()));
+    const fs::path inside = place.full.lexically_relative(folder_);
+    if (inside.empty() || *inside.begin() == "..")
       throw InputError(fmt::format("{} names {}, outside of the model's folder; expected a file inside {}", file.where,
-                                   quoted(subfolder, file.name), printable(folder_.string())));
-    struct stat about {};
-    if (stat(full.c_str(), &about) == 0 && !S_ISREG(about.st_mode))
+                                   quoted(subfolder, file.name), folder_words()));
+    if (place.mode != 0 && !S_ISREG(place.mode))
       throw InputError(fmt::format("{} names {}, which is {}; expected an ordinary file", file.where,
-                                   quoted(subfolder, file.name), words_of(about)));
-    return full;
+                                   quoted(subfolder, file.name), words_of(place.mode)));
+    return place.full;
   }
+
+  std::string folder_words() const { return printable(folder_.string()); }
 
   static std::string quoted(const std::string& subfolder, const std::string& name) {
     return printable("\"" + (fs::path(subfolder) / name).string().substr(0, 200) + "\"");

@@ -22,7 +22,7 @@ SKIPPED = 77
 LIMITS = ["-rss_limit_mb=1024", "-timeout=2", "-max_len=16384", "-print_final_stats=1"]
 WORDS = {"scene-toml": "scene.dict", "study": "settings.dict", "gates": "settings.dict", "contact-cases": "scene.dict",
          "scene-json": "scene.dict", "request": "scene.dict", "answer": "wire.dict", "hello": "wire.dict", "field": "wire.dict",
-         "urdf": "urdf.dict"}
+         "urdf": "urdf.dict", "mjcf": "urdf.dict"}
 
 
 def find_clang():

@@ -1,4 +1,5 @@
 // Scenes, and the files that scenes name.
+#include "reports/command_line/mjcf_files.hpp"
 #include "reports/command_line/trace_file.hpp"
 #include "reports/command_line/urdf.hpp"
 #include "scene/files.hpp"
@@ -59,6 +60,13 @@ void read_values_file(std::string_view bytes) {
 void read_urdf(std::string_view bytes) {
   const auto scene = read_or_refuse<InputError>([&] { return import_urdf(bytes, "robot.urdf"); });
   if (scene) read_scenario_text(scene->toml, "robot.toml", folder());
+}
+
+void read_mjcf(std::string_view bytes) {
+  read_or_refuse<InputError>([&] {
+    require_files_in_folder(bytes, folder() + "/model.xml");
+    return 0;
+  });
 }
 
 void read_trace_csv(std::string_view bytes) {

@@ -40,6 +40,7 @@ void read_points_file(std::string_view bytes);
 void read_obj_file(std::string_view bytes);
 void read_values_file(std::string_view bytes);
 void read_urdf(std::string_view bytes);
+void read_mjcf(std::string_view bytes);
 void read_trace_csv(std::string_view bytes);
 void read_study_file(std::string_view bytes);
 void read_gates_file(std::string_view bytes);

@@ -29,14 +29,17 @@ struct Folder {
 }  // namespace
 
 std::span<const Target> all_targets() {
-  static constexpr std::array<Target, 19> targets = {{
-      {"scene-toml", read_toml_scene},  {"scene-json", read_json_scene}, {"points", read_points_file},
-      {"obj", read_obj_file},           {"values", read_values_file},    {"urdf", read_urdf},
-      {"trace", read_trace_csv},        {"study", read_study_file},      {"gates", read_gates_file},
-      {"baseline", read_baseline_file}, {"costs", read_costs_file},      {"contact-cases", read_contact_case_file},
-      {"request", read_request_line},   {"hello", read_hello_line},      {"answer", read_answer_lines},
-      {"field", read_field_lines},      {"method-id", read_method_id},   {"recording", read_recording_blob},
-      {"rows", read_row_blob},
+  static constexpr std::array<Target, 20> targets = {{
+      {"scene-toml", read_toml_scene}, {"scene-json", read_json_scene},
+      {"points", read_points_file},    {"obj", read_obj_file},
+      {"values", read_values_file},    {"urdf", read_urdf},
+      {"trace", read_trace_csv},       {"study", read_study_file},
+      {"gates", read_gates_file},      {"baseline", read_baseline_file},
+      {"costs", read_costs_file},      {"contact-cases", read_contact_case_file},
+      {"request", read_request_line},  {"hello", read_hello_line},
+      {"answer", read_answer_lines},   {"field", read_field_lines},
+      {"method-id", read_method_id},   {"recording", read_recording_blob},
+      {"rows", read_row_blob},         {"mjcf", read_mjcf},
   }};
   return targets;
 }
