@@ -8,6 +8,8 @@
 namespace atwood {
 namespace {
 
+constexpr std::size_t kMaxComments = 1000;  // that are kept
+
 // Characters of `line` up to the next comma outside quotes go to `cell`; `line` begins behind that comma. False: the
 // line has ended.
 bool take_cell(std::string_view& line, std::string& cell) {
@@ -41,7 +43,7 @@ bool CsvReader::next(std::vector<std::string>& cells) {
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (line.empty()) continue;
     if (line.front() == '#') {
-      comments_.emplace_back(line);
+      if (comments_.size() < kMaxComments) comments_.emplace_back(line);
       continue;
     }
     for (bool more = true; more;) {

@@ -19,7 +19,7 @@ class CsvReader {
   // False: the table has ended, and `cells` is empty. InputError: a row of more than kMaxCells.
   bool next(std::vector<std::string>& cells);
   int line() const { return line_; }                                      // of the last cells, from 1
-  const std::vector<std::string>& comments() const { return comments_; }  // up to here, with their #
+  const std::vector<std::string>& comments() const { return comments_; }  // up to here, with their #; the first 1000
 
  private:
   std::string text_, name_;

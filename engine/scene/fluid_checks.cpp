@@ -85,8 +85,10 @@ void check_region(Reading& r, const Value& table, const Fluid& fluid) {
 }
 
 // x_m,y_m (z_m in three dimensions) under a header of these names.
-std::vector<Real3> read_points(const std::string& path, int dimensions) {
-  std::istringstream in(read_input_file(path, "a table of points (CSV)", largest::kTable));
+std::vector<Real3> read_points(Reading& r, const std::string& path, int dimensions) {
+  std::string whole = read_input_file(path, "tables of points (CSV)", largest::kPoints - r.file_bytes);
+  r.file_bytes += whole.size();
+  std::istringstream in(std::move(whole));
   const auto d = static_cast<std::size_t>(dimensions);
   const std::string header = d == 2 ? "x_m,y_m" : "x_m,y_m,z_m";
   std::vector<Real3> points;
@@ -309,6 +311,9 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
   if (const Value* dimensions = draft.domain->find("dimensions"))  // what vectors of [domain] may be follows from it
     if (const auto* d = std::get_if<std::int64_t>(&dimensions->data)) scene.domain.dimensions = static_cast<int>(*d);
   read_table(r, *draft.domain, domain_keys(), {}, scene.domain);
+  require_few(r, draft.fluid, "[[fluid]]", kMaxFluids);
+  require_few(r, draft.fluid_boundary, "[[fluid_boundary]]", kMaxTables);
+  require_few(r, draft.probe, "[[probe]]", kMaxTables);
   each_table(r, draft.fluid, "[[fluid]]", [&](const Value& table) {
     if (const Value* name = table.find("name"); name && name->text()) r.where += " `" + *name->text() + "`";
     Fluid fluid;
@@ -321,7 +326,7 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
     take_ladder(r, table, "sound_speed_m_per_s", scenario.sound_speeds_m_per_s, "sound_speeds_m_per_s",
                 &Fluid::sound_speed_m_per_s, fluid);
     if (const auto* points = std::get_if<PointsRegion>(&fluid.region))
-      fluid.particles.position_m = read_points(points->file, scene.domain.dimensions);
+      fluid.particles.position_m = read_points(r, points->file, scene.domain.dimensions);
     check_fluid(r, table, fluid);
     if (const std::string gap = unfilled(fluid, scene.domain.dimensions, fluid.spacing_m);
         !gap.empty() && scenario.spacings_m.empty())

@@ -10,17 +10,21 @@
 
 namespace atwood {
 
-// The largest file of each kind that is read. A scenario of 100 000 bodies written out takes 40 MiB; a trace of a
-// thousand instants of a thousand bodies 300 MiB.
+// The largest file of each kind that is read: with the counts of values below, no content takes its reader two seconds
+// or a gigabyte; a baseline and a trace, which grow with what was measured, may take longer. A scenario of 30 000
+// bodies written out takes 5 MiB, the costs of a million cells 30 MiB, a trace of a thousand instants of a thousand
+// bodies 300 MiB.
 namespace largest {
 inline constexpr std::size_t kMebibyte = std::size_t{1} << 20;
-inline constexpr std::size_t kScenario = 64 * kMebibyte;
+inline constexpr std::size_t kScenario = 16 * kMebibyte;
 inline constexpr std::size_t kRobot = 16 * kMebibyte;     // URDF, MJCF with what it includes
 inline constexpr std::size_t kSettings = 16 * kMebibyte;  // studies, gates, goals, cases of contacts
-inline constexpr std::size_t kFigures = 64 * kMebibyte;   // bench.json
-inline constexpr std::size_t kMesh = 256 * kMebibyte;     // OBJ
-inline constexpr std::size_t kTable = 256 * kMebibyte;    // values of a truth, baselines
-inline constexpr std::size_t kTrace = 512 * kMebibyte;    // CSV that `check` judges
+inline constexpr std::size_t kFigures = 32 * kMebibyte;   // JSON: bench.json, costs
+inline constexpr std::size_t kMesh = 64 * kMebibyte;      // OBJ
+inline constexpr std::size_t kValues = 16 * kMebibyte;    // of a truth
+inline constexpr std::size_t kPoints = 64 * kMebibyte;    // of a fluid
+inline constexpr std::size_t kBaseline = 256 * kMebibyte;
+inline constexpr std::size_t kTrace = 384 * kMebibyte;  // CSV that `check` judges
 }  // namespace largest
 
 // The bytes of a regular file, links followed. `expected` says what should stand there: "a study file (TOML)". Throws
@@ -29,13 +33,16 @@ inline constexpr std::size_t kTrace = 512 * kMebibyte;    // CSV that `check` ju
 std::string read_input_file(const std::string& path, const std::string& expected, std::size_t most_bytes);
 
 // Throw InputError with line and column where brackets or dotted keys nest deeper than any file of this project does,
-// or where there are more values than a parser's tree can hold in a gigabyte. Parsers of TOML, and what they build, are
+// or where there are more keys or values than a parser takes in a second. Parsers of TOML, and what they build, are
 // recursive: deep nesting ends them on the stack. They know strings and comments, and nothing else of the language:
-// what they pass may still be no TOML or JSON. `most_members`: of one object, for parsers that look for each new member
-// among those before it.
+// what they pass may still be no TOML or JSON.
+struct JsonBounds {
+  std::size_t values = 3'200'000;  // each key counts as three
+  // Of one object, for parsers that look for each new member among those before it.
+  std::size_t members = std::numeric_limits<std::size_t>::max();
+};
 void require_shallow_toml(std::string_view text, const std::string& name);
-void require_shallow_json(std::string_view text, const std::string& name,
-                          std::size_t most_members = std::numeric_limits<std::size_t>::max());
+void require_shallow_json(std::string_view text, const std::string& name, const JsonBounds& most = {});
 
 // The same for XML, whose parser is not recursive: more elements or attributes than a robot has.
 void require_small_xml(std::string_view text, const std::string& name);

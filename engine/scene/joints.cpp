@@ -90,6 +90,7 @@ void read_mechanisms(Reading& r, const FileDraft& draft, Mechanisms& mechanisms)
   });
   for (std::size_t j = 0; j < holds.size(); ++j)
     if (holds[j]) read_hold(r, *holds[j], r.scene->joints[j]);
+  require_few(r, draft.rope, "[[rope]]", kMaxTables);
   each_table(r, draft.rope, "[[rope]]", [&](const Value& table) {
     Rope rope;
     rope.name = name_or_number(table, "rope", r.scene->ropes.size());

@@ -74,10 +74,11 @@ std::string path_in_folder(Reading& r, const Value& file) {
 }
 
 void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
-  constexpr std::size_t kMaxElements = 1 << 20;
+  constexpr std::size_t kMaxElements = 1 << 19;
   r.key = "file";
   const std::string path = path_in_folder(r, file);
-  const std::string text = read_input_file(path, "a mesh (OBJ)", largest::kMesh);
+  const std::string text = read_input_file(path, "meshes (OBJ)", largest::kMesh - r.file_bytes);
+  r.file_bytes += text.size();
   std::string_view rest = text;
   for (int number = 1; !rest.empty(); ++number) {
     const std::string_view line = take_line(rest);
@@ -100,9 +101,12 @@ void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
       for (std::size_t i = 2; i < corners.size(); ++i)
         mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
     }
-    if (mesh.points_m.size() > kMaxElements || mesh.triangles.size() > kMaxElements)
-      fail_line(path, number, line, "at most " + std::to_string(kMaxElements) + " points and triangles");
+    if (r.mesh_points + mesh.points_m.size() > kMaxElements || r.mesh_triangles + mesh.triangles.size() > kMaxElements)
+      fail_line(path, number, line,
+                "at most " + std::to_string(kMaxElements) + " points and triangles in all meshes of a scene");
   }
+  r.mesh_points += mesh.points_m.size();
+  r.mesh_triangles += mesh.triangles.size();
   if (mesh.triangles.empty()) fail_value(r, file, "an OBJ file with at least one face");
 }
 

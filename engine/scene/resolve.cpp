@@ -54,20 +54,20 @@ void resolve_pairs(Reading& r, const FileDraft& draft) {
     ContactDraft contact;
     read_table(r, table, contact_keys(), {}, contact);
     check_contact_law(r, table, contact.compliance);
-    for (std::size_t i = 0; i < scene.pairs.size(); ++i) {
-      PairLaw& law = scene.pairs[i];
-      if (law.a != contact.a || law.b != contact.b) continue;
-      if (given[i])
-        fail(r, table.find("between")->location,
-             "found a pair of materials a second time in [[contact]]; expected each pair once");
-      given[i] = true;
-      PairLaw made = contact.compliance;
-      made.a = law.a, made.b = law.b;
-      made.restitution = contact.restitution.value_or(law.restitution);
-      made.friction = contact.friction.value_or(law.friction);
-      made.rolling_friction_m = contact.rolling_friction_m.value_or(law.rolling_friction_m);
-      law = made;
-    }
+    const auto a = static_cast<std::size_t>(std::min(contact.a, contact.b));
+    const auto b = static_cast<std::size_t>(std::max(contact.a, contact.b));
+    const std::size_t i = a * (2 * scene.materials.size() - a + 1) / 2 + b - a;  // of the upper triangle, row by row
+    PairLaw& law = scene.pairs[i];
+    if (given[i])
+      fail(r, table.find("between")->location,
+           "found a pair of materials a second time in [[contact]]; expected each pair once");
+    given[i] = true;
+    PairLaw made = contact.compliance;
+    made.a = law.a, made.b = law.b;
+    made.restitution = contact.restitution.value_or(law.restitution);
+    made.friction = contact.friction.value_or(law.friction);
+    made.rolling_friction_m = contact.rolling_friction_m.value_or(law.rolling_friction_m);
+    law = made;
   });
 }
 
@@ -79,6 +79,7 @@ struct WrittenGrid {
 std::vector<WrittenGrid> read_grids(Reading& r, const FileDraft& draft) {
   std::vector<WrittenGrid> grids;
   std::size_t copies = 0;
+  require_few(r, draft.grid, "[[grid]]", kMaxTables);
   each_table(r, draft.grid, "[[grid]]", [&](const Value& table) {
     GridDraft grid;
     read_table(r, table, grid_keys(), {}, grid);

@@ -365,13 +365,37 @@ void add_material(Reading& r, SourceLocation location, Material material) {
   r.scene->materials.push_back(std::move(material));
 }
 
+namespace {
+
+constexpr std::size_t kMaxCorners = 1 << 20;
+
+// What each copy of the shape takes memory for.
+std::size_t corners_of(const Shape& shape) {
+  if (const auto* convex = std::get_if<Convex>(&shape)) return convex->points_m.size();
+  if (const auto* mesh = std::get_if<Mesh>(&shape)) return mesh->points_m.size() + mesh->triangles.size();
+  if (const auto* compound = std::get_if<Compound>(&shape)) return compound->boxes.size();
+  return 0;
+}
+
+}  // namespace
+
 void add_body(Reading& r, SourceLocation location, Body body) {
   if (r.scene->bodies.size() >= kMaxBodies)
     fail(r, location, "found more than " + std::to_string(kMaxBodies) + " bodies; expected fewer");
+  if (r.corners += corners_of(body.shape); r.corners > kMaxCorners)
+    fail(r, location,
+         "found bodies whose shapes have more than " + std::to_string(kMaxCorners) +
+             " points, triangles and boxes together; expected fewer");
   const auto index = static_cast<int>(r.scene->bodies.size());
   if (!r.bodies.emplace(body.name, index).second)
     fail(r, location, "found the name `" + body.name + "` a second time in " + r.where + "; expected each name once");
   r.scene->bodies.push_back(std::move(body));
+}
+
+void require_few(Reading& r, const Value* tables, const std::string& where, std::size_t most) {
+  const auto* items = tables ? tables->list() : nullptr;
+  if (items && items->size() > most)
+    fail(r, (*items)[most].location, "found more than " + std::to_string(most) + " of " + where + "; expected fewer");
 }
 
 const Keys<GridDraft>& grid_keys() {

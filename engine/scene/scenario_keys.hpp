@@ -24,6 +24,8 @@ struct GridDraft {
 };
 
 inline constexpr std::size_t kMaxBodies = 200'000;
+// Tables of these names are compared with each other: [[fluid]]; [[grid]], [[rope]], [[fluid_boundary]], [[probe]].
+inline constexpr std::size_t kMaxFluids = 64, kMaxTables = 1000;
 inline constexpr std::size_t kMaxMaterials = 256;
 inline constexpr std::int64_t kMaxSteps = 1'000'000'000'000;
 inline constexpr std::size_t kMaxRungs = 64;
@@ -45,6 +47,7 @@ void check_run(Reading& r, const Value& run, const Scenario& scenario);
 
 // Names of the bodies, for forces; a name used twice fails at its second use.
 void add_body(Reading& r, SourceLocation location, Body body);
+void require_few(Reading& r, const Value* tables, const std::string& where, std::size_t most);
 void add_material(Reading& r, SourceLocation location, Material material);
 
 }  // namespace atwood

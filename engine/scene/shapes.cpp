@@ -5,6 +5,8 @@
 namespace atwood {
 namespace {
 
+constexpr double kMaxHullWork = 3e8;  // a hull of 4096 points takes 70 ms, and the time grows with their square
+
 template <class T>
 Alternative<Shape> shape(std::string name, std::string doc, Keys<T> keys,
                          std::function<void(Reading&, const Value&, T&)> check = {}) {
@@ -118,7 +120,15 @@ const std::vector<Alternative<Shape>>& shapes() {
       shape<Cylinder>("cylinder", "solid cylinder along body z", round_keys(Cylinder{})),
       shape<Convex>("convex", "the convex hull of points",
                     {required(key<Convex>("points_m", &Convex::points_m, list_of(vector3(), 4096),
-                                          "points in body axes [m]; their hull's centroid is the origin"))}),
+                                          "points in body axes [m]; their hull's centroid is the origin"))},
+                    [](Reading& r, const Value& v, Convex& convex) {
+                      const auto points = static_cast<double>(convex.points_m.size());
+                      if (r.form == Form::file) r.hull_work += points * points;
+                      if (r.hull_work > kMaxHullWork)
+                        fail(r, v.location,
+                             "the squares of the numbers of points of all convex shapes sum to more than 3e8 with " +
+                                 r.where + "; expected fewer points");
+                    }),
       mesh_shape(),
       shape<Compound>("compound", "a union of solid boxes that do not overlap",
                       {required(key<Compound>("boxes", &Compound::boxes, list_of(part(), 4096), "the boxes"))},

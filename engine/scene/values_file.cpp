@@ -16,7 +16,7 @@ const std::vector<std::string> kPosition = {"px_m", "py_m", "pz_m"}, kOrientatio
 
 void check_values_file(Reading& r, const Value& file, const Scenario& scenario) {
   const std::string& path = scenario.truth.file;
-  CsvReader table(read_input_file(path, "a table of values (CSV)", largest::kTable), path);
+  CsvReader table(read_input_file(path, "a table of values (CSV)", largest::kValues), path);
   const auto refuse = [&](int line, const std::string& what) {
     throw InputError(path + ":" + std::to_string(line) + ":1: " + what + " (`file` in [truth] of " + r.name + ":" +
                      std::to_string(file.location.line) + ")");

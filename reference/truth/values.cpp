@@ -29,7 +29,7 @@ struct Table {
 };
 
 Table read_table(const std::string& path) {
-  CsvReader file(read_input_file(path, "a table of values (CSV)", largest::kTable), path);
+  CsvReader file(read_input_file(path, "a table of values (CSV)", largest::kValues), path);
   Table made;
   std::vector<std::string> cells;
   if (file.next(cells))

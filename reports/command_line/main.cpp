@@ -467,11 +467,18 @@ int out_of_memory() {
 // Before the constructors of global objects, which need memory too.
 [[gnu::constructor(101)]] void install_terminate_handler() { std::set_terminate(end_without_memory); }
 
+// A message repeats what it found, which may be a file's whole content: its middle is left out.
+std::string shortened(std::string text) {
+  constexpr std::size_t kHead = 6000, kTail = 2000;
+  if (text.size() <= kHead + kTail) return text;
+  return text.substr(0, kHead) + " [...] " + text.substr(text.size() - kTail);
+}
+
 // Uses fputs, which does not throw where standard error cannot be written.
 void print_error(const char* what) {
   std::fflush(stdout);
   try {
-    std::fputs(("atwood: " + printable_lines(what) + "\n").c_str(), stderr);
+    std::fputs(("atwood: " + printable_lines(shortened(what)) + "\n").c_str(), stderr);
   } catch (const std::bad_alloc&) {
     out_of_memory();
   }

@@ -20,7 +20,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kLongestName = 256;
+constexpr std::size_t kLongestName = 128;
 
 using Matrix = std::array<Real3, 3>;  // rows
 

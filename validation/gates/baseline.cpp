@@ -281,7 +281,7 @@ BaselineText baseline_text(std::span<const Row> rows, const std::string& reason)
 
 Baseline read_baseline(const std::string& path) {
   if (!std::filesystem::exists(path)) throw std::runtime_error(path + ": no baseline there");
-  std::istringstream file(read_input_file(path, "a baseline", largest::kTable));
+  std::istringstream file(read_input_file(path, "a baseline", largest::kBaseline));
   Baseline baseline;
   baseline.path = path;
   Reader reader{baseline};

@@ -26,7 +26,7 @@ std::string costs_to_json(const Costs& costs) {
 }
 
 Costs read_costs(const std::string& path) {
-  const std::string text = read_input_file(path, "a file of `atwood costs` (JSON)", largest::kTable);
+  const std::string text = read_input_file(path, "a file of `atwood costs` (JSON)", largest::kFigures);
   require_shallow_json(text, path);
   Costs costs;
   try {

@@ -159,8 +159,8 @@ class Confined(Case):
         for text, code, words in (("print('id = 1')", 0, "id = 1"), ("sys.exit('model.xml: bad')", 3, "MuJoCo's parser failed (exited with code 1)"),
                                   ("print('id = 1', flush=True); os.kill(os.getpid(), signal.SIGSEGV)", 3, "killed by signal 11"),
                                   ("sys.stderr.write(sys.argv[1] + ': bad'); sys.exit(2)", 2, "atwood: model.xml: bad"),
-                                  ("while True: sys.stdout.write('# x\\n' * 10000)", 2, "would take more than 64 MiB"),
-                                  ("while True: sys.stdout.write('x' * 10000)", 2, "would take more than 64 MiB")):
+                                  ("while True: sys.stdout.write('# x\\n' * 10000)", 2, "would take more than 16 MiB"),
+                                  ("while True: sys.stdout.write('x' * 10000)", 2, "would take more than 16 MiB")):
             self.stand_in(text)
             with self.subTest(text=text):
                 said = self.imported(code, words)
