@@ -46,19 +46,22 @@ const Entry entries[] = {
      "Tsitouras's pair, which satisfies only the first column simplifying assumption. The interpolant is not the "
      "paper's, which is not smooth, but a smooth one derived here.",
      "Tsitouras, Comput. Math. Appl. 62 (2011) 770, table 1"},
-    {"verner6", &verner6_tableau, "Verner's \"most robust\" pair of orders 6 and 5.",
+    {"verner6", &verner6_tableau,
+     "Verner's \"most robust\" pair of orders 6 and 5. The interpolant is not his, but derived here.",
      "Verner, Numer. Algorithms 53 (2010) 383, and the tables on his pages"},
     {"rkf78", &fehlberg78_tableau,
      "Fehlberg's pair: the order-7 solution advances the state, the order-8 one estimates its error. The estimate is "
      "0 where the rate depends on t only.",
      "Fehlberg, NASA TR R-287 (1968), table X"},
-    {"verner8", &verner8_tableau, "Verner's \"most robust\" pair of orders 8 and 7.",
+    {"verner8", &verner8_tableau,
+     "Verner's \"most robust\" pair of orders 8 and 7. The interpolant is not his, but derived here.",
      "Verner, Numer. Algorithms 53 (2010) 383, and the tables on his pages"},
     {"dop853", &dormand_prince853_tableau,
      "Dormand and Prince's method of order 8 with Hairer's estimates of orders 5 and 3, which combine to one of "
      "order 7: e = e5^2 / sqrt(e5^2 + e3^2 / 100).",
      "Hairer, Norsett, Wanner I, section II.5, eq. II.10.17 and the code DOP853"},
-    {"verner9", &verner9_tableau, "Verner's \"most efficient\" pair of orders 9 and 8.",
+    {"verner9", &verner9_tableau,
+     "Verner's \"most efficient\" pair of orders 9 and 8. The interpolant is not his, but derived here.",
      "Verner, Numer. Algorithms 53 (2010) 383, and the tables on his pages"}};
 
 std::string evaluations(const Tableau& t) {

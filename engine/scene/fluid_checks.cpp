@@ -86,8 +86,8 @@ void check_region(Reading& r, const Value& table, const Fluid& fluid) {
 
 // x_m,y_m (z_m in three dimensions) under a header of these names.
 std::vector<Real3> read_points(Reading& r, const std::string& path, int dimensions) {
-  std::string whole = read_input_file(path, "tables of points (CSV)", largest::kPoints - r.file_bytes);
-  r.file_bytes += whole.size();
+  std::string whole = read_input_file(path, "tables of points (CSV)", largest::kPoints - r.point_bytes);
+  r.point_bytes += whole.size();
   std::istringstream in(std::move(whole));
   const auto d = static_cast<std::size_t>(dimensions);
   const std::string header = d == 2 ? "x_m,y_m" : "x_m,y_m,z_m";

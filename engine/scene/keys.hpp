@@ -33,7 +33,7 @@ struct Reading {
   // The work that a file has asked for: the squares of the numbers of points of convex shapes; bytes of the files that
   // it names; points and triangles of its meshes; points, triangles and boxes of all bodies.
   double hull_work = 0;
-  std::size_t file_bytes = 0, corners = 0, mesh_points = 0, mesh_triangles = 0;
+  std::size_t mesh_bytes = 0, point_bytes = 0, corners = 0, mesh_points = 0, mesh_triangles = 0;
   bool has_fluids = false;  // the scene has, or may have: a fixed body may slide in its surface
 };
 

@@ -77,8 +77,8 @@ void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
   constexpr std::size_t kMaxElements = 1 << 19;
   r.key = "file";
   const std::string path = path_in_folder(r, file);
-  const std::string text = read_input_file(path, "meshes (OBJ)", largest::kMesh - r.file_bytes);
-  r.file_bytes += text.size();
+  const std::string text = read_input_file(path, "meshes (OBJ)", largest::kMesh - r.mesh_bytes);
+  r.mesh_bytes += text.size();
   std::string_view rest = text;
   for (int number = 1; !rest.empty(); ++number) {
     const std::string_view line = take_line(rest);

@@ -151,8 +151,10 @@ def true_paths(program, scenario):
     """Positions and orientations of each body along the truth; none where there is none, or it takes minutes."""
     if scenario["scene"].get("fluids") or scenario["truth"]["kind"] == "none" or scenario["id"] in LONG_TRUTHS:
         return []
-    ended = subprocess.run([program, "trace", scenario["id"], "--method", "truth", "--limit", str(LONGEST_TRUTH_S)], text=True,
-                           capture_output=True, timeout=LONGEST_TRUTH_S)
+    ended = subprocess.run([program, "trace", scenario["id"], "--method", "truth", "--limit", str(2 * LONGEST_TRUTH_S)],
+                           text=True, capture_output=True, timeout=LONGEST_TRUTH_S)
+    if ended.returncode not in (0, 1):  # 1: a truth that ends before the scene does
+        raise RuntimeError(f"{scenario['id']}: the truth ended with {ended.returncode}: {ended.stderr}")
     paths = {}
     for row in csv.DictReader(io.StringIO(ended.stdout)):
         place, turn = (tuple(float(row[k]) for k in keys.split()) for keys in ("px_m py_m pz_m", "qw qx qy qz"))

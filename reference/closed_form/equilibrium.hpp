@@ -18,8 +18,9 @@ struct Equilibrium {
 
 // Boxes, spheres, fixed planes and rectangles under uniform gravity. Searches contact forces within Coulomb's cones
 // that balance every body to 1e-7 of its weight, by projected Gauss-Seidel sweeps over the contacts (J. J. Moreau,
-// 1988). The cones are reduced by the accuracy of that search, 4e-7 of the coefficient 1. Where friction exceeds the
-// slope by less, forces along gravity alone are tried, for which slope and friction are compared in quad. The statics
+// 1988). The search reduces each coefficient of friction by a margin above its accuracy. Where friction exceeds the
+// slope by less than that margin, forces along gravity alone are tried, for which slope and friction are compared in
+// quad. The statics
 // of rigid bodies decides whether such forces exist, and neither which of them act nor whether the scene could also
 // move. After 20000 sweeps without balance `refusal` names the body that moves fastest.
 Equilibrium find_equilibrium(const Scene& scene);

@@ -145,7 +145,14 @@ class Model {
 
   // When all files are read, so that every <compiler> is known.
   void check() const {
-    for (const NamedFile& file : files_) {
+    std::vector<NamedFile> files = files_;
+    // With `strippath` MuJoCo looks for what follows the last separator.
+    for (const NamedFile& file : files_)
+      if (const std::size_t last = file.name.find_last_of("/\\"); last != std::string::npos) {
+        files.push_back(file);
+        files.back().name = file.name.substr(last + 1);
+      }
+    for (const NamedFile& file : files) {
       const bool any = file.kind == Kind::any;
       if (file.kind == Kind::model || any) require_beside(file);
       for (const auto* folders : {&mesh_folders_, &texture_folders_}) {

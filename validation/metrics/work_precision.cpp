@@ -85,7 +85,7 @@ Ladders gather(std::span<const Row> rows, const std::string& scenario, const std
       g.error = row;
     } else if (row.metric == "run-time" && row.status == Status::ok) {
       g.seconds = row.value;
-      hosts.insert((*row.provenance).host);
+      if (const std::string& host = (*row.provenance).host; !host.empty()) hosts.insert(host);
     } else if (row.metric == "run-time-wasm" && row.status == Status::ok) {
       g.under_wasm = true;
     } else if (row.metric == "rate-evaluations") {

@@ -41,7 +41,6 @@ void keep_worst(Store& store, const std::vector<Cell>& cells, const Campaigns& c
       else if (error > known->second.error) known->second = {&cell, error};
     }
   }
-  store.compact();
 }
 
 }  // namespace atwood

@@ -478,7 +478,7 @@ void StudyRun::accuracy_pass() {
     std::vector<std::thread> threads;
     try {
       for (int i = 0; i < std::max(1, options_.jobs); ++i) threads.emplace_back([this] { work(); });
-    } catch (...) {  // neither memory nor a thread left: those that run end
+    } catch (...) {  // no memory or no thread left: the threads that run end
       stop_for_failure();
       changed_.notify_all();
     }
@@ -523,6 +523,7 @@ StudyResult run_study(const std::vector<Cell>& cells, const std::vector<Worker>&
       store.put_shard(shard);
     }
     store.put_program_run(options.provenance.run_id, begun_ns, nanoseconds_now());
+    if (options.keep == Keep::worst && (!options.shard || options.shard->last)) store.compact();
     store.checkpoint();
   }
   StudyResult result =

@@ -54,11 +54,14 @@ void Store::checkpoint() {
 
 void Store::compact() {
   database_->guarded([&] {
+    const auto pages = database_->sql->execAndGet("PRAGMA page_count").getInt64();
+    if (10 * database_->sql->execAndGet("PRAGMA freelist_count").getInt64() < pages) return;
     database_->forget_statements();
     try {
       database_->sql->exec("VACUUM");
     } catch (const SQLite::Exception& error) {
-      if (error.getErrorCode() != SQLITE_BUSY && error.getErrorCode() != SQLITE_LOCKED) throw;
+      const int code = error.getErrorCode();
+      if (code != SQLITE_BUSY && code != SQLITE_LOCKED && code != SQLITE_FULL) throw;
     }
   });
 }

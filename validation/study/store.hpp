@@ -157,7 +157,9 @@ class Store {
 
   // Moves the write-ahead log into the file and syncs both. Closing the store does so too, but cannot fail.
   void checkpoint();
-  // Gives the space of dropped recordings back to the file system; not while another process reads the store.
+  // Gives the space of what was dropped back to the file system at the next checkpoint, where that is a tenth of the
+  // store. The store is copied for it: it stays as it is where there is no space for the copy, or another process uses
+  // it.
   void compact();
 
   bool has_plan(const std::string& hash);

@@ -242,8 +242,10 @@ void StoreDatabase::open_for_writing() {
   check_tables();
   for (const StoreTable* table : kStoreTables) {
     if (!table->counted || read_keys(*table).empty()) continue;
+    SQLite::Transaction transaction(*sql);
     sql->exec(std::string("REINDEX ") + table->name);  // keys are read from the index, which may be what is damaged
     if (const std::string wrong = read_keys(*table); !wrong.empty()) damaged(wrong);
+    transaction.commit();
   }
 }
 
@@ -311,7 +313,8 @@ void StoreDatabase::open_for_reading(bool count_keys) {
     if (!table->counted) continue;
     if (!count_keys) keys[table];  // no entry is missed
     // The keys of a million cells are 70 MB: they are kept only when `find` misses an entry.
-    else if (const std::string wrong = read_keys(*table, table == &kCampaigns); !wrong.empty()) damaged(wrong);
+    else if (const std::string wrong = read_keys(*table, table == &kCampaigns); !wrong.empty())
+      fail("is damaged (" + wrong + "); `atwood run` builds a damaged index again, or says to move the file away");
   }
 }
 

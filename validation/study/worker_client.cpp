@@ -5,6 +5,7 @@
 #include <map>
 #include <new>
 #include <random>
+#include <utility>
 
 #include "scene/files.hpp"
 #include "validation/study/worker_identity.hpp"
@@ -14,6 +15,9 @@ namespace {
 
 constexpr double kHelloLimitS = 10;
 constexpr std::size_t kMaxEvents = 1000000;
+
+// A process that ends this soon after a request has not worked on it: it was ending when the request was sent.
+constexpr std::chrono::milliseconds kLate{50};
 
 Clock::time_point in_seconds(double seconds) {
   return Clock::now() + std::chrono::microseconds(static_cast<std::int64_t>(std::min(seconds, 1e9) * 1e6));
@@ -130,6 +134,7 @@ Outcome WorkerClient::explain(Wait wait, double limit_s) {
 
 Outcome WorkerClient::start() {
   has_answered_ = false;
+  const std::int64_t cell = std::exchange(cell_, 0);  // 0: a failure is one of `hello`
   try {
     process_ = std::make_unique<Process>(command_, pinned_, confinement_);
   } catch (const SystemFault&) {
@@ -152,6 +157,7 @@ Outcome WorkerClient::start() {
   } catch (const std::exception& error) {
     return give_up(Status::crashed, std::string("answering `hello`: invalid answer: ") + printable(error.what()));
   }
+  cell_ = cell;
   return {};
 }
 
@@ -186,8 +192,8 @@ Outcome WorkerClient::exchange(std::string text, double limit_s,
                      megabytes(wire::kLongestLine);
     return outcome;
   }
-  // What a process says after the end of an answer, or that it ends then, may come before the next request is sent or
-  // after it, and is no fault of the next cell: a new process is asked, once.
+  // What a process does after the end of an answer is no fault of the next cell, whether it is noticed before the next
+  // request is sent or shortly after it: then a new process is asked, once.
   may_ask_again_ = has_answered_;
   if (const std::string early = process_->unasked(); !early.empty()) {
     if (!may_ask_again_)
@@ -203,7 +209,7 @@ Outcome WorkerClient::exchange(std::string text, double limit_s,
     Outcome failure;
     try {
       if (wait != Wait::line) {
-        may_ask_again_ = may_ask_again_ && wait == Wait::end_of_output;
+        may_ask_again_ = may_ask_again_ && wait == Wait::end_of_output && Clock::now() - asked_at_ < kLate;
         failure = explain(wait, limit_s);
         may_ask_again_ = may_ask_again_ && !killed_from_outside_;
       } else if (const std::optional<Outcome> outcome = take(line)) {

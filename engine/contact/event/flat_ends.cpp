@@ -33,7 +33,7 @@ bool acts_at_centre(const Bodies<S>& bodies, const Proximity<S>& proximity, cons
   return radius * norm(w) <= tiny && norm(u - dot(u, axis) * axis) <= tiny;
 }
 
-// Nearer to flat than that the lowest point is round-off.
+// Below this sine round-off decides which point of the circle is lowest.
 template <class S> bool is_flat(const Vec3<S>& lean) { return norm(lean) <= least_crossing_sine<S>(); }
 
 template <class S>

@@ -41,8 +41,8 @@ template <class S> void update_poses(Bodies<S>& bodies, const Candidate<S>& cand
 
 namespace {
 
-// The normal of the face of a box or a rectangle that a circle is over: of the largest gap, the circle's lowest point
-// over each, on the side of its body.
+// The normal of the face of a box or a rectangle that a circle is over: the face on the side of the circle's body with
+// the largest gap, measured at the circle's lowest point over that face.
 template <class S>
 Vec3<S> normal_below_circle(const Surface<S>& surface, const ContactFeature<S>& feature, const Pose<S>& of,
                             const Pose<S>& on, const Vec3<S>& side_B) {

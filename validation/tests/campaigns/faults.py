@@ -58,7 +58,8 @@ ERRORS = {"read": (errno.EIO,), "write": (errno.EIO, errno.ENOSPC), "sync": (err
 # of the study. The first that matches "CALL PATH" holds. 0 always asks for the undisturbed export.
 EXPECTED = [
     (r"\w+ \w+ HERE/out/history\.db", (0,), "the history of runs decides no figure; what it lost is told"),
-    (r"open \w+ HERE/(root/validation/\S+|drift|two)\.toml$", (2, 5), "input that may not be read is named as input"),
+    (r"open \w+ (HERE/root/validation/\S+|(HERE/)?(drift|two))\.toml$", (0, 2, 5), "input that may not be read is named as "
+     "input; 0 where it was read before, and is looked at again for the report"),
     (r"memory malloc", (0, 5), "done otherwise or again: the history of runs, the overview of the store, the search for "
      "descendants"),
     (r"read \w+ /dev/urandom", (0, 5), "the C++ library and SQLite have other sources of random numbers"),
@@ -81,7 +82,6 @@ EXPECTED = [
     (r"(sync fsync|write write) HERE/(out/)?(reports/)?#\d+", (0, 5), "a page that has no name yet: 0 where it is the index, "
      "which is told"),
 ]
-NUMBER = "could not be interpreted as a value"  # what toml++ says of a number that it could not read
 
 
 class Campaign:
@@ -187,8 +187,6 @@ class Campaign:
             if re.match(pattern, f"{kind} {failed}"):
                 allowed, why = codes, reason
                 break
-        if kind == "memory" and NUMBER in told:
-            allowed, why = (2,), "toml++ reads a number through a stream, which keeps to itself that there is no memory"
         assert code in allowed, f"{what}; expected {' or '.join(map(str, allowed))}"
         assert code == 0 or told.strip(), what + "no message"
         self.require_whole(what)
@@ -241,9 +239,10 @@ def main():
     if asked.stacks > 0:
         stacks = campaign.stacks()
         assert len(stacks) > 1000, len(stacks)
-        for stack in stacks[:: asked.stacks]:
-            attempt("memory", 0, errno.ENOMEM, stack)
-        print(f"{len(stacks)} call stacks that allocate, of which {len(stacks[:: asked.stacks])} failed")
+        chosen_stacks = stacks[:: asked.stacks]
+        failed = sum(attempt("memory", 0, errno.ENOMEM, stack) for stack in chosen_stacks)
+        assert failed >= 0.9 * len(chosen_stacks), (failed, len(chosen_stacks))  # some depend on other processes
+        print(f"{len(stacks)} call stacks that allocate, of which {failed} failed")
     for (kind, code, why), count in sorted(campaign.ended.items()):
         print(f"{count:6} {kind}: exit code {code}" + (f" ({why})" if why else ""))
     print(f"{sum(campaign.ended.values())} calls failed; each run after one gave the undisturbed export")

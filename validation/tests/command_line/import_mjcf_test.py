@@ -61,6 +61,10 @@ class NamedFiles(Imports):
             for name in ("/etc/passwd", "passwd", "zero", "../outside", "up/outside", "../none", "/none"):
                 with self.subTest(kind=kind, name=name):
                     self.refused(model(element.format(name)), f'names "{name}", outside of the model\'s folder')
+            if kind in ("mesh", "hfield", "skin", "texture"):  # MuJoCo's `strippath` leaves what follows the last separator
+                for name in ("none/passwd", "none\\passwd"):
+                    with self.subTest(kind=kind, name=name):
+                        self.refused(model('<compiler strippath="true"/>', element.format(name)), "outside of the model's folder")
             for name, words in (("itself", "Too many levels of symbolic links"), ("x" * 300, "File name too long")):
                 with self.subTest(kind=kind, name=name):
                     self.refused(model(element.format(name)), f"which cannot be followed ({words})")
