@@ -232,6 +232,12 @@ class Settings(Case):
                     "`bounce`", "restitution, simultaneous")
         self.expect(self.run_in("run", *words, "--method", "atwood/rk4{restitution=poisson}"), 2, "atwood/rk4 has no setting `restitution`")
 
+    def test_settings_of_step_control_need_a_tolerance(self):
+        for method, name in (("atwood/ias15{criterion=prs23}", "criterion"), ("atwood/dopri5{safety=0.8}", "safety")):
+            self.expect(self.run_in("trace", "kepler-e0", "--method", method), 1, "unsupported",
+                        f"`{name}` acts in runs with a tolerance alone; expected one, as in")
+        self.expect(self.run_in("trace", "kepler-e0", "--method", "atwood/ias15:1e-16{criterion=prs23}"), 0)
+
     def test_wrong_values_are_input(self):
         for method, *told in (("atwood/rk4+event{restitution=foo}", "+event", "`restitution` is `foo`; expected newton, poisson or stronge"),
                               ("atwood/rk4+event{foo=bar}", "+event", "`foo`", "simultaneous"),
@@ -247,7 +253,6 @@ class Settings(Case):
                               ("atwood/rk4+penalty{overlap=1e-300}", "`overlap` is `1e-300`; expected a number from 1e-09 to 0.5"),
                               ("atwood/rk4+penalty{impact_speed_m_per_s=1e308}", "a number from 0 to 1000000"),
                               ("atwood/dopri5:1e-6{safety=1e308}", "`safety` is `1e+308`; expected a number from 0.01 to 1"),
-                              ("atwood/ias15{criterion=prs23}", "`criterion` acts in runs with a tolerance alone; expected one, as in atwood/ias15:1e-12"),
                               ("bullet64/default{erp=foo}", "`erp`", "a number")):
             self.expect(self.run_in("trace", "bounce-e0.8", "--method", method), 2, method, *told)
             if "foo" not in method: continue
