@@ -174,8 +174,8 @@ class Damage(OwnEngine):
         with open(self.path("rows.csv")) as file:
             self.assertEqual([row[:15] for row in csv.reader(file)], [row[:15] for row in csv.reader(expected.splitlines())])
         self.damage("DELETE FROM cells WHERE steps = 64")
-        for words in (["run"], ["report"], ["gate"]):
-            self.atwood(*words, *self.words, code=5, told=["3 entries of `cells`, where 4 were written", "move it away"])
+        for words, then in ((["run"], "move it away"), (["report"], "to move the file away"), (["gate"], "to move the file away")):
+            self.atwood(*words, *self.words, code=5, told=["3 entries of `cells`, where 4 were written", then])
         self.atwood("doctor", "--check-store", code=5)
 
     def test_a_store_of_a_newer_atwood_is_not_called_damaged(self):
