@@ -6,8 +6,8 @@ store; and the same command must then go on to the same export.
     python3 validation/tests/campaigns/faults.py build/release/bin/atwood [--kinds read,write,sync,rename,remove,open,map]
         [--files store.db] [--every 1] [--allocations 1000] [--seed 1] [--stacks 0]
 
-Of the allocations a random choice fails; with --stacks N also the first one of every N-th of the call stacks that allocate
-(some 4 000 when three return addresses are looked at), of which a random choice finds those of loops again and again.
+Of the allocations a random choice fails, most of which are in loops. With --stacks N the first allocation of every N-th call
+stack fails as well; a call stack is its three innermost return addresses, and a run has some 4 000.
 """
 import argparse
 import collections
