@@ -6,7 +6,6 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <ranges>
 #include <set>
 #include <tuple>
 
@@ -212,17 +211,19 @@ void note_truth(const Gate& gate, const Row& row, GateProgress& progress) {
 // `ladders`: all rows of each scenario and method in them.
 void judge_ladders(const Gate& gate, std::span<const Ladder> ladders, const Rivals& rivals, GateProgress& progress,
                    std::vector<Verdict>& verdicts) {
-  std::vector<Ladder> matching;
-  std::copy_if(ladders.begin(), ladders.end(), std::back_inserter(matching),
-               [&](Ladder ladder) { return matches_ladder(gate, ladder); });
+  std::vector<const Row*> matching;
+  for (const Ladder& ladder : ladders)
+    if (matches_ladder(gate, ladder))
+      for (const Row& row : ladder)
+        if (matches_cell(gate, row)) matching.push_back(&row);
   const bool truths = needs_truth(gate.metric);
   if (truths) {
-    for (const Row& row : matching | std::views::join)
-      if (matches_cell(gate, row) && row.metric == "status" && row.status != Status::ok)
-        progress.ended_early.insert({row.scenario, row.method});
+    for (const Row* row : matching)
+      if (row->metric == "status" && row->status != Status::ok)
+        progress.ended_early.insert({row->scenario, row->method});
   }
-  for (const Row& row : matching | std::views::join) {
-    if (!matches_cell(gate, row)) continue;
+  for (const Row* each : matching) {
+    const Row& row = *each;
     if (truths) note_truth(gate, row, progress);
     if (answers_nothing(gate, row)) {
       progress.unsupported = true;
