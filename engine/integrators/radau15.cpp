@@ -131,18 +131,20 @@ template <class S> void Radau15<S>::predict(S h_s, Record* from, S offset) {
   const S ratio = h_s / from->h_s;
   alignas(LaneBlock<S>) S weight[kNodes] = {};
   if (offset == S(1)) radau::weigh_last_error(table_, ratio, from->extrapolation, extrapolation_, weight);
-  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
-    radau::extrapolate(rates_, table_, offset, ratio, weight, lanes_of(from->rate), lanes_of(from->prediction_error),
-                       out);
+  in_lanes<S>(width_, [&](auto width) ATWOOD_INLINED {
+    using P = PackAt<S, decltype(width)::value>;
+    radau::extrapolate<P>(rates_, table_, offset, ratio, weight, lanes_of(from->rate), lanes_of(from->prediction_error),
+                          out);
   });
 }
 
 template <class S> void Radau15<S>::set_base(S t_s, S h_s, const S* y) {
   S* base = lanes_of(base_);
   for (int k = 0; k < kNodes; ++k) t_nodes_[k] = t_s + table_.c[k] * h_s;
-  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
-    radau::set_base(once_, y, base);
-    for (const Twice& twice : twice_) radau::set_base(twice.components, twice.shift, table_, h_s, y, base);
+  in_lanes<S>(width_, [&](auto width) ATWOOD_INLINED {
+    using P = PackAt<S, decltype(width)::value>;
+    radau::set_base<P>(once_, y, base);
+    for (const Twice& twice : twice_) radau::set_base<P>(twice.components, twice.shift, table_, h_s, y, base);
   });
   for (std::size_t n = 0; n < kinds_.size(); ++n) {
     scale_[n].state = S(0);
@@ -155,8 +157,9 @@ template <class S> void Radau15<S>::set_base(S t_s, S h_s, const S* y) {
 template <class S> void Radau15<S>::measure_scales(const S* rate) {
   const S h_s = real::abs(this->h_s_);
   for (std::size_t n = 0; n < kinds_.size(); ++n) {
-    in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
-      scale_[n].rate = radau::largest(rates_, kinds_[n].first, kinds_[n].last, rate);
+    in_lanes<S>(width_, [&](auto width) ATWOOD_INLINED {
+      using P = PackAt<S, decltype(width)::value>;
+      scale_[n].rate = radau::largest<P>(rates_, kinds_[n].first, kinds_[n].last, rate);
     });
     const S whole = scale_[n].state + h_s * scale_[n].rate + (rtol_ > S(0) ? atol_ / rtol_ : S(0));
     const S weight = whole > S(0) ? h_s / whole : S(0);
@@ -168,14 +171,18 @@ template <class S> void Radau15<S>::measure_scales(const S* rate) {
 template <class S> S Radau15<S>::sweep_batch(S h_s, LaneArray<S>& rate_before) {
   S *state = lanes_of(state_), *rate = lanes_of(rate_);
   const S* before = lanes_of(rate_before);
-  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
+  in_lanes<S>(width_, [&](auto width) ATWOOD_INLINED {
+    using P = PackAt<S, decltype(width)::value>;
     for (const Twice& twice : twice_)
-      radau::stages(twice.components, twice.shift, table_.a2, h_s * h_s, lanes_of(base_), before, state);
-    radau::stages(once_, 0, table_.a, h_s, lanes_of(base_), before, state);
+      radau::stages<P>(twice.components, twice.shift, table_.a2, h_s * h_s, lanes_of(base_), before, state);
+    radau::stages<P>(once_, 0, table_.a, h_s, lanes_of(base_), before, state);
   });
   this->system_.rates(kNodes, t_nodes_, state, rate, node_state_.data());
   S most{};
-  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { most = radau::change(rates_, weight_.data(), rate, before); });
+  in_lanes<S>(width_, [&](auto width) ATWOOD_INLINED {
+    using P = PackAt<S, decltype(width)::value>;
+    most = radau::change<P>(rates_, weight_.data(), rate, before);
+  });
   return most;
 }
 
@@ -190,8 +197,9 @@ template <class S> S Radau15<S>::sweep_nodes(S h_s) {
     for (const int i : once_) node_state_[i] = base[i * kNodes + n] + h_s * dot(rate + i * kNodes, table_.row[n]);
     this->system_.rate(t_nodes_[n], node_state_.data(), node_rate_.data());
     S now{};
-    in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
-      now = radau::shift_later_nodes(rates_, weight_.data(), table_, n, node_rate_.data(), rate);
+    in_lanes<S>(width_, [&](auto width) ATWOOD_INLINED {
+      using P = PackAt<S, decltype(width)::value>;
+      now = radau::shift_later_nodes<P>(rates_, weight_.data(), table_, n, node_rate_.data(), rate);
     });
     most = now <= most ? most : now;
   }
@@ -219,7 +227,10 @@ template <class S> bool Radau15<S>::iterate(S h_s, bool predicted) {
 
 template <class S> void Radau15<S>::finish(S h_s, const S* y, S* y_new) {
   S* ends = lanes_of(ends_);
-  in_lanes<S>(width_, [&](auto) ATWOOD_INLINED { radau::sum_ends(rates_, table_, lanes_of(rate_), ends); });
+  in_lanes<S>(width_, [&](auto width) ATWOOD_INLINED {
+    using P = PackAt<S, decltype(width)::value>;
+    radau::sum_ends<P>(rates_, table_, lanes_of(rate_), ends);
+  });
   std::copy(y, y + size_, y_new);
   for (const auto& [components, shift] : twice_)
     for (const int i : components) y_new[i] = add(i, y[i], h_s * (y[i + shift] + h_s * ends[(i + shift) * kNodes + 1]));
@@ -281,8 +292,9 @@ template <class S> bool Radau15<S>::step_general(S t_s, S h_s, const S* y, S* y_
   record.compensation_new.swap(compensation_new_);
   S* prediction_error = lanes_of(record.prediction_error);
   if (offset == S(1))
-    in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
-      radau::differences(rates_, lanes_of(rate_), lanes_of(predicted_), prediction_error);
+    in_lanes<S>(width_, [&](auto width) ATWOOD_INLINED {
+      using P = PackAt<S, decltype(width)::value>;
+      radau::differences<P>(rates_, lanes_of(rate_), lanes_of(predicted_), prediction_error);
     });
   else std::fill(prediction_error, prediction_error + size_ * kNodes, S(0));
   record.rate.swap(rate_);

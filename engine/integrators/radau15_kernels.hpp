@@ -52,87 +52,107 @@ template <class S> struct SweepEnd {
 
 // The largest absolute value in packs; NaN if one is NaN. The sizes of float and double are compared as integers, in
 // whose order NaN is above infinity: no branch, and no order of comparisons in which NaN could be lost.
-template <class S> struct LargestSize {
-  Pack<S> most = broadcast(S(0));
-
-  ATWOOD_INLINE void add(const Pack<S>& a) { most = larger_size<S>(a, most); }
-  ATWOOD_INLINE S value() const { return largest_lane<S>(most); }
-};
-using FloatBits = std::int32_t __attribute__((vector_size(kLaneCount * sizeof(float))));
-using DoubleBits = std::int64_t __attribute__((vector_size(kLaneCount * sizeof(double))));
-template <class S, class Bits> struct LargestBits {
+template <class P> struct LargestSize {
+  using Bits = typename Integers<P>::Signed;
   Bits most{};
 
-  ATWOOD_INLINE void add(const Pack<S>& a) {
-    Bits bits;
-    __builtin_memcpy(&bits, &a, sizeof(bits));
-    take(bits & std::numeric_limits<std::decay_t<decltype(bits[0])>>::max());
-  }
-  ATWOOD_INLINE S value() {
-    take(__builtin_shufflevector(most, most, 4, 5, 6, 7, 0, 1, 2, 3));
-    take(__builtin_shufflevector(most, most, 2, 3, 0, 1, 6, 7, 4, 5));
-    take(__builtin_shufflevector(most, most, 1, 0, 3, 2, 5, 4, 7, 6));
-    Pack<S> size;
-    __builtin_memcpy(&size, &most, sizeof(size));
-    return size[0];
+  ATWOOD_INLINE void add(const P& a) { take(bits_as<Bits>(a) & std::numeric_limits<LaneOf<Bits>>::max()); }
+  ATWOOD_INLINE void add(const LargestSize& other) { take(other.most); }
+  ATWOOD_INLINE LaneOf<P> value() {
+    constexpr int lanes = sizeof(P) / sizeof(LaneOf<P>);
+    if constexpr (lanes == 8) {
+      take(__builtin_shufflevector(most, most, 4, 5, 6, 7, 0, 1, 2, 3));
+      take(__builtin_shufflevector(most, most, 2, 3, 0, 1, 6, 7, 4, 5));
+      take(__builtin_shufflevector(most, most, 1, 0, 3, 2, 5, 4, 7, 6));
+    } else if constexpr (lanes == 4) {
+      take(__builtin_shufflevector(most, most, 2, 3, 0, 1));
+      take(__builtin_shufflevector(most, most, 1, 0, 3, 2));
+    } else {
+      take(__builtin_shufflevector(most, most, 1, 0));
+    }
+    return bits_as<P>(most)[0];
   }
 
  private:
   ATWOOD_INLINE void take(const Bits& bits) { most = bits > most ? bits : most; }
 };
-template <> struct LargestSize<float> : LargestBits<float, FloatBits> {};
-template <> struct LargestSize<double> : LargestBits<double, DoubleBits> {};
+template <class V> struct LargestSize<Halves<V>> {
+  LargestSize<V> low, high;
+
+  ATWOOD_INLINE void add(const Halves<V>& a) {
+    low.add(a.low);
+    high.add(a.high);
+  }
+  ATWOOD_INLINE void add(const LargestSize& other) {
+    low.add(other.low);
+    high.add(other.high);
+  }
+  ATWOOD_INLINE double value() {
+    low.add(high);
+    return low.value();
+  }
+};
+template <class S> struct LargestSize<WidePack<S>> {
+  WidePack<S> most = broadcast(S(0));
+
+  ATWOOD_INLINE void add(const WidePack<S>& a) { most = larger_size<S>(a, most); }
+  ATWOOD_INLINE S value() const { return largest_lane<S>(most); }
+};
 
 // Eight rows of a table, kept in registers.
-template <class S> struct Columns {
-  Pack<S> column[kNodes];
+template <class P> struct Columns {
+  using S = LaneOf<P>;
+  P column[kNodes];
 
   ATWOOD_INLINE Columns(const S (&table)[kNodes][kNodes], S scale) {
-    for (int j = 0; j < kNodes; ++j) column[j] = scale * load(table[j]);
+    for (int j = 0; j < kNodes; ++j) column[j] = scale * load_as<P>(table[j]);
   }
   // sum_j f_j column_j, added in pairs, which shortens the chain of dependent additions.
-  ATWOOD_INLINE Pack<S> combine(const S* f) const {
-    const Pack<S> s01 = f[0] * column[0] + f[1] * column[1], s23 = f[2] * column[2] + f[3] * column[3];
-    const Pack<S> s45 = f[4] * column[4] + f[5] * column[5], s67 = f[6] * column[6] + f[7] * column[7];
+  ATWOOD_INLINE P combine(const S* f) const {
+    const P s01 = f[0] * column[0] + f[1] * column[1], s23 = f[2] * column[2] + f[3] * column[3];
+    const P s45 = f[4] * column[4] + f[5] * column[5], s67 = f[6] * column[6] + f[7] * column[7];
     return (s01 + s23) + (s45 + s67);
   }
 };
 
+// In what follows P is the pack of S at the width of the kernel.
+
 // out[i] = base[i] + scale sum_j column_j f_j for the components listed; f of component i at rate[i + shift].
-template <class S>
+template <class P, class S = LaneOf<P>>
 ATWOOD_INLINE void stages(const std::vector<int>& components, int shift, const S (&table)[kNodes][kNodes], S scale,
                           const S* base, const S* rate, S* out) {
   if (components.empty()) return;
-  const Columns<S> columns(table, scale);
+  const Columns<P> columns(table, scale);
   for (const int i : components)
-    store<S>(load(base + i * kNodes) + columns.combine(rate + (i + shift) * kNodes), out + i * kNodes);
+    store<S>(load_as<P>(base + i * kNodes) + columns.combine(rate + (i + shift) * kNodes), out + i * kNodes);
 }
 
 // The values to which stages add their sums: y, or the straight line y + c h v (v of component i at y[i + shift]).
-template <class S> ATWOOD_INLINE void set_base(const std::vector<int>& once, const S* y, S* base) {
+template <class P, class S = LaneOf<P>> ATWOOD_INLINE void set_base(const std::vector<int>& once, const S* y, S* base) {
   for (const int i : once) store<S>(broadcast(y[i]), base + i * kNodes);
 }
-template <class S>
+template <class P, class S = LaneOf<P>>
 ATWOOD_INLINE void set_base(const std::vector<int>& twice, int shift, const RadauTable<S>& table, S h_s, const S* y,
                             S* base) {
-  const Pack<S> elapsed_s = h_s * load(table.c);
-  for (const int i : twice) store<S>(broadcast(y[i]) + y[i + shift] * elapsed_s, base + i * kNodes);
+  const P elapsed_s = h_s * load_as<P>(table.c);
+  for (const int i : twice) store<S>(y[i] + y[i + shift] * elapsed_s, base + i * kNodes);
 }
 
 // The largest weighted change of a rate at any node; NaN if one of them is.
-template <class S>
+template <class P, class S = LaneOf<P>>
 ATWOOD_INLINE S change(const std::vector<int>& components, const S* weight, const S* now, const S* before) {
-  LargestSize<S> most;
-  for (const int i : components) most.add(*weight++ * (load(now + i * kNodes) - load(before + i * kNodes)));
+  LargestSize<P> most;
+  for (const int i : components) most.add(*weight++ * (load_as<P>(now + i * kNodes) - load_as<P>(before + i * kNodes)));
   return most.value();
 }
 
 // The polynomial through one component's rates `from` at tau.
-template <class S> ATWOOD_INLINE Pack<S> polynomial(const Columns<S>& powers, const Pack<S>& tau, const S* from) {
-  alignas(sizeof(Pack<S>)) S coefficient[kNodes];
+template <class P, class S = LaneOf<P>>
+ATWOOD_INLINE P polynomial(const Columns<P>& powers, const P& tau, const S* from) {
+  alignas(sizeof(P)) S coefficient[kNodes];
   store<S>(powers.combine(from), coefficient);
-  Pack<S> sum = broadcast(coefficient[kNodes - 1]);
-  for (int p = kNodes - 2; p >= 0; --p) sum = coefficient[p] + tau * sum;
+  P sum = coefficient[kNodes - 2] + coefficient[kNodes - 1] * tau;
+  for (int p = kNodes - 3; p >= 0; --p) sum = coefficient[p] + tau * sum;
   return sum;
 }
 
@@ -158,47 +178,48 @@ ATWOOD_INLINE void weigh_last_error(const RadauTable<S>& table, S ratio, const R
 
 // The polynomial through the rates of `from`, at tau = offset + ratio c of its step, plus `weight` times its last
 // error.
-template <class S>
+template <class P, class S = LaneOf<P>>
 ATWOOD_INLINE void extrapolate(const std::vector<int>& components, const RadauTable<S>& table, S offset, S ratio,
                                const S* weight, const S* from, const S* prediction_error, S* out) {
-  const Pack<S> tau = offset + ratio * load(table.c);
-  const Columns<S> powers(table.power, S(1));
+  const P tau = offset + ratio * load_as<P>(table.c), weights = load_as<P>(weight);
+  const Columns<P> powers(table.power, S(1));
   for (const int i : components)
-    store<S>(polynomial(powers, tau, from + i * kNodes) + load(weight) * load(prediction_error + i * kNodes),
+    store<S>(polynomial<P>(powers, tau, from + i * kNodes) + weights * load_as<P>(prediction_error + i * kNodes),
              out + i * kNodes);
 }
 
 // miss = now - guess.
-template <class S>
+template <class P, class S = LaneOf<P>>
 ATWOOD_INLINE void differences(const std::vector<int>& components, const S* now, const S* guess, S* prediction_error) {
   for (const int i : components)
-    store<S>(load(now + i * kNodes) - load(guess + i * kNodes), prediction_error + i * kNodes);
+    store<S>(load_as<P>(now + i * kNodes) - load_as<P>(guess + i * kNodes), prediction_error + i * kNodes);
 }
 
 // Largest rate of components first..last at any node.
-template <class S> ATWOOD_INLINE S largest(const std::vector<int>& components, int first, int last, const S* rate) {
-  LargestSize<S> most;
-  for (int r = first; r < last; ++r) most.add(load(rate + components[r] * kNodes));
+template <class P, class S = LaneOf<P>>
+ATWOOD_INLINE S largest(const std::vector<int>& components, int first, int last, const S* rate) {
+  LargestSize<P> most;
+  for (int r = first; r < last; ++r) most.add(load_as<P>(rate + components[r] * kNodes));
   return most.value();
 }
 
 // For each component: sum b F, sum b2 F and the last coefficient of the rates' polynomial, stored in this order.
-template <class S>
+template <class P, class S = LaneOf<P>>
 ATWOOD_INLINE void sum_ends(const std::vector<int>& components, const RadauTable<S>& table, const S* rate, S* ends) {
-  const Columns<S> columns(table.ends, S(1));
+  const Columns<P> columns(table.ends, S(1));
   for (const int i : components) store<S>(columns.combine(rate + i * kNodes), ends + i * kNodes);
 }
 
 // The rates of node n changed from those in `rate`: corrects those of the later nodes by Newton's term of node n.
-template <class S>
+template <class P, class S = LaneOf<P>>
 ATWOOD_INLINE S shift_later_nodes(const std::vector<int>& components, const S* weight, const RadauTable<S>& table,
                                   int n, const S* node_rate, S* rate) {
-  const Pack<S> term = load(table.newton[n]);
+  const P term = load_as<P>(table.newton[n]);
   S most = S(0);
   for (const int i : components) {
     S* f = rate + i * kNodes;
     const S rise = node_rate[i] - f[n];
-    store<S>(load(f) + rise * term, f);
+    store<S>(load_as<P>(f) + rise * term, f);
     f[n] = node_rate[i];
     const S size = *weight++ * real::abs(rise);
     most = size <= most ? most : size;

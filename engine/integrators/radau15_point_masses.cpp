@@ -9,22 +9,25 @@ namespace {
 
 using radau::Columns;
 using radau::kNodes;
-using P = Pack<double>;
 constexpr int kBodySize = 6;  // p and v
 constexpr int kCorrections = 2;
 // Corrections stop where what they leave is this part of what the sweeps may leave: they cost less than a sweep.
 constexpr double kCorrected = 1e-3;
 
+// x^(-1/2) to 3.5 %, from the bits of x (Lomont 2003).
+template <class V> ATWOOD_INLINE V guess_inverse_root(const V& x) {
+  return bits_as<V>(0x5fe6eb50c7b537a9 - (bits_as<typename Integers<V>::Unsigned>(x) >> 1));
+}
+template <class V> ATWOOD_INLINE Halves<V> guess_inverse_root(const Halves<V>& x) {
+  return {guess_inverse_root(x.low), guess_inverse_root(x.high)};
+}
+
 // x^(-3/2) to 3 units in the last place, and x^-1 to 1e-5: some 25 additions and multiplications, which run in the
-// pipelines of a processor where square roots and divisions of packs wait for one unit. The first guess y of x^(-1/2),
-// to 3.5 %, comes from the bits of x (Lomont 2003); then, with e = 1 - x y^2, the series of (1 - e)^(-1/2) and, for the
-// result, of (1 - e)^(-3/2). 0 and infinity give no finite number.
-ATWOOD_INLINE P inverse_cube_of_root(const P& x, P& inverse) {
-  radau::DoubleBits bits;
-  __builtin_memcpy(&bits, &x, sizeof(bits));
-  bits = 0x5fe6eb50c7b537a9 - (bits >> 1);
-  P y;
-  __builtin_memcpy(&y, &bits, sizeof(y));
+// pipelines of a processor where square roots and divisions of packs wait for one unit. Of a first guess y of x^(-1/2),
+// with e = 1 - x y^2, the series of (1 - e)^(-1/2) and, for the result, of (1 - e)^(-3/2). 0 and infinity give no finite
+// number.
+template <class P> ATWOOD_INLINE P inverse_cube_of_root(const P& x, P& inverse) {
+  P y = guess_inverse_root(x);
   P e = 1.0 - x * (y * y);
   y = y + y * (e * (0.5 + e * (0.375 + e * 0.3125)));
   inverse = y * y;
@@ -50,6 +53,7 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
   }
 
  private:
+  using P = PackAt<double, width>;
   static constexpr int kRoom = dimensions * (known > 0 ? known : kMaxGravitating);
   using Rows = double[kRoom][kNodes];
 
@@ -61,21 +65,22 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
 
   ATWOOD_INLINE void predict() {
     if (step_.rate_from == nullptr) return for_rows([&](int r, int) ATWOOD_INLINED { store<double>(P{}, rate_[r]); });
-    const P tau = step_.offset + step_.ratio * load(table_.c);
+    const P tau = step_.offset + step_.ratio * load_as<P>(table_.c);
     alignas(P) double weight[kNodes] = {};
     if (step_.offset == 1)
       radau::weigh_last_error(table_, step_.ratio, *step_.extrapolation_from, *step_.extrapolation, weight);
-    const Columns<double> powers(table_.power, 1.0);
+    const Columns<P> powers(table_.power, 1.0);
     for_rows([&](int r, int i) ATWOOD_INLINED {
       const std::ptrdiff_t at = (i + 3) * kNodes;
-      store<double>(radau::polynomial(powers, tau, step_.rate_from + at) + load(weight) * load(step_.error_from + at),
+      store<double>(radau::polynomial<P>(powers, tau, step_.rate_from + at) +
+                        load_as<P>(weight) * load_as<P>(step_.error_from + at),
                     rate_[r]);
     });
-    for_rows([&](int r, int) ATWOOD_INLINED { store<double>(load(rate_[r]), predicted_[r]); });
+    for_rows([&](int r, int) ATWOOD_INLINED { store<double>(load_as<P>(rate_[r]), predicted_[r]); });
   }
 
   ATWOOD_INLINE void set_base() {
-    const P elapsed_s = step_.h_s * load(table_.c);
+    const P elapsed_s = step_.h_s * load_as<P>(table_.c);
     for_rows([&](int r, int i) ATWOOD_INLINED { base_[r] = step_.y[i] + step_.y[i + 3] * elapsed_s; });
     for_rows([&](int r, int i)
                  ATWOOD_INLINED { field_[r] = P{} + system_.field_m_per_s2[i / kBodySize][i % kBodySize]; });
@@ -85,8 +90,8 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
   }
 
   ATWOOD_INLINE double largest_rate(const Rows& rate) const {
-    radau::LargestSize<double> most;
-    for_rows([&](int r, int) ATWOOD_INLINED { most.add(load(rate[r])); });
+    radau::LargestSize<P> most;
+    for_rows([&](int r, int) ATWOOD_INLINED { most.add(load_as<P>(rate[r])); });
     return most.value();
   }
 
@@ -138,17 +143,38 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
       for (int c = 0; c < dimensions; ++c) a[at + c] = a[at + c] - now.inverse_cube * now.r[c];
     });
     if constexpr (known == 1) return;
-    for (const GravitatingBodies::Pair& pair : system_.pairs) {
-      const int first = pair.a * dimensions, second = pair.b * dimensions;
-      Attraction& now = *attraction++;
-      for (int c = 0; c < dimensions; ++c) now.r[c] = x[second + c] - x[first + c];
-      now.inverse_cube = inverse_cube_of_root(square(now.r) + pair.softening2_m2, now.three_by_square);
-      now.three_by_square = 3.0 * now.three_by_square;
-      const P on_a = pair.on_a * now.inverse_cube, on_b = pair.on_b * now.inverse_cube;
-      for (int c = 0; c < dimensions; ++c) {
-        a[first + c] = a[first + c] + on_a * now.r[c];
-        a[second + c] = a[second + c] - on_b * now.r[c];
-      }
+    // Two pairs at once: one alone is a chain of operations that wait for each other.
+    const GravitatingBodies::Pair* pair = system_.pairs.data();
+    const GravitatingBodies::Pair* const end = pair + system_.pairs.size();
+    for (; pair + 2 <= end; pair += 2, attraction += 2) {
+      const P between[2] = {separate(pair[0], x, attraction[0]), separate(pair[1], x, attraction[1])};
+      Halves<P> inverse_square;
+      const Halves<P> inverse_cube = inverse_cube_of_root(Halves<P>(between[0], between[1]), inverse_square);
+      attract(pair[0], inverse_cube.low, inverse_square.low, attraction[0], a);
+      attract(pair[1], inverse_cube.high, inverse_square.high, attraction[1], a);
+    }
+    if (pair != end) {
+      P inverse_square;
+      const P inverse_cube = inverse_cube_of_root(separate(*pair, x, *attraction), inverse_square);
+      attract(*pair, inverse_cube, inverse_square, *attraction, a);
+    }
+  }
+
+  // The separation of two bodies; its square, softened.
+  ATWOOD_INLINE static P separate(const GravitatingBodies::Pair& pair, const P* x, Attraction& now) {
+    for (int c = 0; c < dimensions; ++c) now.r[c] = x[pair.b * dimensions + c] - x[pair.a * dimensions + c];
+    return square(now.r) + pair.softening2_m2;
+  }
+  ATWOOD_INLINE static void attract(const GravitatingBodies::Pair& pair, const P& inverse_cube, const P& inverse_square,
+                                    Attraction& now, P* a) {
+    now.inverse_cube = inverse_cube;
+    now.three_by_square = 3.0 * inverse_square;
+    const P on_a = pair.on_a * inverse_cube, on_b = pair.on_b * inverse_cube;
+    for (int c = 0; c < dimensions; ++c) {
+      P& of_a = a[pair.a * dimensions + c];
+      P& of_b = a[pair.b * dimensions + c];
+      of_a = of_a + on_a * now.r[c];
+      of_b = of_b - on_b * now.r[c];
     }
   }
 
@@ -180,16 +206,16 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
   // that a sweep leaves L^3 of the error in place of L, and the square of the error; or as far as the tolerance needs.
   ATWOOD_INLINE void sweep() {
     const bool predicted = step_.rate_from != nullptr;
-    const Columns<double> twice(table_.a2, step_.h_s * step_.h_s);
+    const Columns<P> twice(table_.a2, step_.h_s * step_.h_s);
     double weight = weight_of(rate_), linear = 1;  // linear: the largest |L D| / |D|
     radau::SweepEnd<double> end(step_.rtol, false, step_.contraction);
     for (bool first = true;; first = false) {
       P x[kRoom], a[kRoom];
-      radau::LargestSize<double> most;
+      radau::LargestSize<P> most;
       for_rows([&](int r, int) ATWOOD_INLINED { x[r] = base_[r] + twice.combine(rate_[r]); });
       accelerate(x, a);
       for_rows([&](int r, int) ATWOOD_INLINED {
-        const P change = a[r] - load(rate_[r]);
+        const P change = a[r] - load_as<P>(rate_[r]);
         most.add(change);
         store<double>(change, residual_[r]);
       });
@@ -197,7 +223,7 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
       double left = now * real::max(linear, end.contraction);
       for (int power = 1; power <= kCorrections && !(left <= kCorrected * end.enough); ++power) {
         P along[kRoom];
-        radau::LargestSize<double> moved;
+        radau::LargestSize<P> moved;
         for_rows([&](int r, int) ATWOOD_INLINED { x[r] = twice.combine(residual_[r]); });
         accelerate_along(x, along);
         for_rows([&](int r, int) ATWOOD_INLINED {
@@ -226,13 +252,13 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
 
   ATWOOD_INLINE void finish() {
     const double h_s = step_.h_s;
-    const Columns<double> columns(table_.ends, 1.0);
+    const Columns<P> columns(table_.ends, 1.0);
     const bool continued = step_.rate_from != nullptr && step_.offset == 1;
     for_rows([&](int r, int i) ATWOOD_INLINED {
       const std::ptrdiff_t at = (i + 3) * kNodes;
-      const P rate = load(rate_[r]), ends = columns.combine(rate_[r]);
+      const P rate = load_as<P>(rate_[r]), ends = columns.combine(rate_[r]);
       store<double>(rate, step_.rate + at);
-      store<double>(continued ? rate - load(predicted_[r]) : P{}, step_.prediction_error + at);
+      store<double>(continued ? rate - load_as<P>(predicted_[r]) : P{}, step_.prediction_error + at);
       step_.y_new[i] = add(i, step_.y[i], h_s * (step_.y[i + 3] + h_s * ends[1]));
       step_.y_new[i + 3] = add(i + 3, step_.y[i + 3], h_s * ends[0]);
       step_.last_coefficient = real::max(step_.last_coefficient, real::abs(ends[2]));

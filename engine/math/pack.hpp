@@ -3,6 +3,8 @@
 // them are compiled with -Wno-psabi, as no pack is ever passed to a function that stands by itself.
 #pragma once
 
+#include <cstdint>
+
 #include "math/lanes.hpp"
 
 namespace atwood {
@@ -43,12 +45,87 @@ template <> struct PackOf<double> {
 };
 template <class S> using Pack = typename PackOf<S>::Type;
 
-template <class S> ATWOOD_INLINE Pack<S> load(const S* at) {
-  Pack<S> pack;
-  __builtin_memcpy(&pack, at, sizeof(pack));
-  return pack;
+// Two packs as one: eight doubles where a register holds four or two. GCC keeps a vector that is wider than the
+// registers in memory, and copies it in parts from there to there; so it does with a struct that it may copy as bytes.
+template <class V> struct Halves {
+  V low, high;
+  Halves() = default;
+  ATWOOD_INLINE Halves(const V& low_half, const V& high_half) : low(low_half), high(high_half) {}
+  ATWOOD_INLINE Halves(const Halves& other) : low(other.low), high(other.high) {}
+  ATWOOD_INLINE Halves& operator=(const Halves& other) {
+    low = other.low;
+    high = other.high;
+    return *this;
+  }
+  ATWOOD_INLINE double operator[](int k) const {
+    constexpr int half = sizeof(V) / sizeof(double);
+    return k < half ? low[k] : high[k - half];
+  }
+};
+#define ATWOOD_HALVES_OPERATION(op)                                                                \
+  template <class V> ATWOOD_INLINE Halves<V> operator op(const Halves<V>& a, const Halves<V>& b) { \
+    return {a.low op b.low, a.high op b.high};                                                     \
+  }                                                                                                \
+  template <class V> ATWOOD_INLINE Halves<V> operator op(const Halves<V>& a, double b) {           \
+    return {a.low op b, a.high op b};                                                              \
+  }                                                                                                \
+  template <class V> ATWOOD_INLINE Halves<V> operator op(double a, const Halves<V>& b) {           \
+    return {a op b.low, a op b.high};                                                              \
+  }
+ATWOOD_HALVES_OPERATION(+)
+ATWOOD_HALVES_OPERATION(-)
+ATWOOD_HALVES_OPERATION(*)
+ATWOOD_HALVES_OPERATION(/)
+#undef ATWOOD_HALVES_OPERATION
+
+// The pack in a kernel that is built for this width.
+using TwoDoubles = double __attribute__((vector_size(16)));
+using FourDoubles = double __attribute__((vector_size(32)));
+template <class S, VectorWidth> struct PackAtWidth { using Type = Pack<S>; };
+template <> struct PackAtWidth<double, VectorWidth::v3> { using Type = Halves<FourDoubles>; };
+template <> struct PackAtWidth<double, VectorWidth::narrow> { using Type = Halves<Halves<TwoDoubles>>; };
+template <class S, VectorWidth width> using PackAt = typename PackAtWidth<S, width>::Type;
+template <class P> using LaneOf = std::decay_t<decltype(std::declval<P>()[0])>;
+
+// Integers of as many bits as the lanes of a vector have, for its bits. (GCC drops the attribute of a vector type that
+// depends on a template's parameter.)
+template <class V> struct Integers {};
+#define ATWOOD_INTEGERS(V, unsigned_lane, signed_lane)                      \
+  template <> struct Integers<V> {                                          \
+    using Unsigned = unsigned_lane __attribute__((vector_size(sizeof(V)))); \
+    using Signed = signed_lane __attribute__((vector_size(sizeof(V))));     \
+  };
+ATWOOD_INTEGERS(FloatPack, std::uint32_t, std::int32_t)
+ATWOOD_INTEGERS(DoublePack, std::uint64_t, std::int64_t)
+ATWOOD_INTEGERS(FourDoubles, std::uint64_t, std::int64_t)
+ATWOOD_INTEGERS(TwoDoubles, std::uint64_t, std::int64_t)
+#undef ATWOOD_INTEGERS
+template <class To, class From> ATWOOD_INLINE To bits_as(const From& from) {
+  static_assert(sizeof(To) == sizeof(From));
+  To to;
+  __builtin_memcpy(&to, &from, sizeof(to));
+  return to;
 }
-template <class S> ATWOOD_INLINE void store(const Pack<S>& pack, S* at) { __builtin_memcpy(at, &pack, sizeof(pack)); }
+
+template <class P> struct Memory {
+  ATWOOD_INLINE static P load(const LaneOf<P>* at) {
+    P pack;
+    __builtin_memcpy(&pack, at, sizeof(pack));
+    return pack;
+  }
+  ATWOOD_INLINE static void store(const P& pack, LaneOf<P>* at) { __builtin_memcpy(at, &pack, sizeof(pack)); }
+};
+template <class V> struct Memory<Halves<V>> {
+  static constexpr std::ptrdiff_t kHalf = sizeof(V) / sizeof(double);
+  ATWOOD_INLINE static Halves<V> load(const double* at) { return {Memory<V>::load(at), Memory<V>::load(at + kHalf)}; }
+  ATWOOD_INLINE static void store(const Halves<V>& pack, double* at) {
+    Memory<V>::store(pack.low, at);
+    Memory<V>::store(pack.high, at + kHalf);
+  }
+};
+template <class P> ATWOOD_INLINE P load_as(const LaneOf<P>* at) { return Memory<P>::load(at); }
+template <class S> ATWOOD_INLINE Pack<S> load(const S* at) { return load_as<Pack<S>>(at); }
+template <class S, class P> ATWOOD_INLINE void store(const P& pack, S* at) { Memory<P>::store(pack, at); }
 template <class S> ATWOOD_INLINE Pack<S> broadcast(S value) {
   if constexpr (!PackOf<S>::in_register) {
     Pack<S> pack;
@@ -85,28 +162,36 @@ template <VectorWidth width> struct WholePack {};
 // Square root in lane k. There is no operator for a pack's; GCC makes scalar code of a loop over its lanes (clang makes
 // vectors of it, and takes no register of 256 bits outside a function of that target).
 template <class S> ATWOOD_INLINE S root(int, S a) { return real::sqrt(a); }
+template <class V, VectorWidth width> ATWOOD_INLINE Halves<V> root(WholePack<width> whole, const Halves<V>& a) {
+  return {root(whole, a.low), root(whole, a.high)};
+}
 template <class P, VectorWidth width> ATWOOD_INLINE P root(WholePack<width>, const P& a) {
   P root_of_a;
 #if defined(__x86_64__) && !defined(__clang__)
+  constexpr bool of_doubles = std::is_same_v<LaneOf<P>, double>;
   if constexpr (sizeof(P) == 64 && width == VectorWidth::v4) {
     asm("vsqrtpd %1, %0" : "=v"(root_of_a) : "v"(a));
     return root_of_a;
   }
-  if constexpr (sizeof(P) == 32 && width != VectorWidth::narrow) {
-    asm("vsqrtps %1, %0" : "=v"(root_of_a) : "v"(a));
-    return root_of_a;
-  }
   if constexpr (sizeof(P) == 64 && width == VectorWidth::v3) {
-    using Half = double __attribute__((vector_size(32)));
-    Half half[2];
+    FourDoubles half[2];
     __builtin_memcpy(half, &a, sizeof(a));
-    asm("vsqrtpd %1, %0" : "=x"(half[0]) : "x"(half[0]));
-    asm("vsqrtpd %1, %0" : "=x"(half[1]) : "x"(half[1]));
+    for (FourDoubles& part : half) part = root(WholePack<width>{}, part);
     __builtin_memcpy(&root_of_a, half, sizeof(a));
     return root_of_a;
   }
+  if constexpr (sizeof(P) == 32 && width != VectorWidth::narrow) {
+    if constexpr (of_doubles) asm("vsqrtpd %1, %0" : "=x"(root_of_a) : "x"(a));
+    else asm("vsqrtps %1, %0" : "=x"(root_of_a) : "x"(a));
+    return root_of_a;
+  }
+  if constexpr (sizeof(P) == 16 && of_doubles) {
+    asm("sqrtpd %1, %0" : "=x"(root_of_a) : "x"(a));
+    return root_of_a;
+  }
 #endif
-  for (int k = 0; k < kLaneCount; ++k) root_of_a[k] = real::sqrt(a[k]);
+  constexpr int lanes = sizeof(P) / sizeof(LaneOf<P>);
+  for (int k = 0; k < lanes; ++k) root_of_a[k] = real::sqrt(a[k]);
   return root_of_a;
 }
 

@@ -17,16 +17,9 @@ namespace trigonometry {
 
 inline constexpr double kMaxArgument = 524288.0;
 
-template <class V> struct BitsOf { using Type = std::uint64_t; };
-template <> struct BitsOf<DoublePack> {
-  using Type = std::uint64_t __attribute__((vector_size(kLaneCount * sizeof(std::uint64_t))));
-};
+template <class V> struct BitsOf { using Type = typename Integers<V>::Unsigned; };
+template <> struct BitsOf<double> { using Type = std::uint64_t; };
 template <class V> using Bits = typename BitsOf<V>::Type;
-template <class To, class From> ATWOOD_INLINE To bits_as(const From& from) {
-  To to;
-  __builtin_memcpy(&to, &from, sizeof(to));
-  return to;
-}
 
 // |x| < kMaxArgument
 template <class V> ATWOOD_INLINE void sin_cos_within(const V& x, V& sine, V& cosine) {

@@ -266,7 +266,7 @@ std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::erro
 void append(std::string& line, Wide value) {
   const double narrow = static_cast<double>(value);
   if (static_cast<Wide>(narrow) == value && std::isfinite(narrow)) {
-    line += format_double(narrow);
+    line += narrow == 0 && std::signbit(narrow) ? "-0.0" : format_double(narrow);  // "-0" is read as the integer 0
     return;
   }
   const long double longer = static_cast<long double>(value);
