@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "math/lanes.hpp"
+
 namespace atwood {
 
 template <class S>
@@ -13,9 +15,12 @@ Multistep<S>::Multistep(System<S>& system, const MultistepTable& table, std::uni
       guess_rate_(table.guess_rate.begin(), table.guess_rate.end()), implicit_(S(table.implicit)),
       starter_(std::move(starter)),
       solver_(table.implicit == Quad(0) ? 0 : size_, {table.implicit == Quad(0) ? Quad(1) : table.implicit}),
-      compensation_(compensated, size_), increments_(increment_.size(), std::vector<S>(size_)),
-      rates_(rate_.size(), std::vector<S>(size_)) {
-  for (std::vector<S>* room : {&z_, &k_, &known_, &at_, &before_projection_, &start_, &end_}) room->resize(size_);
+      compensation_(compensated, size_) {
+  const std::vector<S> blocks((size_ + kLaneCount - 1) / kLaneCount * kLaneCount);
+  increments_.assign(increment_.size(), blocks);
+  rates_.assign(rate_.size(), blocks);
+  for (std::vector<S>* room : {&z_, &known_}) *room = blocks;
+  for (std::vector<S>* room : {&k_, &at_, &before_projection_, &start_, &end_}) room->resize(size_);
 }
 
 template <class S> auto Multistep<S>::classify_start(S t_s, S h_s, const S* y) const -> StepStart {
@@ -28,7 +33,7 @@ template <class S> auto Multistep<S>::classify_start(S t_s, S h_s, const S* y) c
 
 template <class Row> void push(std::vector<Row>& history, const Row& newest, int& known) {
   if (history.empty()) return;
-  std::rotate(history.begin(), history.end() - 1, history.end());
+  for (std::size_t j = history.size(); --j > 0;) history[j].swap(history[j - 1]);
   std::copy(newest.begin(), newest.end(), history.front().begin());
   known = std::min(known + 1, static_cast<int>(history.size()));
 }
@@ -60,25 +65,39 @@ template <class S> void Multistep<S>::rates_at(void* stepper, const S* z, S* k) 
   self.system_.rate(self.end_s_, self.at_.data(), k);
 }
 
+// out = sum_j weights_j rows_j of eight components, each in the order of j.
+template <class S>
+void sum_block(const std::vector<S>& weights, const std::vector<std::vector<S>>& rows, int from, S (&out)[kLaneCount]) {
+  for (S& sum : out) sum = S(0);
+  for (std::size_t j = 0; j < weights.size(); ++j) {
+    const S weight = weights[j];
+    const S* row = rows[j].data() + from;
+    for (int k = 0; k < kLaneCount; ++k) out[k] += weight * row[k];
+  }
+}
+
+template <class S>
+void Multistep<S>::combine(const std::vector<S>& of_increments, const std::vector<S>& of_rates, S h_s,
+                           std::vector<S>& out) const {
+  S rises[kLaneCount], slopes[kLaneCount];
+  for (int from = 0; from < size_; from += kLaneCount) {
+    sum_block(of_increments, increments_, from, rises);
+    sum_block(of_rates, rates_, from, slopes);
+    for (int k = 0; k < kLaneCount; ++k) out[from + k] = rises[k] + h_s * slopes[k];
+  }
+}
+
 template <class S> bool Multistep<S>::multistep(S t_s, S h_s, const S* y, S* y_new) {
-  const auto combine = [&](const std::vector<S>& of_increments, const std::vector<S>& of_rates, S* out) {
-    for (int i = 0; i < size_; ++i) {
-      S rises = S(0), slopes = S(0);
-      for (std::size_t j = 0; j < of_increments.size(); ++j) rises += of_increments[j] * increments_[j][i];
-      for (std::size_t j = 0; j < of_rates.size(); ++j) slopes += of_rates[j] * rates_[j][i];
-      out[i] = rises + h_s * slopes;
-    }
-  };
-  combine(increment_, rate_, known_.data());
   k_is_end_rate_ = implicit_ != S(0);
   if (k_is_end_rate_) {
-    combine(guess_increment_, guess_rate_, z_.data());
+    combine(increment_, rate_, h_s, known_);
+    combine(guess_increment_, guess_rate_, h_s, z_);
     y_start_ = y;
     end_s_ = t_s + h_s;
     solver_.solve(&rates_at, this, h_s, y, known_.data(), z_.data(), k_.data());
     if (!this->system_.solvers.note(IterativeSolver::implicit_stages, solver_.report())) return false;
   } else {
-    std::copy(known_.begin(), known_.end(), z_.begin());
+    combine(increment_, rate_, h_s, z_);
   }
   compensation_.begin(y);
   for (int i = 0; i < size_; ++i) y_new[i] = before_projection_[i] = compensation_.add(i, y[i], z_[i]);
@@ -101,7 +120,8 @@ template <class S> bool Multistep<S>::step(S t_s, S h_s, const S* y, S* y_new) {
   const bool enough =
       known_increments_ == static_cast<int>(increments_.size()) && known_rates_ == static_cast<int>(rates_.size());
   if (!(enough ? multistep(t_s, h_s, y, y_new) : start_by_one_step(t_s, h_s, y, y_new))) return false;
-  std::copy(y, y + size_, start_.begin());
+  if (place == StepStart::end) start_.swap(end_);  // the last step ended at y
+  else std::copy(y, y + size_, start_.begin());
   std::copy(y_new, y_new + size_, end_.begin());
   start_s_ = t_s;
   h_s_ = h_s;

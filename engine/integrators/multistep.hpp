@@ -25,6 +25,8 @@ template <class S> class Multistep final : public Stepper<S> {
   void shift(S t_s, const S* y);
   void restart(S t_s, const S* y);
   bool start_by_one_step(S t_s, S h_s, const S* y, S* y_new);
+  // out = sum_j of_increments_j increments_[j] + h sum_j of_rates_j rates_[j]
+  void combine(const std::vector<S>& of_increments, const std::vector<S>& of_rates, S h_s, std::vector<S>& out) const;
   bool multistep(S t_s, S h_s, const S* y, S* y_new);
   static void rates_at(void* stepper, const S* z, S* k);
 
@@ -34,7 +36,7 @@ template <class S> class Multistep final : public Stepper<S> {
   std::unique_ptr<Stepper<S>> starter_;
   StageSolver<S> solver_;
   Compensation<S> compensation_;
-  // history, newest first; rates_[0] is the rate at the start of the step
+  // history, newest first, in blocks of eight components; rates_[0] is the rate at the start of the step
   std::vector<std::vector<S>> increments_, rates_;
   int known_increments_ = 0, known_rates_ = 0;
   std::vector<S> z_, k_, known_, at_, before_projection_;
