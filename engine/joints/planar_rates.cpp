@@ -89,10 +89,13 @@ template <class S>
 void PlanarRates<S>::rates(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W,
                            const Pack<S>* applied) {
   if constexpr (PackOf<S>::in_register)
-    in_lanes<S>(width, [&](auto) ATWOOD_INLINED {
-      outward_pass(y, lanes_.data());
-      inward_pass(applied, lanes_.data());
-      acceleration_pass(y, gravity_W, lanes_.data());
+    in_lanes<S>(width, [&](auto w) ATWOOD_INLINED {
+      using P = PackAt<S, decltype(w)::value>;
+      const StateLanes<S, P> states{y.t_s, y.y, y.dydt, y.stride};
+      auto* work = lanes_.template at<decltype(w)::value>();
+      outward_pass(states, work);
+      inward_pass(LaneValues<P>{reinterpret_cast<const S*>(applied)}, work);
+      acceleration_pass(states, gravity_W, work);
     });
 }
 

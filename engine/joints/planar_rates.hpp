@@ -62,13 +62,13 @@ template <class S> class PlanarRates {
   template <class States, class V>
   ATWOOD_INLINE void outward_pass(const States& y, State<V>* state,
                                   DrivenJoints driven = DrivenJoints::from_time) const;
-  template <class V> ATWOOD_INLINE void inward_pass(const V* applied, State<V>* state) const;
+  template <class Applied, class V> ATWOOD_INLINE void inward_pass(const Applied& applied, State<V>* state) const;
   template <class States, class V>
   ATWOOD_INLINE void acceleration_pass(const States& y, const Vec3<S>& gravity_W, State<V>* state) const;
 
   std::vector<Constants> links_;
   std::vector<State<S>> state_;
-  RegisterVector<State<Pack<S>>> lanes_;  // float and double
+  WorkInLanes<State, S> lanes_;  // float and double
   std::vector<Plane> planes_;
 };
 

@@ -65,8 +65,8 @@ ATWOOD_INLINE void PlanarRates<S>::outward_pass(const States& y, State<V>* state
 
 // Inward pass: articulated inertias and bias wrenches, rate by rate.
 template <class S>
-template <class V>
-ATWOOD_INLINE void PlanarRates<S>::inward_pass(const V* applied, State<V>* state) const {
+template <class Applied, class V>
+ATWOOD_INLINE void PlanarRates<S>::inward_pass(const Applied& applied, State<V>* state) const {
   for (int i = static_cast<int>(links_.size()) - 1; i >= 0; --i) {
     const Constants& link = links_[i];
     State<V>& m = state[i];

@@ -20,21 +20,22 @@ template <class S> struct OneState {
 };
 
 // Component i of state k at y[i * stride + k], its time at t_s[k].
-template <class S> struct StateLanes {
-  using Value = Pack<S>;
+template <class S, class P = Pack<S>> struct StateLanes {
+  using Value = P;
   const S *t_s, *y;
   S* dydt;
   std::ptrdiff_t stride;
-  ATWOOD_INLINE Pack<S> time() const { return load(t_s); }
-  ATWOOD_INLINE Pack<S> at(int i) const { return load(y + i * stride); }
-  ATWOOD_INLINE void set(int i, const Pack<S>& rate) const { store<S>(rate, dydt + i * stride); }
-  ATWOOD_INLINE void add(int i, const Pack<S>& rate) const { set(i, load(dydt + i * stride) + rate); }
+  ATWOOD_INLINE P time() const { return load_as<P>(t_s); }
+  ATWOOD_INLINE P at(int i) const { return load_as<P>(y + i * stride); }
+  ATWOOD_INLINE void set(int i, const P& rate) const { store<S>(rate, dydt + i * stride); }
+  ATWOOD_INLINE void add(int i, const P& rate) const { set(i, load_as<P>(dydt + i * stride) + rate); }
 };
 
 // A constant of the mechanism in all lanes.
 template <class V, class S> ATWOOD_INLINE V in_all_lanes(S value) {
   if constexpr (std::is_same_v<V, S>) return value;
-  else return broadcast(value);
+  else if constexpr (std::is_same_v<V, Pack<S>>) return broadcast(value);
+  else return V(value);
 }
 
 // Vectors of packs, and of structs of packs, at addresses that kernels of every width read whole registers from: code
@@ -49,5 +50,29 @@ template <class T> struct RegisterAllocator {
   template <class U> bool operator==(const RegisterAllocator<U>&) const { return true; }
 };
 template <class T> using RegisterVector = std::vector<T, RegisterAllocator<T>>;
+
+// What a kernel over eight states works in: T of the packs of each width.
+template <template <class> class T, class S> struct WorkInLanes {
+  RegisterVector<T<PackAt<S, VectorWidth::v4>>> v4;
+  RegisterVector<T<PackAt<S, VectorWidth::v3>>> v3;
+  RegisterVector<T<PackAt<S, VectorWidth::narrow>>> narrow;
+
+  void resize(std::size_t count) {
+    v4.resize(count);
+    v3.resize(count);
+    narrow.resize(count);
+  }
+  template <VectorWidth width> auto* at() {
+    if constexpr (width == VectorWidth::v4) return v4.data();
+    else if constexpr (width == VectorWidth::v3) return v3.data();
+    else return narrow.data();
+  }
+};
+
+// One number for each lane and component, as `values[component]`.
+template <class P> struct LaneValues {
+  const LaneOf<P>* at;
+  ATWOOD_INLINE P operator[](int i) const { return load_as<P>(at + static_cast<std::ptrdiff_t>(i) * kLaneCount); }
+};
 
 }  // namespace atwood

@@ -224,8 +224,8 @@ template <class S> template <class V> ATWOOD_INLINE void TreeRates<S>::start(con
 }
 
 template <class S>
-template <class V>
-ATWOOD_INLINE void TreeRates<S>::inward_pass(const Constants& of, const V* applied, Node<V>& m,
+template <class Applied, class V>
+ATWOOD_INLINE void TreeRates<S>::inward_pass(const Constants& of, const Applied& applied, Node<V>& m,
                                              Freedom<V>* freedom) const {
   const Link<S>& link = *of.link;
   if (link.driven) return;
@@ -295,9 +295,9 @@ ATWOOD_INLINE void TreeRates<S>::acceleration_pass(const Constants& of, const St
 }
 
 template <class S>
-template <class States, class V>
-ATWOOD_INLINE void TreeRates<S>::evaluate(const States& y, const Vec3<S>& gravity_W, const V* applied, Node<V>* nodes,
-                                          Freedom<V>* freedoms) const {
+template <class States, class Applied, class V>
+ATWOOD_INLINE void TreeRates<S>::evaluate(const States& y, const Vec3<S>& gravity_W, const Applied& applied,
+                                          Node<V>* nodes, Freedom<V>* freedoms) const {
   const int count = static_cast<int>(links_.size());
   Node<V> root;
   root.w = root.alpha = root.d = zero3<S, V>();
@@ -335,8 +335,12 @@ template <class S> void TreeRates<S>::rates(const OneState<S>& y, const Vec3<S>&
 template <class S>
 void TreeRates<S>::rates(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W, const Pack<S>* applied) {
   if constexpr (PackOf<S>::in_register)
-    in_lanes<S>(width, [&](auto) ATWOOD_INLINED {
-      evaluate(y, gravity_W, applied, node_lanes_.data(), freedom_lanes_.data());
+    in_lanes<S>(width, [&](auto w) ATWOOD_INLINED {
+      constexpr VectorWidth at = decltype(w)::value;
+      using P = PackAt<S, at>;
+      evaluate(StateLanes<S, P>{y.t_s, y.y, y.dydt, y.stride}, gravity_W,
+               LaneValues<P>{reinterpret_cast<const S*>(applied)}, node_lanes_.template at<at>(),
+               freedom_lanes_.template at<at>());
     });
 }
 

@@ -42,15 +42,15 @@ template <class S> class TreeRates {
     Quat<S> q_root;
   };
 
-  template <class States, class V>
-  ATWOOD_INLINE void evaluate(const States& y, const Vec3<S>& gravity_W, const V* applied, Node<V>* nodes,
+  template <class States, class Applied, class V>
+  ATWOOD_INLINE void evaluate(const States& y, const Vec3<S>& gravity_W, const Applied& applied, Node<V>* nodes,
                               Freedom<V>* freedoms) const;
   template <class States, class V>
   ATWOOD_INLINE void outward_pass(const Constants& of, const States& y, const Node<V>& parent, Node<V>& m,
                                   Freedom<V>* freedom) const;
   template <class V> ATWOOD_INLINE void start(const Constants& of, Node<V>& m) const;
-  template <class V>
-  ATWOOD_INLINE void inward_pass(const Constants& of, const V* applied, Node<V>& m, Freedom<V>* freedom) const;
+  template <class Applied, class V>
+  ATWOOD_INLINE void inward_pass(const Constants& of, const Applied& applied, Node<V>& m, Freedom<V>* freedom) const;
   template <class V> ATWOOD_INLINE void add_to_parent(const Node<V>& m, Node<V>& to) const;
   template <class States, class V>
   ATWOOD_INLINE void acceleration_pass(const Constants& of, const States& y, const Freedom<V>* freedom,
@@ -59,8 +59,8 @@ template <class S> class TreeRates {
   std::vector<Constants> links_;
   std::vector<Node<S>> nodes_;
   std::vector<Freedom<S>> freedoms_;
-  RegisterVector<Node<Pack<S>>> node_lanes_;  // float and double
-  RegisterVector<Freedom<Pack<S>>> freedom_lanes_;
+  WorkInLanes<Node, S> node_lanes_;  // float and double
+  WorkInLanes<Freedom, S> freedom_lanes_;
 };
 
 }  // namespace atwood

@@ -51,6 +51,7 @@ template <class V> struct Halves {
   V low, high;
   Halves() = default;
   ATWOOD_INLINE Halves(const V& low_half, const V& high_half) : low(low_half), high(high_half) {}
+  ATWOOD_INLINE explicit Halves(double everywhere) : low(all(everywhere)), high(low) {}
   ATWOOD_INLINE Halves(const Halves& other) : low(other.low), high(other.high) {}
   ATWOOD_INLINE Halves& operator=(const Halves& other) {
     low = other.low;
@@ -60,6 +61,12 @@ template <class V> struct Halves {
   ATWOOD_INLINE double operator[](int k) const {
     constexpr int half = sizeof(V) / sizeof(double);
     return k < half ? low[k] : high[k - half];
+  }
+
+ private:
+  ATWOOD_INLINE static V all(double value) {
+    if constexpr (std::is_class_v<V>) return V(value);
+    else return value - V{};  // keeps the sign of zero
   }
 };
 #define ATWOOD_HALVES_OPERATION(op)                                                                \
@@ -77,6 +84,7 @@ ATWOOD_HALVES_OPERATION(-)
 ATWOOD_HALVES_OPERATION(*)
 ATWOOD_HALVES_OPERATION(/)
 #undef ATWOOD_HALVES_OPERATION
+template <class V> ATWOOD_INLINE Halves<V> operator-(const Halves<V>& a) { return {-a.low, -a.high}; }
 
 // The pack in a kernel that is built for this width.
 using TwoDoubles = double __attribute__((vector_size(16)));
@@ -209,12 +217,14 @@ template <class S> ATWOOD_INLINE void store4(const Quat<S>& a, S* at, std::ptrdi
   store4(a, at + k, stride);
 }
 template <class S, VectorWidth width>
-ATWOOD_INLINE Vec3<Pack<S>> load3(const S* at, std::ptrdiff_t stride, WholePack<width>) {
-  return {load(at), load(at + stride), load(at + 2 * stride)};
+ATWOOD_INLINE Vec3<PackAt<S, width>> load3(const S* at, std::ptrdiff_t stride, WholePack<width>) {
+  using P = PackAt<S, width>;
+  return {load_as<P>(at), load_as<P>(at + stride), load_as<P>(at + 2 * stride)};
 }
 template <class S, VectorWidth width>
-ATWOOD_INLINE Quat<Pack<S>> load4(const S* at, std::ptrdiff_t stride, WholePack<width>) {
-  return {load(at), load(at + stride), load(at + 2 * stride), load(at + 3 * stride)};
+ATWOOD_INLINE Quat<PackAt<S, width>> load4(const S* at, std::ptrdiff_t stride, WholePack<width>) {
+  using P = PackAt<S, width>;
+  return {load_as<P>(at), load_as<P>(at + stride), load_as<P>(at + 2 * stride), load_as<P>(at + 3 * stride)};
 }
 template <class S, class V, VectorWidth width>
 ATWOOD_INLINE void store3(const Vec3<V>& a, S* at, std::ptrdiff_t stride, WholePack<width>) {

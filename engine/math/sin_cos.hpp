@@ -64,15 +64,31 @@ ATWOOD_INLINE void same_sin_cos(const FloatPack& x, FloatPack& sine, FloatPack& 
     cosine[k] = c;
   }
 }
-ATWOOD_INLINE void same_sin_cos(const DoublePack& x, DoublePack& sine, DoublePack& cosine) {
-  if (largest_lane<double>(larger_size<double>(x, broadcast(0.0))) < trigonometry::kMaxArgument)
-    return trigonometry::sin_cos_within(x, sine, cosine);
-  for (int k = 0; k < kLaneCount; ++k) {
+// V: a vector of doubles
+template <class V> ATWOOD_INLINE void sin_cos_in_lanes(const V& x, V& sine, V& cosine) {
+  constexpr int lanes = sizeof(V) / sizeof(double);
+  bool within = true;
+  for (int k = 0; k < lanes; ++k) within &= abs(x[k]) < trigonometry::kMaxArgument;
+  if (within) return trigonometry::sin_cos_within(x, sine, cosine);
+  for (int k = 0; k < lanes; ++k) {
     double s, c;
     same_sin_cos(x[k], s, c);
     sine[k] = s;
     cosine[k] = c;
   }
+}
+ATWOOD_INLINE void same_sin_cos(const DoublePack& x, DoublePack& sine, DoublePack& cosine) {
+  sin_cos_in_lanes(x, sine, cosine);
+}
+ATWOOD_INLINE void same_sin_cos(const FourDoubles& x, FourDoubles& sine, FourDoubles& cosine) {
+  sin_cos_in_lanes(x, sine, cosine);
+}
+ATWOOD_INLINE void same_sin_cos(const TwoDoubles& x, TwoDoubles& sine, TwoDoubles& cosine) {
+  sin_cos_in_lanes(x, sine, cosine);
+}
+template <class V> ATWOOD_INLINE void same_sin_cos(const Halves<V>& x, Halves<V>& sine, Halves<V>& cosine) {
+  same_sin_cos(x.low, sine.low, cosine.low);
+  same_sin_cos(x.high, sine.high, cosine.high);
 }
 
 }  // namespace atwood::real
