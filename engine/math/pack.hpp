@@ -132,6 +132,9 @@ template <class V> struct Memory<Halves<V>> {
   }
 };
 template <class P> ATWOOD_INLINE P load_as(const LaneOf<P>* at) { return Memory<P>::load(at); }
+template <VectorWidth width, class S> ATWOOD_INLINE PackAt<S, width> load_at(const S* at) {
+  return load_as<PackAt<S, width>>(at);
+}
 template <class S> ATWOOD_INLINE Pack<S> load(const S* at) { return load_as<Pack<S>>(at); }
 template <class S, class P> ATWOOD_INLINE void store(const P& pack, S* at) { Memory<P>::store(pack, at); }
 template <class S> ATWOOD_INLINE Pack<S> broadcast(S value) {
@@ -142,6 +145,11 @@ template <class S> ATWOOD_INLINE Pack<S> broadcast(S value) {
   } else {
     return Pack<S>{value, value, value, value, value, value, value, value};
   }
+}
+
+template <VectorWidth width, class S> ATWOOD_INLINE PackAt<S, width> broadcast_at(S value) {
+  if constexpr (std::is_same_v<PackAt<S, width>, Pack<S>>) return broadcast(value);
+  else return PackAt<S, width>(value);
 }
 
 // |a| where it is larger than `most` or NaN; `most` elsewhere.

@@ -14,51 +14,28 @@ template <class S> struct alignas(kLaneCount * sizeof(S)) Row { S at[kLaneCount]
 // One scalar of eight contacts, in memory.
 template <class S> using Lanes = LaneBlock<S>;
 
-template <class S> ATWOOD_INLINE Vec3<Pack<S>> load_lanes(const Lanes<S> (&from)[3]) {
-  return {load(from[0].lane), load(from[1].lane), load(from[2].lane)};
+template <class S, VectorWidth width> ATWOOD_INLINE Vec3<PackAt<S, width>> load_lanes(const Lanes<S> (&from)[3]) {
+  return {load_at<width>(from[0].lane), load_at<width>(from[1].lane), load_at<width>(from[2].lane)};
 }
-template <class S> ATWOOD_INLINE void store_lanes(const Vec3<Pack<S>>& a, Lanes<S> (&to)[3]) {
+template <class S, class P> ATWOOD_INLINE void store_lanes(const Vec3<P>& a, Lanes<S> (&to)[3]) {
   store<S>(a.x, to[0].lane);
   store<S>(a.y, to[1].lane);
   store<S>(a.z, to[2].lane);
 }
 
-// Without registers of 512 bits GCC compiles comparisons and shuffles of packs of doubles lane by lane. Of halves it
-// makes AVX2 instructions.
-template <class S, VectorWidth width>
-inline constexpr bool kByHalves = sizeof(Pack<S>) == 64 && width == VectorWidth::v3;
-using HalfPack = double __attribute__((vector_size(32)));
-struct Halves {
-  HalfPack low, high;
-};
-ATWOOD_INLINE Halves halves_of(const DoublePack& a) {
-  Halves out;
-  __builtin_memcpy(&out, &a, sizeof(a));
-  return out;
-}
-ATWOOD_INLINE DoublePack whole_of(const Halves& a) {
-  DoublePack out;
-  __builtin_memcpy(&out, &a, sizeof(a));
-  return out;
-}
-
 // x where a > b; y elsewhere, and where a or b is NaN.
-template <class S, VectorWidth width>
-ATWOOD_INLINE Pack<S> where_above(const Pack<S>& a, const Pack<S>& b, const Pack<S>& x, const Pack<S>& y) {
-  if constexpr (kByHalves<S, width>) {
-    const Halves ha = halves_of(a), hb = halves_of(b), hx = halves_of(x), hy = halves_of(y);
-    return whole_of({ha.low > hb.low ? hx.low : hy.low, ha.high > hb.high ? hx.high : hy.high});
-  } else {
-    return a > b ? x : y;
-  }
+template <class P> ATWOOD_INLINE P where_above(const P& a, const P& b, const P& x, const P& y) { return a > b ? x : y; }
+template <class V>
+ATWOOD_INLINE Halves<V> where_above(const Halves<V>& a, const Halves<V>& b, const Halves<V>& x, const Halves<V>& y) {
+  return {where_above(a.low, b.low, x.low, y.low), where_above(a.high, b.high, x.high, y.high)};
 }
 
 // Transposes four rows of four, in place.
-ATWOOD_INLINE void transpose4(HalfPack& a, HalfPack& b, HalfPack& c, HalfPack& d) {
-  const HalfPack ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6),
-                 ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-  const HalfPack cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6),
-                 cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+ATWOOD_INLINE void transpose4(FourDoubles& a, FourDoubles& b, FourDoubles& c, FourDoubles& d) {
+  const FourDoubles ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6),
+                    ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const FourDoubles cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6),
+                    cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
   a = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
   b = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
   c = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
@@ -74,22 +51,7 @@ template <int far, int... low, class P> ATWOOD_INLINE void exchange(P& a, P& b) 
 
 // Transposes eight rows, in place. Stage k exchanges bit k of the row's number with bit k of the lane's; halves are
 // transposed quarter by quarter.
-template <class S, VectorWidth width> ATWOOD_INLINE void transpose(Pack<S> (&r)[kLaneCount]) {
-  if constexpr (kByHalves<S, width>) {
-    Halves h[kLaneCount];
-#pragma GCC unroll 8
-    for (int i = 0; i < kLaneCount; ++i) h[i] = halves_of(r[i]);
-    transpose4(h[0].low, h[1].low, h[2].low, h[3].low);
-    transpose4(h[4].low, h[5].low, h[6].low, h[7].low);
-    transpose4(h[0].high, h[1].high, h[2].high, h[3].high);
-    transpose4(h[4].high, h[5].high, h[6].high, h[7].high);
-#pragma GCC unroll 4
-    for (int i = 0; i < 4; ++i) {
-      r[i] = whole_of({h[i].low, h[i + 4].low});
-      r[i + 4] = whole_of({h[i].high, h[i + 4].high});
-    }
-    return;
-  }
+template <class P> ATWOOD_INLINE void transpose(P (&r)[kLaneCount]) {
 #pragma GCC unroll 4
   for (const int i : {0, 2, 4, 6}) exchange<1, 0, 8, 2, 10, 4, 12, 6, 14>(r[i], r[i + 1]);
 #pragma GCC unroll 4
@@ -97,18 +59,38 @@ template <class S, VectorWidth width> ATWOOD_INLINE void transpose(Pack<S> (&r)[
 #pragma GCC unroll 4
   for (const int i : {0, 1, 2, 3}) exchange<4, 0, 1, 2, 3, 8, 9, 10, 11>(r[i], r[i + 4]);
 }
+ATWOOD_INLINE void transpose(Halves<FourDoubles> (&r)[kLaneCount]) {
+  transpose4(r[0].low, r[1].low, r[2].low, r[3].low);
+  transpose4(r[4].low, r[5].low, r[6].low, r[7].low);
+  transpose4(r[0].high, r[1].high, r[2].high, r[3].high);
+  transpose4(r[4].high, r[5].high, r[6].high, r[7].high);
+#pragma GCC unroll 4
+  for (int i = 0; i < 4; ++i) {
+    const FourDoubles high = r[i].high;
+    r[i].high = r[i + 4].low;
+    r[i + 4].low = high;
+  }
+}
+ATWOOD_INLINE void transpose(Halves<Halves<TwoDoubles>> (&r)[kLaneCount]) {
+  double rows[kLaneCount][kLaneCount], columns[kLaneCount][kLaneCount];
+  for (int i = 0; i < kLaneCount; ++i) store<double>(r[i], rows[i]);
+  for (int i = 0; i < kLaneCount; ++i)
+    for (int k = 0; k < kLaneCount; ++k) columns[i][k] = rows[k][i];
+  for (int i = 0; i < kLaneCount; ++i) r[i] = load_at<VectorWidth::narrow>(columns[i]);
+}
 
 template <class S, VectorWidth width>
-ATWOOD_INLINE void gather(const Row<S>* rows, const std::int32_t (&index)[kLaneCount], Pack<S> (&out)[kLaneCount]) {
+ATWOOD_INLINE void gather(const Row<S>* rows, const std::int32_t (&index)[kLaneCount],
+                          PackAt<S, width> (&out)[kLaneCount]) {
 #pragma GCC unroll 8
-  for (int k = 0; k < kLaneCount; ++k) out[k] = load(rows[index[k]].at);
-  transpose<S, width>(out);
+  for (int k = 0; k < kLaneCount; ++k) out[k] = load_at<width>(rows[index[k]].at);
+  transpose(out);
 }
 // Writes the first `count` lanes; their indices are distinct.
 template <class S, VectorWidth width>
-ATWOOD_INLINE void scatter(Pack<S> (&in)[kLaneCount], const std::int32_t (&index)[kLaneCount], int count,
+ATWOOD_INLINE void scatter(PackAt<S, width> (&in)[kLaneCount], const std::int32_t (&index)[kLaneCount], int count,
                            Row<S>* rows) {
-  transpose<S, width>(in);
+  transpose(in);
   if (count == kLaneCount) {
 #pragma GCC unroll 8
     for (int k = 0; k < kLaneCount; ++k) store<S>(in[k], rows[index[k]].at);
@@ -119,38 +101,27 @@ ATWOOD_INLINE void scatter(Pack<S> (&in)[kLaneCount], const std::int32_t (&index
   }
 }
 
-template <class S, VectorWidth width> ATWOOD_INLINE bool any_above_zero(const Pack<S>& a) {
-  const Pack<S> found = where_above<S, width>(a, broadcast(S(0)), broadcast(S(1)), broadcast(S(0)));
-  if constexpr (kByHalves<S, width>) {
-    const Halves halves = halves_of(found);
-    const HalfPack sum = halves.low + halves.high;
-    return (sum[0] + sum[2]) + (sum[1] + sum[3]) > S(0);
-  }
-  const S evens = (found[0] + found[4]) + (found[2] + found[6]), odds = (found[1] + found[5]) + (found[3] + found[7]);
-  return evens + odds > S(0);
+// Of zeros and ones.
+template <class P> ATWOOD_INLINE bool any_one(const P& found) {
+  LaneOf<P> sum = found[0];
+  for (int k = 1; k < static_cast<int>(sizeof(P) / sizeof(LaneOf<P>)); ++k) sum += found[k];
+  return sum > 0;
+}
+template <class V> ATWOOD_INLINE bool any_one(const Halves<V>& found) { return any_one(found.low + found.high); }
+template <class S, VectorWidth width> ATWOOD_INLINE bool any_above_zero(const PackAt<S, width>& a) {
+  return any_one(where_above(a, broadcast_at<width>(S(0)), broadcast_at<width>(S(1)), broadcast_at<width>(S(0))));
 }
 
-template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> min(const Pack<S>& a, const Pack<S>& b) {
-  return where_above<S, width>(b, a, a, b);
-}
-template <class S, VectorWidth width> ATWOOD_INLINE Pack<S> max(const Pack<S>& a, const Pack<S>& b) {
-  return where_above<S, width>(a, b, a, b);
-}
+template <class P> ATWOOD_INLINE P min(const P& a, const P& b) { return where_above(b, a, a, b); }
+template <class P> ATWOOD_INLINE P max(const P& a, const P& b) { return where_above(a, b, a, b); }
 
 // Entries 0 to 2 of gathered rows: velocities, positions. Entries 3 to 5: body rates, rotation vectors.
-template <class S> ATWOOD_INLINE Vec3<Pack<S>> linear_part(const Pack<S> (&row)[kLaneCount]) {
-  return {row[0], row[1], row[2]};
-}
-template <class S> ATWOOD_INLINE Vec3<Pack<S>> angular_part(const Pack<S> (&row)[kLaneCount]) {
-  return {row[3], row[4], row[5]};
-}
-template <class S> ATWOOD_INLINE void store_vector(const Vec3<Pack<S>>& a, Pack<S>* entries) {
+template <class P> ATWOOD_INLINE Vec3<P> linear_part(const P (&row)[kLaneCount]) { return {row[0], row[1], row[2]}; }
+template <class P> ATWOOD_INLINE Vec3<P> angular_part(const P (&row)[kLaneCount]) { return {row[3], row[4], row[5]}; }
+template <class P> ATWOOD_INLINE void store_vector(const Vec3<P>& a, P* entries) {
   entries[0] = a.x;
   entries[1] = a.y;
   entries[2] = a.z;
-}
-template <class S> ATWOOD_INLINE void set_zero(Pack<S> (&row)[kLaneCount]) {
-  for (auto& entry : row) entry = broadcast(S(0));
 }
 
 }  // namespace atwood::stepping
