@@ -34,6 +34,7 @@ add_library(atwood_engine STATIC
   joints/constraints.cpp
   joints/constraints_rows.cpp
   joints/derivatives.cpp
+  joints/differences.cpp
   joints/joint_forces.cpp
   joints/mass_matrix.cpp
   joints/planar_rates.cpp
@@ -137,7 +138,7 @@ set_source_files_properties(
   integrators/conserving_correction.cpp integrators/free_flight_alone.cpp integrators/free_flight_lanes.cpp
   integrators/maximal_coordinates.cpp integrators/radau15_point_masses.cpp
   integrators/radau15.cpp integrators/runge_kutta.cpp integrators/symmetric_projection.cpp integrators/taylor.cpp joints/constraints.cpp
-  joints/constraints_rows.cpp joints/derivatives.cpp joints/planar_loops.cpp
+  joints/constraints_rows.cpp joints/derivatives.cpp joints/differences.cpp joints/planar_loops.cpp
   joints/planar_loops_wide.cpp joints/symmetric_corrections.cpp joints/tree.cpp joints/tree_dynamics.cpp joints/tree_motion.cpp
   joints/tree_rates.cpp rigid/mechanism.cpp rigid/model.cpp rigid/rate_lanes.cpp smooth/prepare.cpp smooth/run.cpp
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
@@ -147,3 +148,8 @@ set_source_files_properties(integrators/formulas.cpp PROPERTIES SKIP_UNITY_BUILD
 add_executable(atwood-engine worker_main.cpp)
 target_link_libraries(atwood-engine PRIVATE atwood_engine)
 set_target_properties(atwood-engine PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+
+# What `atwood derivatives` asks: a scene on standard input, derivatives as CSV on standard output.
+add_executable(atwood-derivatives derivatives_main.cpp)
+target_link_libraries(atwood-derivatives PRIVATE atwood_engine quadmath)
+set_target_properties(atwood-derivatives PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)

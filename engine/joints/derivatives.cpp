@@ -35,9 +35,10 @@ enum class Direction { displacement, rate, force };
 }  // namespace
 
 AccelerationDerivatives acceleration_derivatives(const Scene& scene, const std::vector<int>& offsets, int first_free,
-                                                 const double* y, int size) {
+                                                 const double* y, int size, double t_s) {
   Tree<Scalar> tree(scene, offsets, first_free);
-  const JointForces<Scalar> joint_forces(scene);
+  JointForces<Scalar> joint_forces(scene);
+  joint_forces.select(t_s);
   const int n = tree.rate_count();
   std::vector<Load<Scalar>> loads(scene.bodies.size());
   const auto& g = scene.gravity_m_per_s2;
@@ -55,7 +56,7 @@ AccelerationDerivatives acceleration_derivatives(const Scene& scene, const std::
     if (along == Direction::rate) state[tree.state_of_rate(rate)].slope = 1;
     if (along == Direction::force) applied[rate].slope = 1;
     tree.kinematics(Scalar(0), state.data());
-    joint_forces.add(tree, Scalar(0), state.data(), applied.data());
+    joint_forces.add(tree, Scalar(t_s), state.data(), applied.data());
     tree.accelerations(loads.data(), applied.data(), du.data());
     for (int i = 0; i < n; ++i) {
       out.acceleration[i] = du[i].value;

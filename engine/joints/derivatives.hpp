@@ -16,9 +16,10 @@ struct AccelerationDerivatives {
   std::vector<double> acceleration, by_displacement, by_rate, by_force;
 };
 
-// `offsets`, `first_free`: the layout of the state, as for Tree; y: a state of `size` scalars. The scene's other
-// forces, closing joints and ropes are left out.
+// `offsets`, `first_free`: the layout of the state, as for Tree; y: a state of `size` scalars, in which joints whose
+// motion is prescribed are where the scene starts them; t_s: the time of the motors alone. The scene's other forces,
+// closing joints and ropes are left out.
 AccelerationDerivatives acceleration_derivatives(const Scene& scene, const std::vector<int>& offsets, int first_free,
-                                                 const double* y, int size);
+                                                 const double* y, int size, double t_s = 0);
 
 }  // namespace atwood

@@ -64,6 +64,8 @@ struct Options {
   bool swept = false;                      // contacts
   bool particles = false, probes = false;  // trace: of fluids, instead of the bodies
   bool joints = false, ropes = false;      // trace: of mechanisms, instead of the bodies
+  double at_s = 0;                         // derivatives: the time of the run
+  bool ladder = false;                     // derivatives: the errors of differences against their steps
   bool evidence = false;                   // describe METHOD --program
   bool same_rate = false,
        native_rate = false;         // compare, advise: whose right-hand side is evaluated; neither: compare chooses
@@ -173,6 +175,7 @@ int command_schema(const Place&, const Options&);
 int command_run(const Place&, const Options&);
 int command_trace(const Place&, const Options&);
 int command_contacts(const Place&, const Options&);
+int command_derivatives(const Place&, const Options&);
 int command_compare(const Place&, const Options&);
 int command_check(const Place&, const Options&);
 int command_gate(const Place&, const Options&);

@@ -211,6 +211,23 @@ void declare_commands(Parser& p) {
                      "Move bodies with constant velocity and spin to the scene's end, and report the first touch");
   contacts->add_option("--limit", o.cell_limit_s, "Seconds that the answer may take")->capture_default_str();
 
+  auto* derivatives =
+      p.add("derivatives", "How accelerations of joints change with coordinates, rates and forces, against differences",
+            command_derivatives);
+  derivatives->add_option("SCENE", o.input, "A file or a catalogue id: joints without loops")->required();
+  derivatives->add_option("--at", o.at_s, "The time of the run [s]")->capture_default_str();
+  derivatives
+      ->add_option("--method", o.methods,
+                   "The method that runs the scene up to this time, or truth (default: atwood/dop853)")
+      ->expected(1);
+  p.counts(derivatives, "Steps of the whole run, and of MuJoCo's step (default: the scenario's last rung)");
+  derivatives->add_flag("--ladder", o.ladder,
+                        "The errors of forward and central differences against their steps instead, with MuJoCo's\n"
+                        "derivatives of its own step");
+  p.other_engines(derivatives);
+  derivatives->add_option("--limit", o.cell_limit_s, "Seconds that the run, and each answer, may take")
+      ->capture_default_str();
+
   auto* compare = p.add("compare", "Methods side by side: error, order and cost on each scenario", command_compare);
   compare->add_option("METHODS", o.methods, "Two or more method ids")->required()->expected(1, 64);
   compare->add_option("--scenario,--filter", o.scenarios, "Scenarios: ids, globs or files")->expected(1)->take_all();

@@ -2,23 +2,18 @@
 #include <catch2/catch.hpp>
 
 #include "joints/derivatives.hpp"
+#include "joints/differences.hpp"
 #include "joints/tree.hpp"
-#include "math/so3.hpp"
 #include "mechanisms.hpp"
 
 namespace atwood::testing {
 namespace {
 
-struct Layout {
-  std::vector<int> offsets;
-  int first_free = 0;
-  std::vector<double> y;
-};
-Layout layout_of(const Scene& scene) {
+TreeState layout_of(const Scene& scene) {
   RigidModel<double> model(scene);
   INFO(model.unsupported());
   REQUIRE(model.unsupported().empty());
-  Layout layout;
+  TreeState layout;
   for (int i = 0; i < model.body_count(); ++i) layout.offsets.push_back(model.offset(i));
   layout.first_free = model.tree()->scalars_at();
   layout.y.resize(model.state_size());
@@ -26,48 +21,9 @@ Layout layout_of(const Scene& scene) {
   return layout;
 }
 
-AccelerationDerivatives by_duals(const Scene& scene, const Layout& layout) {
+AccelerationDerivatives by_duals(const Scene& scene, const TreeState& layout) {
   return acceleration_derivatives(scene, layout.offsets, layout.first_free, layout.y.data(),
                                   static_cast<int>(layout.y.size()));
-}
-
-enum class Along { displacement, rate, force };
-
-// (u'(+step) - u'(-step)) / (2 step), or (u'(step) - u'(0)) / step, along every rate.
-template <class S>
-std::vector<S> by_differences(const Scene& scene, const Layout& layout, Along along, S step, bool central) {
-  Tree<S> tree(scene, layout.offsets, layout.first_free);
-  const JointForces<S> joint_forces(scene);
-  const int n = tree.rate_count();
-  std::vector<Load<S>> loads(scene.bodies.size());
-  for (auto& load : loads) load.acceleration_W = narrow3<S>(scene.gravity_m_per_s2);
-  const auto at = [&](const Link<S>& link, int k, S by) {
-    std::vector<S> y(layout.y.begin(), layout.y.end()), applied(n), du(n);
-    const auto turn = [&](S* q, int axis) {
-      Vec3<S> about{};
-      (axis == 0 ? about.x : axis == 1 ? about.y : about.z) = by;
-      store4(load4(q) * so3_exp(about), q);
-    };
-    if (along == Along::rate) y[tree.state_of_rate(link.first_rate + k)] += by;
-    if (along == Along::force) applied[link.first_rate + k] = by;
-    if (along == Along::displacement) {
-      if (link.joint < 0 && k >= 3) turn(y.data() + link.at_q + 6, k - 3);
-      else if (link.kind == JointKind::ball && link.joint >= 0) turn(y.data() + link.at_q, k);
-      else y[link.at_q + k] += by;
-    }
-    tree.kinematics(S(0), y.data());
-    joint_forces.add(tree, S(0), y.data(), applied.data());
-    tree.accelerations(loads.data(), applied.data(), du.data());
-    return du;
-  };
-  std::vector<S> matrix(static_cast<std::size_t>(n) * n);
-  for (const Link<S>& link : tree.links())
-    for (int k = 0; k < link.rates; ++k) {
-      const std::vector<S> after = at(link, k, step), before = at(link, k, central ? -step : S(0));
-      for (int i = 0; i < n; ++i)
-        matrix[i * n + link.first_rate + k] = (after[i] - before[i]) / (central ? S(2) * step : step);
-    }
-  return matrix;
 }
 
 template <class A, class B> double worst_difference(const std::vector<A>& a, const std::vector<B>& exact) {
@@ -91,10 +47,11 @@ TEST_CASE("derivatives of random trees by duals are those of differences in quad
         spring.stiffness = 3, spring.damping = 0.2;
         scene.joint_forces.push_back(spring);
       }
-    const Layout layout = layout_of(scene);
+    const TreeState layout = layout_of(scene);
     const AccelerationDerivatives dual = by_duals(scene, layout);
     const auto check = [&](Along along, const std::vector<double>& matrix) {
-      worst = std::max(worst, worst_difference(matrix, by_differences<Quad>(scene, layout, along, Quad(1e-10), true)));
+      worst = std::max(worst, worst_difference(matrix, difference_derivatives<Quad>(scene, layout, along, Quad(1e-10),
+                                                                                    DifferenceRule::central)));
     };
     check(Along::displacement, dual.by_displacement);
     check(Along::rate, dual.by_rate);
@@ -109,15 +66,19 @@ TEST_CASE("derivatives of random trees by duals are those of differences in quad
 // The error of a forward difference is h / 2 |f''| + eps / h |f|, of a central one h^2 / 6 |f'''| + eps / h |f|.
 TEST_CASE("the error of differences in double has its least value far above that of duals") {
   const Scene scene = hinge_chain({2.0, 1.0, -0.5}, {0.3, -1.0, 2.0});
-  const Layout layout = layout_of(scene);
-  const std::vector<Quad> exact = by_differences<Quad>(scene, layout, Along::displacement, Quad(1e-10), true);
+  const TreeState layout = layout_of(scene);
+  const std::vector<Quad> exact =
+      difference_derivatives<Quad>(scene, layout, Along::displacement, Quad(1e-10), DifferenceRule::central);
   const double dual = worst_difference(by_duals(scene, layout).by_displacement, exact);
   double least[2] = {1, 1}, at[2] = {};
   for (int k = 1; k <= 14; ++k) {
     const double step = std::pow(10.0, -k);
     double error[2];
     for (int c = 0; c < 2; ++c) {
-      error[c] = worst_difference(by_differences<double>(scene, layout, Along::displacement, step, c == 1), exact);
+      error[c] =
+          worst_difference(difference_derivatives<double>(scene, layout, Along::displacement, step,
+                                                          c == 1 ? DifferenceRule::central : DifferenceRule::forward),
+                           exact);
       if (error[c] < least[c]) least[c] = error[c], at[c] = step;
     }
     if (k == 14) CHECK(error[0] > 1e-3);
