@@ -269,6 +269,21 @@ template <class S> bool PlanarLoops<S>::project_positions(S* y) {
   return true;
 }
 
+// Sharpening is one step of Newton's method, of gap / pivot, and opens the gap by about its square: nearer to a singular
+// configuration than the root of a rounding that is more than it closes. Positions then stay as they were, within their
+// tolerance, and the report says that they were not sharpened.
+template <class S> void PlanarLoops<S>::sharpen_or_keep(S* y) {
+  std::copy(y, y + before_.size(), before_.begin());
+  const S most = real::max(S(1), worst_value(true));
+  sharpen_positions(y);
+  set_values(y);
+  if (worst_value(true) <= most) return;
+  std::copy(before_.begin(), before_.end(), y);
+  set_values(y);
+  constraints_.report_.ended = SolveEnd::stagnated;
+  constraints_.report_.residual = static_cast<double>(worst_value(true) * S(16) * real::epsilon<S>());
+}
+
 template <class S> bool PlanarLoops<S>::project(S* y) {
   std::copy(y, y + before_.size(), before_.begin());
   const S most = real::sqrt(real::epsilon<S>()) / (S(16) * real::epsilon<S>()) * S(1e-3);
@@ -280,8 +295,7 @@ template <class S> bool PlanarLoops<S>::project(S* y) {
   factor();
   const auto least_pivot = [&] { return qr_.rank() < chosen_ ? S(0) : qr_.pivot(chosen_ - 1); };
   if (least_pivot() < S(kMinPivot)) {
-    sharpen_positions(y);
-    set_values(y);
+    sharpen_or_keep(y);
     factor();
   }
   const S least = least_pivot();

@@ -116,6 +116,7 @@ template <class S> class PlanarLoops {
   ATWOOD_INLINE V constrain(K lane, const States& y, const Vec3<S>& gravity_W, const V* applied, Work<V>& work) const;
   void set_values(const S* y);
   void sharpen_positions(S* y);
+  void sharpen_or_keep(S* y);
   S worst_value(bool chosen_alone) const;
   void factor();
   void change(S* y, bool rates);
