@@ -35,7 +35,8 @@ Engine bullet_engine() {
        {{"formulation", std::string(bullet::kReduced)}, {"multibody_integrator", std::string(bullet::kSemiImplicit)}}},
       {"multibody-rk4",
        "The same with useRK4Integration: Runge-Kutta in four stages, for trees without stops and driven rates. "
-       "It is of order 4 on hinges and sliders, 2 on balls, and 1 in the attitude of a free base.",
+       "It is of order 4 on hinges and sliders, 2 on balls, and 1 in the attitude of a free base. Springs, dampers and motors, "
+       "which the adapter evaluates, stay constant over the step: order 1 with them.",
        {{"formulation", std::string(bullet::kReduced)}, {"multibody_integrator", std::string(bullet::kRungeKutta)}}}};
   rival.settings = bullet::settings();
   rival.refusal = bullet::refusal;

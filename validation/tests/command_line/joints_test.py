@@ -106,6 +106,30 @@ class Joints(Case):
         self.assertEqual([joint["kind"] for joint in scene["joints"]], ["hinge", "slider"])
         self.assertEqual(scene["joint_forces"][0]["damping_N_m_s_per_rad"], 0.3)
 
+    def test_motors_that_bullet_holds_over_a_step(self):
+        """bullet64/multibody-rk4 moves arm-6 as if every motor were late by half a step (docs/joints.md)."""
+        steps = 8000
+        with open(os.path.join(ROOT, "validation/scenarios/arm-6.toml")) as file:
+            arm = file.read()
+        lines, frequency = [], 0.0
+        for line in arm.replace('"arm-6"', '"arm-late"').splitlines():
+            if line.startswith("angular_frequency_rad_per_s"):
+                frequency = float(line.split("=")[1])
+            if line.startswith("phase_rad"):
+                line = f"phase_rad = {float(line.split('=')[1]) - frequency / steps / 2!r}"
+            lines.append(line)
+
+        def end(scene, method, count):
+            rows = csv.DictReader(io.StringIO(self.ask("trace", scene, "--method", method, "--steps", str(count), "--samples",
+                                                       "1", "--joints").stdout))
+            return [float(row["q0"]) for row in rows if float(row["t_s"]) > 0]
+
+        late = end(self.path("late.toml", "\n".join(lines)), "atwood/dop853", 4000)
+        on_time, bullet = end("arm-6", "atwood/dop853", 4000), end("arm-6", "bullet64/multibody-rk4", steps)
+        self.assertEqual(len(bullet), 6)
+        self.assertGreater(max(abs(a - b) for a, b in zip(bullet, on_time)), 0.3)
+        self.assertLess(max(abs(a - b) for a, b in zip(bullet, late)), 1e-4)
+
     def test_urdf_that_is_no_mechanism(self):
         for before, after, told in (
                 ('<child link="lower"/>', '<child link="x"/>', "arm.urdf:15: joint `slide` names the child link `x`"),
