@@ -48,7 +48,7 @@ template <VectorWidth width> struct HalfLanes {
   template <class Of> ATWOOD_INLINE Value gather(const Of& of) const {
     return Value{of(lane), of(lane + 1), of(lane + 2), of(lane + 3)};
   }
-  ATWOOD_INLINE Value root_of(const Value& a) const { return square_root(WholePack<width>{}, a); }
+  ATWOOD_INLINE Value root_of(const Value& a) const { return root(WholePack<width>{}, a); }
   template <class Write> ATWOOD_INLINE void each(const Value& value, const Write& write) const {
     for (int k = 0; k < 4; ++k) write(lane + k, value[k]);
   }

@@ -7,25 +7,10 @@ namespace atwood::fluid {
 
 template <class S> struct RegisterOf {};
 template <> struct RegisterOf<float> { using Type = FloatPack; };
-template <> struct RegisterOf<double> { using Type = double __attribute__((vector_size(32))); };
+template <> struct RegisterOf<double> { using Type = FourDoubles; };
 // What a machine of this width holds in one register. Of the plain target as much, in two.
 template <class S, VectorWidth width>
 using Register = std::conditional_t<width == VectorWidth::v4, Pack<S>, typename RegisterOf<S>::Type>;
-
-template <class P, VectorWidth width> ATWOOD_INLINE P square_root(WholePack<width>, const P& a) {
-#if defined(__x86_64__) && !defined(__clang__)
-  if constexpr (std::is_same_v<P, RegisterOf<double>::Type> && width == VectorWidth::v3) {
-    P root_of_a;
-    asm("vsqrtpd %1, %0" : "=x"(root_of_a) : "x"(a));
-    return root_of_a;
-  }
-#endif
-  if constexpr (std::is_same_v<P, RegisterOf<double>::Type>) {
-    return P{real::sqrt(a[0]), real::sqrt(a[1]), real::sqrt(a[2]), real::sqrt(a[3])};
-  } else {
-    return root(WholePack<width>{}, a);
-  }
-}
 
 // Two numbers from each address, in one register: loads do it, where GCC would shuffle registers.
 template <VectorWidth width> ATWOOD_INLINE RegisterOf<double>::Type join_pairs(const double* low, const double* high) {

@@ -59,7 +59,7 @@ template <class S, VectorWidth width> struct RegisterLanes {
       }
     }
   }
-  ATWOOD_INLINE Value root_of(const Value& a) const { return square_root(WholePack<width>{}, a); }
+  ATWOOD_INLINE Value root_of(const Value& a) const { return root(WholePack<width>{}, a); }
   ATWOOD_INLINE Value active(int n, const int* counts) const {
     return each([&](int k) ATWOOD_INLINED { return n < counts[first + k] ? S(1) : S(0); });
   }

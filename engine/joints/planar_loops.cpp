@@ -126,7 +126,10 @@ template <class S> void PlanarLoops<S>::forward_kinematics(const OneState<S>& y)
 
 template <class S> void PlanarLoops<S>::forward_kinematics(VectorWidth width, const StateLanes<S>& y) {
   if constexpr (PackOf<S>::in_register)
-    in_lanes<S>(width, [&](auto) ATWOOD_INLINED { planar_.outward_pass(y, lanes_.links.data()); });
+    in_lanes<S>(width, [&](auto w) ATWOOD_INLINED {
+      constexpr VectorWidth at = decltype(w)::value;
+      planar_.outward_pass(y.template at_width<at>(), lanes_.template at<at>().links.data());
+    });
 }
 
 template <class S> void PlanarLoops<S>::write_poses(const OneState<S>& y, S* to) {
@@ -140,11 +143,13 @@ template <class S> void PlanarLoops<S>::write_poses(const OneState<S>& y, S* to)
 
 template <class S> void PlanarLoops<S>::write_poses(VectorWidth width, const StateLanes<S>& y, LaneBlock<S>* to) {
   if constexpr (PackOf<S>::in_register)
-    in_lanes<S>(width, [&](auto) ATWOOD_INLINED {
-      locate(y, DrivenJoints::from_time, lanes_);
-      Pack<S> pose[kBodyScalars];
+    in_lanes<S>(width, [&](auto w) ATWOOD_INLINED {
+      constexpr VectorWidth at = decltype(w)::value;
+      auto& work = lanes_.template at<at>();
+      locate(y.template at_width<at>(), DrivenJoints::from_time, work);
+      PackAt<S, at> pose[kBodyScalars];
       for (std::size_t i = 0; i < bodies_.size(); ++i) {
-        write_pose(static_cast<int>(i), lanes_, pose);
+        write_pose(static_cast<int>(i), work, pose);
         for (int k = 0; k < kBodyScalars; ++k) store<S>(pose[k], to[bodies_[i].body * kBodyScalars + k].lane);
       }
     });
@@ -159,14 +164,13 @@ template <class S> void PlanarLoops<S>::apply_loads(const Load<S>* loads) {
 
 template <class S> void PlanarLoops<S>::apply_loads(VectorWidth width, const LaneBlock<S>* loads) {
   if constexpr (PackOf<S>::in_register)
-    in_lanes<S>(width, [&](auto) ATWOOD_INLINED {
+    in_lanes<S>(width, [&](auto w) ATWOOD_INLINED {
+      constexpr VectorWidth at = decltype(w)::value;
       for (std::size_t i = 0; i < bodies_.size(); ++i) {
-        const S* at = loads[bodies_[i].body * kLoadScalars].lane;
-        const auto three = [&](int c) ATWOOD_INLINED {
-          return Vec3<Pack<S>>{load(at + c * kLaneCount), load(at + (c + 1) * kLaneCount),
-                               load(at + (c + 2) * kLaneCount)};
-        };
-        apply_load(static_cast<int>(i), three(0), three(3), three(6), lanes_);
+        const S* load = loads[bodies_[i].body * kLoadScalars].lane;
+        const auto three = [&](int c)
+                               ATWOOD_INLINED { return load3(load + c * kLaneCount, kLaneCount, WholePack<at>{}); };
+        apply_load(static_cast<int>(i), three(0), three(3), three(6), lanes_.template at<at>());
       }
     });
 }
@@ -177,11 +181,14 @@ template <class S> S PlanarLoops<S>::accelerate(const OneState<S>& y, const Vec3
 
 template <class S>
 LaneBlock<S> PlanarLoops<S>::accelerate(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W,
-                                        const Pack<S>* applied) {
+                                        const LaneBlock<S>* applied) {
   LaneBlock<S> least{};
   if constexpr (PackOf<S>::in_register)
-    in_lanes<S>(width, [&](auto kernel_width) ATWOOD_INLINED {
-      store<S>(constrain(WholePack<decltype(kernel_width)::value>{}, y, gravity_W, applied, lanes_), least.lane);
+    in_lanes<S>(width, [&](auto w) ATWOOD_INLINED {
+      constexpr VectorWidth at = decltype(w)::value;
+      const LaneValues<PackAt<S, at>> forces{lanes_of(applied)};
+      store<S>(constrain(WholePack<at>{}, y.template at_width<at>(), gravity_W, forces, lanes_.template at<at>()),
+               least.lane);
     });
   return least;
 }

@@ -24,7 +24,7 @@ template <class S> class PlanarLoops {
   // The kinematics of `tree` are those of some state; `constraints` has chosen its rows.
   static std::unique_ptr<PlanarLoops> of(Tree<S>& tree, Constraints<S>& constraints);
 
-  // ---- rates, in this order; V: S, or Pack<S> of float and double
+  // ---- rates, in this order; V: S, or the pack of float or double at the kernel's width
   // Kinematics at (t, y), where the rates of the coordinates are written.
   void forward_kinematics(const OneState<S>& y);
   void forward_kinematics(VectorWidth width, const StateLanes<S>& y);
@@ -37,7 +37,8 @@ template <class S> class PlanarLoops {
   void apply_loads(VectorWidth width, const LaneBlock<S>* loads);
   // The rates' accelerations under the constraints; the least pivot of one state, and of each of eight.
   S accelerate(const OneState<S>& y, const Vec3<S>& gravity_W, const S* applied);
-  LaneBlock<S> accelerate(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W, const Pack<S>* applied);
+  LaneBlock<S> accelerate(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W,
+                          const LaneBlock<S>* applied);
 
   // Constraints::project(); false, and y as it was: the constraints have to do it.
   bool project(S* y);
@@ -112,8 +113,9 @@ template <class S> class PlanarLoops {
   ATWOOD_INLINE V acceleration_along(const Equation& equation, const Vec3<S>& gravity_W, const Work<V>& work) const;
   template <class K, class V> ATWOOD_INLINE V factor_in_order(K lane, int count, Work<V>& work) const;
   template <class V> ATWOOD_INLINE void solve_in_order(int count, Work<V>& work) const;
-  template <class K, class States, class V>
-  ATWOOD_INLINE V constrain(K lane, const States& y, const Vec3<S>& gravity_W, const V* applied, Work<V>& work) const;
+  template <class K, class States, class Applied, class V>
+  ATWOOD_INLINE V constrain(K lane, const States& y, const Vec3<S>& gravity_W, const Applied& applied,
+                            Work<V>& work) const;
   void set_values(const S* y);
   void sharpen_positions(S* y);
   void sharpen_or_keep(S* y);
@@ -130,7 +132,7 @@ template <class S> class PlanarLoops {
   std::vector<Equation> equations_;  // the chosen ones first
   int chosen_ = 0, rates_ = 0;
   Work<S> one_;
-  Work<Pack<S>> lanes_;  // float and double
+  WorkInLanes<Work, S> lanes_;  // float and double
   // of projections
   LeastNorm<S> qr_;
   std::vector<FineLinkPose> fine_;

@@ -213,11 +213,11 @@ ATWOOD_INLINE V PlanarLoops<S>::factor_in_order(K lane, int count, Work<V>& work
     V square = in_all_lanes<V>(S(0));
     for (int i = k; i < rates_; ++i) square = square + v[i] * v[i];
     const V length = root(lane, square), first = v[k];
-    const V pivot = first > S(0) ? -length : length;
+    const V pivot = where_above(first, in_all_lanes<V>(S(0)), -length, length);
     work.diagonal[k] = S(1) / pivot;
     v[k] = first - pivot;
     work.reflected[k] = S(1) / (-pivot * v[k]);  // 2 / |v|^2
-    least = length < least ? length : least;
+    least = where_above(least, length, length, least);
     for (int j = k + 1; j < count; ++j) {
       V* c = work.column.data() + j * rates_;
       V sum = v[k] * c[k];
@@ -251,8 +251,8 @@ ATWOOD_INLINE void PlanarLoops<S>::solve_in_order(int count, Work<V>& work) cons
 }
 
 template <class S>
-template <class K, class States, class V>
-ATWOOD_INLINE V PlanarLoops<S>::constrain(K lane, const States& y, const Vec3<S>& gravity_W, const V* applied,
+template <class K, class States, class Applied, class V>
+ATWOOD_INLINE V PlanarLoops<S>::constrain(K lane, const States& y, const Vec3<S>& gravity_W, const Applied& applied,
                                           Work<V>& work) const {
   planar_.inward_pass(applied, work.links.data());
   planar_.acceleration_pass(y, gravity_W, work.links.data());

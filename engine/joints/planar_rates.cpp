@@ -87,14 +87,14 @@ template <class S> void PlanarRates<S>::rates(const OneState<S>& y, const Vec3<S
 
 template <class S>
 void PlanarRates<S>::rates(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W,
-                           const Pack<S>* applied) {
+                           const LaneBlock<S>* applied) {
   if constexpr (PackOf<S>::in_register)
     in_lanes<S>(width, [&](auto w) ATWOOD_INLINED {
-      using P = PackAt<S, decltype(w)::value>;
-      const StateLanes<S, P> states{y.t_s, y.y, y.dydt, y.stride};
-      auto* work = lanes_.template at<decltype(w)::value>();
+      constexpr VectorWidth at = decltype(w)::value;
+      const auto states = y.template at_width<at>();
+      auto* work = lanes_.template at<at>().data();
       outward_pass(states, work);
-      inward_pass(LaneValues<P>{reinterpret_cast<const S*>(applied)}, work);
+      inward_pass(LaneValues<PackAt<S, at>>{lanes_of(applied)}, work);
       acceleration_pass(states, gravity_W, work);
     });
 }

@@ -24,7 +24,7 @@ template <class S> class PlanarRates {
   // The rates of the joints' part of the state, under uniform gravity and the generalised forces `applied`
   // (Tree::rate_count() of them): of one state, and of eight at once with the bits of each (float and double only).
   void rates(const OneState<S>& y, const Vec3<S>& gravity_W, const S* applied);
-  void rates(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W, const Pack<S>* applied);
+  void rates(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W, const LaneBlock<S>* applied);
 
  private:
   template <class V> struct Pair { V x{}, y{}; };
@@ -68,7 +68,8 @@ template <class S> class PlanarRates {
 
   std::vector<Constants> links_;
   std::vector<State<S>> state_;
-  WorkInLanes<State, S> lanes_;  // float and double
+  template <class V> using LinkStates = RegisterVector<State<V>>;
+  WorkInLanes<LinkStates, S> lanes_;  // float and double
   std::vector<Plane> planes_;
 };
 

@@ -29,6 +29,9 @@ template <class S, class P = Pack<S>> struct StateLanes {
   ATWOOD_INLINE P at(int i) const { return load_as<P>(y + i * stride); }
   ATWOOD_INLINE void set(int i, const P& rate) const { store<S>(rate, dydt + i * stride); }
   ATWOOD_INLINE void add(int i, const P& rate) const { set(i, load_as<P>(dydt + i * stride) + rate); }
+  template <VectorWidth width> ATWOOD_INLINE StateLanes<S, PackAt<S, width>> at_width() const {
+    return {t_s, y, dydt, stride};
+  }
 };
 
 // A constant of the mechanism in all lanes.
@@ -51,21 +54,21 @@ template <class T> struct RegisterAllocator {
 };
 template <class T> using RegisterVector = std::vector<T, RegisterAllocator<T>>;
 
-// What a kernel over eight states works in: T of the packs of each width.
+// What a kernel over eight states works in: T of the pack of each width.
 template <template <class> class T, class S> struct WorkInLanes {
-  RegisterVector<T<PackAt<S, VectorWidth::v4>>> v4;
-  RegisterVector<T<PackAt<S, VectorWidth::v3>>> v3;
-  RegisterVector<T<PackAt<S, VectorWidth::narrow>>> narrow;
+  T<PackAt<S, VectorWidth::v4>> v4;
+  T<PackAt<S, VectorWidth::v3>> v3;
+  T<PackAt<S, VectorWidth::narrow>> narrow;
 
-  void resize(std::size_t count) {
-    v4.resize(count);
-    v3.resize(count);
-    narrow.resize(count);
+  template <class... Sizes> void resize(Sizes... sizes) {
+    v4.resize(sizes...);
+    v3.resize(sizes...);
+    narrow.resize(sizes...);
   }
-  template <VectorWidth width> auto* at() {
-    if constexpr (width == VectorWidth::v4) return v4.data();
-    else if constexpr (width == VectorWidth::v3) return v3.data();
-    else return narrow.data();
+  template <VectorWidth width> auto& at() {
+    if constexpr (width == VectorWidth::v4) return v4;
+    else if constexpr (width == VectorWidth::v3) return v3;
+    else return narrow;
   }
 };
 

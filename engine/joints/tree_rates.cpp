@@ -333,14 +333,13 @@ template <class S> void TreeRates<S>::rates(const OneState<S>& y, const Vec3<S>&
 }
 
 template <class S>
-void TreeRates<S>::rates(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W, const Pack<S>* applied) {
+void TreeRates<S>::rates(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W,
+                         const LaneBlock<S>* applied) {
   if constexpr (PackOf<S>::in_register)
     in_lanes<S>(width, [&](auto w) ATWOOD_INLINED {
       constexpr VectorWidth at = decltype(w)::value;
-      using P = PackAt<S, at>;
-      evaluate(StateLanes<S, P>{y.t_s, y.y, y.dydt, y.stride}, gravity_W,
-               LaneValues<P>{reinterpret_cast<const S*>(applied)}, node_lanes_.template at<at>(),
-               freedom_lanes_.template at<at>());
+      evaluate(y.template at_width<at>(), gravity_W, LaneValues<PackAt<S, at>>{lanes_of(applied)},
+               node_lanes_.template at<at>().data(), freedom_lanes_.template at<at>().data());
     });
 }
 

@@ -19,7 +19,7 @@ template <class S> class TreeRates {
   // The rates of the whole state, under the generalised forces `applied` (Tree::rate_count() of them): of one state,
   // and of eight at once with the bits of each (float and double only).
   void rates(const OneState<S>& y, const Vec3<S>& gravity_W, const S* applied);
-  void rates(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W, const Pack<S>* applied);
+  void rates(VectorWidth width, const StateLanes<S>& y, const Vec3<S>& gravity_W, const LaneBlock<S>* applied);
 
  private:
   // As in LinkMotion and Articulated; of a resting body that links hang on: q, R alone differ from 0.
@@ -59,8 +59,10 @@ template <class S> class TreeRates {
   std::vector<Constants> links_;
   std::vector<Node<S>> nodes_;
   std::vector<Freedom<S>> freedoms_;
-  WorkInLanes<Node, S> node_lanes_;  // float and double
-  WorkInLanes<Freedom, S> freedom_lanes_;
+  template <class V> using Nodes = RegisterVector<Node<V>>;
+  template <class V> using Freedoms = RegisterVector<Freedom<V>>;
+  WorkInLanes<Nodes, S> node_lanes_;  // float and double
+  WorkInLanes<Freedoms, S> freedom_lanes_;
 };
 
 }  // namespace atwood

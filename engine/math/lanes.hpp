@@ -17,6 +17,7 @@ inline constexpr int kLaneCount = 8;  // doubles of an AVX-512 register
 
 template <class S> struct alignas(kLaneCount * sizeof(S)) LaneBlock { S lane[kLaneCount]; };
 template <class S> using LaneArray = std::vector<LaneBlock<S>>;  // aligned to whole registers
+template <class S> const S* lanes_of(const LaneBlock<S>* blocks) { return blocks == nullptr ? nullptr : blocks->lane; }
 template <class S> S* lanes_of(LaneArray<S>& blocks) { return blocks.empty() ? nullptr : blocks.front().lane; }
 
 // f(k) for each lane; lanes are independent of each other. A full block has a trip count that the compiler knows.

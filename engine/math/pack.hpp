@@ -152,6 +152,13 @@ template <VectorWidth width, class S> ATWOOD_INLINE PackAt<S, width> broadcast_a
   else return PackAt<S, width>(value);
 }
 
+// x where a > b; y elsewhere, and where a or b is NaN.
+template <class P> ATWOOD_INLINE P where_above(const P& a, const P& b, const P& x, const P& y) { return a > b ? x : y; }
+template <class V>
+ATWOOD_INLINE Halves<V> where_above(const Halves<V>& a, const Halves<V>& b, const Halves<V>& x, const Halves<V>& y) {
+  return {where_above(a.low, b.low, x.low, y.low), where_above(a.high, b.high, x.high, y.high)};
+}
+
 // |a| where it is larger than `most` or NaN; `most` elsewhere.
 template <class S> ATWOOD_INLINE Pack<S> larger_size(const Pack<S>& a, const Pack<S>& most) {
   if constexpr (!PackOf<S>::in_register) {

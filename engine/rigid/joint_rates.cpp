@@ -12,7 +12,7 @@ JointRates<S>::JointRates(RigidModel<S>& model)
   const Tree<S>& tree = *model.tree_;
   if constexpr (PackOf<S>::in_register) {
     part_.resize(one_.size() + 1);
-    applied_lanes_.assign(tree.rate_count(), broadcast(S(0)));
+    applied_lanes_.assign(tree.rate_count(), LaneBlock<S>{});
   }
   if (model.constraints_ != nullptr) return;
   planar_ = PlanarRates<S>::of(tree);
@@ -81,7 +81,7 @@ template <class S> void JointRates<S>::apply_in_lanes(const StateLanes<S>& y) {
     for (int k = 0; k < kLaneCount; ++k) {
       for (int i = 0; i < model_.state_size_; ++i) one_[i] = y.y[i * y.stride + k];
       model_.apply_joint_forces(y.t_s[k], one_.data());
-      for (std::size_t i = 0; i < model_.applied_.size(); ++i) applied_lanes_[i][k] = model_.applied_[i];
+      for (std::size_t i = 0; i < model_.applied_.size(); ++i) applied_lanes_[i].lane[k] = model_.applied_[i];
     }
   }
 }

@@ -29,11 +29,11 @@ template <class S> class JointRates {
   void loops_in_lanes(const StateLanes<S>& y);
 
   RigidModel<S>& model_;
-  std::optional<TreeRates<S>> tree_;       // has a value where nothing ties the tree's links further
-  std::optional<PlanarRates<S>> planar_;   // and where the whole tree moves in planes
-  RegisterVector<Pack<S>> applied_lanes_;  // generalised forces
-  LaneArray<S> part_;                      // of eight states: the states, their times, their rates
-  std::vector<S> one_;                     // a state and its rate
+  std::optional<TreeRates<S>> tree_;      // has a value where nothing ties the tree's links further
+  std::optional<PlanarRates<S>> planar_;  // and where the whole tree moves in planes
+  LaneArray<S> applied_lanes_;            // generalised forces
+  LaneArray<S> part_;                     // of eight states: the states, their times, their rates
+  std::vector<S> one_;                    // a state and its rate
 };
 
 }  // namespace atwood

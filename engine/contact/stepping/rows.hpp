@@ -23,13 +23,6 @@ template <class S, class P> ATWOOD_INLINE void store_lanes(const Vec3<P>& a, Lan
   store<S>(a.z, to[2].lane);
 }
 
-// x where a > b; y elsewhere, and where a or b is NaN.
-template <class P> ATWOOD_INLINE P where_above(const P& a, const P& b, const P& x, const P& y) { return a > b ? x : y; }
-template <class V>
-ATWOOD_INLINE Halves<V> where_above(const Halves<V>& a, const Halves<V>& b, const Halves<V>& x, const Halves<V>& y) {
-  return {where_above(a.low, b.low, x.low, y.low), where_above(a.high, b.high, x.high, y.high)};
-}
-
 // Transposes four rows of four, in place.
 ATWOOD_INLINE void transpose4(FourDoubles& a, FourDoubles& b, FourDoubles& c, FourDoubles& d) {
   const FourDoubles ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6),
