@@ -24,8 +24,8 @@ template <class V> ATWOOD_INLINE Halves<V> guess_inverse_root(const Halves<V>& x
 
 // x^(-3/2) to 3 units in the last place, and x^-1 to 1e-5: some 25 additions and multiplications, which run in the
 // pipelines of a processor where square roots and divisions of packs wait for one unit. Of a first guess y of x^(-1/2),
-// with e = 1 - x y^2, the series of (1 - e)^(-1/2) and, for the result, of (1 - e)^(-3/2). 0 and infinity give no finite
-// number.
+// with e = 1 - x y^2, the series of (1 - e)^(-1/2) and, for the result, of (1 - e)^(-3/2). 0 and infinity give no
+// finite number.
 template <class P> ATWOOD_INLINE P inverse_cube_of_root(const P& x, P& inverse) {
   P y = guess_inverse_root(x);
   P e = 1.0 - x * (y * y);

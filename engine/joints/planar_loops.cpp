@@ -276,9 +276,9 @@ template <class S> bool PlanarLoops<S>::project_positions(S* y) {
   return true;
 }
 
-// Sharpening is one step of Newton's method, of gap / pivot, and opens the gap by about its square: nearer to a singular
-// configuration than the root of a rounding that is more than it closes. Positions then stay as they were, within their
-// tolerance, and the report says that they were not sharpened.
+// Sharpening is one step of Newton's method, of gap / pivot, and opens the gap by about its square: nearer to a
+// singular configuration than the root of a rounding that is more than it closes. Positions then stay as they were,
+// within their tolerance, and the report says that they were not sharpened.
 template <class S> void PlanarLoops<S>::sharpen_or_keep(S* y) {
   std::copy(y, y + before_.size(), before_.begin());
   const S most = real::max(S(1), worst_value(true));
