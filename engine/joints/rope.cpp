@@ -60,7 +60,7 @@ RopePath<S> rope_path(const RopeConstraint<S>& rope, const TiedBody<S>& first, c
       const auto& wheel = rope.over[part - 1];
       S angle = real::atan2(dot(wheel.axis, cross(before, d)), dot(before, d));
       if (angle < -turn<S>() / S(8)) angle += turn<S>();
-      if (angle < S(0)) path.fault = "the rope leaves its pulley";
+      if (angle < S(0)) path.fault = "the rope leaves its pulley, or bends around it by more than 315 degrees";
       path.length_m += wheel.radius * angle;
     }
     if (part == 0) {

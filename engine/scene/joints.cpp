@@ -397,6 +397,7 @@ void resolve_mechanisms(Reading& r, const FileDraft& draft) {
     check_gaps(r, mechanisms, placed);
     const Scene before = scene;
     project_start(scene, placed);
+    require_bends(scene, placed);
     write_joints(scene, placed, false);
     write_bodies(scene, placed);
     write_joints(scene, placed_start(scene), true);

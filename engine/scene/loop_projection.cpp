@@ -580,4 +580,22 @@ LoopGap rope_gap(const Scene& scene, const MechanismStart& start, int rope) {
   return {0, static_cast<double>(fabsq(rate_of(row, start)) / speed)};
 }
 
+void require_bends(const Scene& scene, const MechanismStart& start) {
+  constexpr double round_off_rad = 1e-12, least_rad = -0.25 * 3.14159265358979323846;
+  for (std::size_t i = 0; i < scene.ropes.size(); ++i) {
+    const Rope& rope = scene.ropes[i];
+    const RopePath path = path_of(scene, start, i);
+    for (std::size_t k = 0; k < rope.over.size(); ++k) {
+      if (rope.over[k].radius_m == 0) continue;
+      const Vector &in = path.directions[k], &out = path.directions[k + 1];
+      const Real bend = atan2q(dot(unit(wide(rope.over[k].axis)), cross(in, out)), dot(in, out));
+      if (bend < -round_off_rad && bend > least_rad)
+        throw MechanismError("rope `" + rope.name + "` leaves pulley " + std::to_string(k) +
+                                 ", or bends around it by more than 315 degrees; expected a bend of 0 to 315 degrees "
+                                 "in the sense of the pulley's `axis`",
+                             -1, static_cast<int>(i));
+    }
+  }
+}
+
 }  // namespace atwood

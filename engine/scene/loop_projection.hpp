@@ -28,5 +28,8 @@ struct LoopGap {
 // Of a closing joint, and of a rope, at the start.
 LoopGap joint_gap(const Scene& scene, const MechanismStart& start, int joint);
 LoopGap rope_gap(const Scene& scene, const MechanismStart& start, int rope);
+// Throws MechanismError where a rope does not bend around one of its pulleys as its axis says. A course that is found
+// from the places of its ends cannot tell a bend by 330 degrees from one by -30: from 315 degrees on it is the latter.
+void require_bends(const Scene& scene, const MechanismStart& start);
 
 }  // namespace atwood

@@ -312,6 +312,26 @@ TEST_CASE("a pulley's side is the one on which the rope bends around it") {
   CHECK(distance(rope("{ axle_m = [0, 0, 0], radius_m = 0.1, axis = [0, -1, 0] }").over[0].axis, {0, -1, 0}) < 1e-15);
 }
 
+TEST_CASE("a rope that bends around its pulley by more than 315 degrees, or away from it, is refused by name") {
+  // Down to the pulley's left side, around it by the angle, and on along the tangent there.
+  const auto wound = [](double degrees) {
+    const double radius = 0.25, at = (180 + degrees) * std::acos(-1.0) / 180, c = std::cos(at), s = std::sin(at);
+    const auto point = [](double x, double y) { return std::to_string(x) + ", " + std::to_string(y) + ", 0"; };
+    return kHead + "[[body]]\nname = \"l\"\nmass_kg = 1\nposition_m = [" + point(-radius, 1) +
+           "]\n[[body]]\nname = \"r\"\nmass_kg = 1\nposition_m = [" + point(radius * c - s, radius * s + c) +
+           "]\n[[rope]]\nname = \"R\"\nbodies = [\"l\", \"r\"]\nover_m = [[-0.25, 0.5, 0], { axle_m = [0, 0, 0], "
+           "radius_m = 0.25, axis = [0, 0, 1] }]\n";
+  };
+  for (const double degrees : {1.0, 90.0, 200.0, 300.0, 314.0, 361.0}) CHECK(message(wound(degrees)) == "no error");
+  for (const double degrees : {316.0, 330.0, 359.0, -1.0, -44.0}) {
+    const std::string said = message(wound(degrees));
+    CAPTURE(degrees, said);
+    CHECK(said.find(
+              "rope `R` leaves pulley 1, or bends around it by more than 315 degrees; expected a bend of 0 to 315") !=
+          std::string::npos);
+  }
+}
+
 TEST_CASE("joints that name no tree") {
   REQUIRE(message(kBodies + kHinge) == "no error");
   check(kBodies + "[[joint]]\nkind = \"hinge\"\nbodies = [\"world\", \"c\"]\naxis_body = [0, 0, 1]\n", "17:20",
