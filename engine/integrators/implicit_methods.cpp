@@ -42,6 +42,25 @@ MethodInfo gauss(const std::string& scheme, int stages, const std::string& name)
   return info;
 }
 
+// Its default is the ordinary projection: the symmetric one takes several solves a step.
+MethodInfo trapezoid() {
+  MethodInfo info =
+      fixed_step("trapezoid", claims_in_any_coordinates(2),
+                 "y_new = y + h/2 (f(t, y) + f(t + h, y_new)); A-stable without damping at infinity. Reversible where "
+                 "nothing is normalised or projected after a step: not with quaternions, and on loops and ropes by the "
+                 "symmetric projection alone (projection=symmetric), which needs a state without quaternions." +
+                     solved_how + embedded_attitude,
+                 "Dahlquist, BIT 3 (1963) 27; Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. II.7.4");
+  declare_settings(
+      info, {{"projection",
+              std::string("standard"),
+              {one_of({"standard", "symmetric", "none"}),
+               "Of mechanisms with loops or ropes: positions and rates are put back onto the constraints after a step, "
+               "which then is not symmetric (standard); or the same multipliers move the state before and after a step "
+               "so that it ends on them (symmetric; several solves a step); or nothing, and they drift off (none)."}}});
+  return info;
+}
+
 MethodInfo generalised_alpha() {
   MethodInfo info =
       fixed_step("generalised-alpha", claims_in_any_coordinates(2),
@@ -63,11 +82,7 @@ std::vector<MethodInfo> implicit_methods() {
       fixed_step("implicit-euler", claims_in_any_coordinates(1),
                  "y_new = y + h f(t + h, y_new); L-stable." + solved_how + embedded_attitude,
                  "Hairer, Wanner, Solving ODEs II (2nd ed.), eq. IV.1.8"),
-      fixed_step("trapezoid", claims_in_any_coordinates(2),
-                 "y_new = y + h/2 (f(t, y) + f(t + h, y_new)); A-stable without damping at infinity. Reversible where "
-                 "nothing is normalised or projected after a step: not with quaternions, loops or ropes." +
-                     solved_how + embedded_attitude,
-                 "Dahlquist, BIT 3 (1963) 27; Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. II.7.4"),
+      trapezoid(),
       gauss("implicit-midpoint", 1, "y_new = y + h f(t + h/2, (y + y_new) / 2), the implicit midpoint rule"),
       gauss("gauss2", 1, "Gauss's method of one stage, the implicit midpoint rule"),
       gauss("gauss4", 2, "Gauss's method of two stages (Hammer and Hollingsworth)"),
@@ -98,15 +113,27 @@ template <class S> StepperResult<S> make_implicit(const StepperRequest<S>& reque
     const ImplicitOptions options{request.flag("compensated"), projects, estimates};
     return StepperPointer<S>(std::make_unique<ImplicitRungeKutta<S>>(request.system, tableau, options));
   };
-  const auto gauss = [&](int stages) -> StepperResult<S> {
-    const CollocationTableau tableau = gauss_collocation(stages);
-    if (!constrained || std::get<std::string>(request.settings.at("projection")) != "symmetric")
-      return runge_kutta(tableau, constrained);
+  const auto asks_symmetric = [&] {
+    return constrained && std::get<std::string>(request.settings.at("projection")) == "symmetric";
+  };
+  const auto symmetric = [&](const CollocationTableau& tableau) -> StepperResult<S> {
     if (request.flag("compensated"))
       return cannot_step(scheme, "takes either compensated sums or the symmetric projection of loops and ropes");
     return StepperPointer<S>(std::make_unique<SymmetricProjection<S>>(*request.model, runge_kutta(tableau, false)));
   };
+  const auto gauss = [&](int stages) -> StepperResult<S> {
+    const CollocationTableau tableau = gauss_collocation(stages);
+    return asks_symmetric() ? symmetric(tableau) : runge_kutta(tableau, constrained);
+  };
   if (scheme == "implicit-euler") return runge_kutta(radau_right_collocation(1), true);
+  if (scheme == "trapezoid" && asks_symmetric()) {
+    // Gauss's methods keep the length of a quaternion; here it would have to be one of the constraints.
+    if (!request.model->attitudes().empty())
+      return cannot_step(scheme,
+                         "projects symmetrically onto loops and ropes of states without quaternions: of hinges, "
+                         "sliders and points; expected projection=standard here");
+    return symmetric(trapezoid_tableau());
+  }
   if (scheme == "trapezoid") return runge_kutta(trapezoid_tableau(), true);
   if (scheme == "implicit-midpoint" || scheme == "gauss2") return gauss(1);
   if (scheme == "gauss4") return gauss(2);

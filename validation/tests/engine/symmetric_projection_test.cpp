@@ -19,6 +19,26 @@ TEST_CASE("Gauss's methods reverse on loops and ropes, with the ordinary project
   CHECK(back_and_forth("implicit-midpoint", catalogue_scene("slider-crank-free"), 0.01, 60, standard) > 1e-8);
 }
 
+TEST_CASE("the trapezoid reverses on loops of hinges and sliders with the symmetric projection alone") {
+  const Settings symmetric{{"projection", std::string("symmetric")}};
+  for (const char* id : {"slider-crank-free", "bricard", "four-bar-crank"}) {
+    INFO(id);
+    CHECK(back_and_forth("trapezoid", catalogue_scene(id), 0.01, 60, symmetric) < 1e-11);
+  }
+  CHECK(back_and_forth("trapezoid", catalogue_scene("slider-crank-free"), 0.01, 60) > 1e-8);
+  const Scene scene = catalogue_scene("slider-crank-free");
+  const Recorded fine = run("dop853", scene, {0.5, 2048, 1}, "long-double");
+  const auto error = [&](std::int64_t steps) {
+    const MethodId id = parse_method_id("atwood/trapezoid@long-double{projection=symmetric}");
+    return end_error(try_run(id, scene, {0.5, steps, 1}), fine);
+  };
+  CHECK(std::log2(error(32) / error(64)) == Approx(2.0).margin(0.15));
+  const Recorded turned = try_run(parse_method_id("atwood/trapezoid{projection=symmetric}"),
+                                  catalogue_scene("swinging-atwood-machine"), {0.1, 10, 1});
+  CHECK(turned.outcome.status == Status::unsupported);
+  CHECK(turned.outcome.reason.find("states without quaternions") != std::string::npos);
+}
+
 TEST_CASE("symmetric projection keeps the order of Gauss's methods, and closes loops to round-off") {
   const Scene scene = catalogue_scene("slider-crank-free");
   const Recorded fine = run("dop853", scene, {0.5, 2048, 1}, "long-double");
