@@ -4,7 +4,7 @@
 //   derivative,by,I,K,VALUE,DIFFERENCE       by duals; in quad by central differences at 1e-10
 //   ladder,by,duals|forward|central,STEP,ERROR   of the matrix in double, over its largest entry unless that is 0
 //   transition,I,K,VALUE    with H_S: of one step of this length of semi-implicit Euler's method, in quad
-// Exit codes: 0; 2 with one sentence on standard error where the scene is refused.
+// Exit codes: 0; 2 with one sentence on standard error where the scene is refused; 5: another failure.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -55,7 +55,7 @@ double largest_error(const std::vector<A>& a, const std::vector<Quad>& exact, co
     for (const Unknown& column : unknowns) {
       const auto at = static_cast<std::size_t>(row.rate * n + column.rate);
       const Quad off = real::abs(Quad(a[at]) - exact[at]);
-      worst = off <= worst ? worst : off;  // also where it is not a number
+      if (!(off <= worst) && worst == worst) worst = off;  // also where it is not a number
       largest = real::max(largest, real::abs(exact[at]));
     }
   return static_cast<double>(largest > 0 ? worst / largest : worst);
@@ -130,8 +130,11 @@ int main(int count, char** words) {
   }
   try {
     return run(std::stod(words[1]), count == 3 ? std::stod(words[2]) : 0);
-  } catch (const std::exception& error) {
+  } catch (const InputError& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 5;
   }
 }

@@ -14,9 +14,8 @@ using Register = std::conditional_t<width == VectorWidth::v4, Pack<S>, typename 
 
 // Two numbers from each address, in one register: loads do it, where GCC would shuffle registers.
 template <VectorWidth width> ATWOOD_INLINE RegisterOf<double>::Type join_pairs(const double* low, const double* high) {
-  using Pair = double __attribute__((vector_size(16)));
-  Pair pairs[2];
-  __builtin_memcpy(&pairs[0], low, sizeof(Pair));
+  TwoDoubles pairs[2];
+  __builtin_memcpy(&pairs[0], low, sizeof(TwoDoubles));
 #if defined(__x86_64__) && !defined(__clang__)
   struct Two {
     double of[2];
@@ -32,7 +31,7 @@ template <VectorWidth width> ATWOOD_INLINE RegisterOf<double>::Type join_pairs(c
     return joined;
   }
 #endif
-  __builtin_memcpy(&pairs[1], high, sizeof(Pair));
+  __builtin_memcpy(&pairs[1], high, sizeof(TwoDoubles));
   return __builtin_shufflevector(pairs[0], pairs[1], 0, 1, 2, 3);
 }
 

@@ -1,6 +1,7 @@
 // The inner loops of Radau15, one node per lane. RadauTable defines the sums.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 
@@ -95,8 +96,19 @@ template <class V> struct LargestSize<Halves<V>> {
 template <class S> struct LargestSize<WidePack<S>> {
   WidePack<S> most = broadcast(S(0));
 
-  ATWOOD_INLINE void add(const WidePack<S>& a) { most = larger_size<S>(a, most); }
-  ATWOOD_INLINE S value() const { return largest_lane<S>(most); }
+  ATWOOD_INLINE void add(const WidePack<S>& a) {
+    for (int k = 0; k < kLaneCount; ++k) take(real::abs(a[k]), most.lane[k]);
+  }
+  ATWOOD_INLINE S value() const {
+    S largest = most[0];
+    for (int k = 1; k < kLaneCount; ++k) take(most[k], largest);
+    return largest;
+  }
+
+ private:
+  ATWOOD_INLINE static void take(S size, S& largest) {
+    if (!(size <= largest) && largest == largest) largest = size;
+  }
 };
 
 // Eight rows of a table, kept in registers.
@@ -129,7 +141,7 @@ ATWOOD_INLINE void stages(const std::vector<int>& components, int shift, const S
 
 // The values to which stages add their sums: y, or the straight line y + c h v (v of component i at y[i + shift]).
 template <class P, class S = LaneOf<P>> ATWOOD_INLINE void set_base(const std::vector<int>& once, const S* y, S* base) {
-  for (const int i : once) store<S>(broadcast(y[i]), base + i * kNodes);
+  for (const int i : once) std::fill(base + i * kNodes, base + (i + 1) * kNodes, y[i]);
 }
 template <class P, class S = LaneOf<P>>
 ATWOOD_INLINE void set_base(const std::vector<int>& twice, int shift, const RadauTable<S>& table, S h_s, const S* y,

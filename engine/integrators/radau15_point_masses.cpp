@@ -146,7 +146,7 @@ template <VectorWidth width, int known, int dimensions> class Kernel {
     // Two pairs at once: one alone is a chain of operations that wait for each other.
     const GravitatingBodies::Pair* pair = system_.pairs.data();
     const GravitatingBodies::Pair* const end = pair + system_.pairs.size();
-    for (; pair + 2 <= end; pair += 2, attraction += 2) {
+    for (; end - pair >= 2; pair += 2, attraction += 2) {
       const P between[2] = {separate(pair[0], x, attraction[0]), separate(pair[1], x, attraction[1])};
       Halves<P> inverse_square;
       const Halves<P> inverse_cube = inverse_cube_of_root(Halves<P>(between[0], between[1]), inverse_square);

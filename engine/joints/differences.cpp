@@ -106,10 +106,12 @@ void damp_implicitly(const Scene& scene, Tree<Quad>& tree, Quad h, std::vector<Q
   const std::size_t n = du.size();
   std::vector<Quad> A(n * n), unit(n), column(n);
   for (std::size_t k = 0; k < n; ++k) {
+    A[k * n + k] = 1;
+    if (damping[k] == 0) continue;
     unit.assign(n, Quad(0));
     unit[k] = h * damping[k];
     tree.solve(unit.data(), column.data());
-    for (std::size_t i = 0; i < n; ++i) A[i * n + k] = column[i] + (i == k ? 1 : 0);
+    for (std::size_t i = 0; i < n; ++i) A[i * n + k] += column[i];
   }
   solve_in_place(std::move(A), du);
 }

@@ -232,7 +232,7 @@ template <class S> S PlanarLoops<S>::worst_value(bool chosen_alone) const {
   const std::size_t count = chosen_alone ? static_cast<std::size_t>(chosen_) : equations_.size();
   for (std::size_t e = 0; e < count; ++e) {
     const S value = real::abs(value_[e]) / tolerance_[e];
-    if (!(value <= worst)) worst = value;
+    if (!(value <= worst) && worst == worst) worst = value;  // also where it is not a number
   }
   return worst;
 }
@@ -277,8 +277,8 @@ template <class S> bool PlanarLoops<S>::project_positions(S* y) {
 }
 
 // Sharpening is one step of Newton's method, of gap / pivot, and opens the gap by about its square: nearer to a
-// singular configuration than the root of a rounding that is more than it closes. Positions then stay as they were,
-// within their tolerance, and the report says that they were not sharpened.
+// singular configuration than the root of a rounding that is more than it closes. Where gaps then are beyond their
+// tolerance, positions stay as they were, and the report says that they were not sharpened.
 template <class S> void PlanarLoops<S>::sharpen_or_keep(S* y) {
   std::copy(y, y + before_.size(), before_.begin());
   const S most = real::max(S(1), worst_value(true));

@@ -19,7 +19,8 @@ template <class S> struct OneState {
   ATWOOD_INLINE void add(int i, S rate) const { dydt[i] += rate; }
 };
 
-// Component i of state k at y[i * stride + k], its time at t_s[k].
+// Component i of state k at y[i * stride + k], its time at t_s[k]. A kernel takes those of its width (at_width); the
+// default P only names the pointers.
 template <class S, class P = Pack<S>> struct StateLanes {
   using Value = P;
   const S *t_s, *y;
@@ -54,7 +55,7 @@ template <class T> struct RegisterAllocator {
 };
 template <class T> using RegisterVector = std::vector<T, RegisterAllocator<T>>;
 
-// What a kernel over eight states works in: T of the pack of each width.
+// What a kernel over eight states works in: T of the pack of each width; all three are there, and one is used.
 template <template <class> class T, class S> struct WorkInLanes {
   T<PackAt<S, VectorWidth::v4>> v4;
   T<PackAt<S, VectorWidth::v3>> v3;

@@ -46,7 +46,7 @@ template <> struct PackOf<double> {
 template <class S> using Pack = typename PackOf<S>::Type;
 
 // Two packs as one: eight doubles where a register holds four or two. GCC keeps a vector that is wider than the
-// registers in memory, and copies it in parts from there to there; so it does with a struct that it may copy as bytes.
+// registers in memory, and copies it there in parts; so it does with a struct that it may copy as bytes.
 template <class V> struct Halves {
   V low, high;
   Halves() = default;
@@ -159,26 +159,6 @@ ATWOOD_INLINE Halves<V> where_above(const Halves<V>& a, const Halves<V>& b, cons
   return {where_above(a.low, b.low, x.low, y.low), where_above(a.high, b.high, x.high, y.high)};
 }
 
-// |a| where it is larger than `most` or NaN; `most` elsewhere.
-template <class S> ATWOOD_INLINE Pack<S> larger_size(const Pack<S>& a, const Pack<S>& most) {
-  if constexpr (!PackOf<S>::in_register) {
-    Pack<S> out;
-    for (int k = 0; k < kLaneCount; ++k) {
-      const S size = real::abs(a[k]);
-      out.lane[k] = size <= most[k] ? most[k] : size;
-    }
-    return out;
-  } else {
-    const Pack<S> size = a < S(0) ? -a : a;
-    return size <= most ? most : size;
-  }
-}
-// The largest lane, by halves; NaN if any lane is NaN.
-template <class S> ATWOOD_INLINE S largest_lane(const Pack<S>& a) {
-  const auto larger = [](S x, S y) ATWOOD_INLINED { return x <= y ? y : (y <= x ? x : x + y); };
-  return larger(larger(larger(a[0], a[4]), larger(a[2], a[6])), larger(larger(a[1], a[5]), larger(a[3], a[7])));
-}
-
 // All lanes at once, in a kernel built for this width: what a law or a loop may take instead of the number of a lane.
 template <VectorWidth width> struct WholePack {};
 
@@ -194,13 +174,6 @@ template <class P, VectorWidth width> ATWOOD_INLINE P root(WholePack<width>, con
   constexpr bool of_doubles = std::is_same_v<LaneOf<P>, double>;
   if constexpr (sizeof(P) == 64 && width == VectorWidth::v4) {
     asm("vsqrtpd %1, %0" : "=v"(root_of_a) : "v"(a));
-    return root_of_a;
-  }
-  if constexpr (sizeof(P) == 64 && width == VectorWidth::v3) {
-    FourDoubles half[2];
-    __builtin_memcpy(half, &a, sizeof(a));
-    for (FourDoubles& part : half) part = root(WholePack<width>{}, part);
-    __builtin_memcpy(&root_of_a, half, sizeof(a));
     return root_of_a;
   }
   if constexpr (sizeof(P) == 32 && width != VectorWidth::narrow) {

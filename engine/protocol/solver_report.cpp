@@ -16,7 +16,8 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "misfit no longer halves and is below 64 ulp; capped with four invariants: the step keeps the energy alone; of "
        "mechanisms, the positions at which loops are closed and ropes have their lengths, nearest in the metric of the "
        "mass; converged: 16 roundings of the lengths in a constraint, of 1 for an angle, 0 iterations where they are met "
-       "already; stagnated: the misfit no longer halves and is below 4096 roundings; where the projection is symmetric, the "
+       "already; stagnated: the misfit no longer halves and is below 4096 roundings, or, of planar loops, a last step "
+       "opened gaps beyond the tolerance and was taken back; where the projection is symmetric, the "
        "multipliers by which a step is moved before and after it, by simplified Newton iterations of whole steps, to the "
        "same roundings of positions and speeds",
        "misfit of an invariant, or of a constraint, over the size of its terms"},

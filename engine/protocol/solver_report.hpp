@@ -11,7 +11,8 @@ namespace atwood {
 
 // How a solve ended. A solver names its own tolerance where it sets this.
 //   converged    the residual fell to the tolerance
-//   stagnated    the residual stopped falling within a few roundings of its own computation, above the tolerance
+//   stagnated    the residual stopped falling within a few roundings of its own computation, above the tolerance; or a
+//                last step below the tolerance was taken back, because it raised the residual
 //   capped       neither: the iteration limit was reached, or the iteration diverged or broke down
 enum class SolveEnd : unsigned char { converged, stagnated, capped };
 

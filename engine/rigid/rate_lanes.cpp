@@ -18,13 +18,13 @@ template <class S> struct Lanes {
   const std::vector<int>& moving;
 };
 
-template <class S> ATWOOD_INLINE void start(const Lanes<S>& lanes, const Vec3<S>& gravity) {
+template <VectorWidth width, class S> ATWOOD_INLINE void start(const Lanes<S>& lanes, const Vec3<S>& gravity) {
   for (const int i : lanes.moving) {
     S* load = lanes.load + i * kLoadScalars * kLaneCount;
-    const Pack<S> zero = broadcast(S(0));
-    store<S>(broadcast(gravity.x), load);
-    store<S>(broadcast(gravity.y), load + kLaneCount);
-    store<S>(broadcast(gravity.z), load + 2 * kLaneCount);
+    const auto zero = broadcast_at<width>(S(0));
+    store<S>(broadcast_at<width>(gravity.x), load);
+    store<S>(broadcast_at<width>(gravity.y), load + kLaneCount);
+    store<S>(broadcast_at<width>(gravity.z), load + 2 * kLaneCount);
     for (int c = 3; c < 6; ++c) store<S>(zero, load + c * kLaneCount);
     if (lanes.slots[i].rotates)
       for (int c = 6; c < kLoadScalars; ++c) store<S>(zero, load + c * kLaneCount);
@@ -82,7 +82,7 @@ template <class S> void RigidModel<S>::rates_of(void* context, int count, const 
                          model.slots_.data(),
                          model.mass_.data(),
                          model.moving_};
-    in_lanes<S>(model.width_, [&](auto) ATWOOD_INLINED { start(lanes, model.gravity_); });
+    in_lanes<S>(model.width_, [&](auto width) ATWOOD_INLINED { start<decltype(width)::value>(lanes, model.gravity_); });
     const S* resting = lanes_of(model.resting_lanes_);
     const LaneMotion<S> motion{model.width_, block,
                                t_s + first,  y + first,

@@ -1,7 +1,7 @@
 // atwood-mujoco-derivatives H_S STEP...: reads a scene as JSON from standard input, and prints MuJoCo's derivatives of
 // its own step of H_S at the scene's start, by differences with each STEP, as CSV:
 //   forward|central,STEP,I,K,VALUE
-// Exit codes: 0; 2 with one sentence on standard error where there are none.
+// Exit codes: 0; 2 with one sentence on standard error where there are none; 5: another failure.
 #include <cstdio>
 #include <exception>
 #include <iostream>
@@ -42,8 +42,11 @@ int main(int count, char** words) {
   }
   try {
     return run(count, words);
-  } catch (const std::exception& error) {
+  } catch (const atwood::InputError& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 5;
   }
 }

@@ -1,10 +1,12 @@
 // derivatives: how the accelerations of a scene's mechanisms change with their coordinates, rates and forces, at any
-// time of a run; and how exact differences of each step are beside them.
+// time of a run, and the errors of differences with each step.
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
-#include <sstream>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -53,7 +55,7 @@ void require_tree(const Scenario& scenario) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
     if (body.release_s > 0) refuse(fmt::format("the body `{}` is held until its release_s", body.name));
-    if (!body.fixed && !placed[i]) rates += 6;
+    if (!body.fixed && !placed[i]) rates += rotates(body) ? 6 : 3;
   }
   if (rates == 0) refuse("no joint of it moves by itself");
   if (rates > kMostRates) refuse(fmt::format("the mechanisms have {} rates, more than {}", rates, kMostRates));
@@ -91,6 +93,12 @@ std::int64_t steps_up_to(double t_s, const Scenario& scenario, std::int64_t step
 int move_start(const Place& place, const Options& options, std::int64_t steps, Scenario& scenario) {
   const std::string method = options.methods.empty() ? "atwood/dop853" : options.methods.front();
   Scenario until = scenario;
+  if (method != "truth" && !scenario.frame_ends_s.empty())
+    throw InputError(
+        fmt::format("derivatives: the steps of `{}` are recorded frames, and methods are sampled at its end alone; "
+                    "expected --method truth",
+                    scenario.id));
+  until.frame_ends_s.clear();  // a truth does not depend on the steps
   until.t_end_s = options.at_s;
   until.samples = 1;
   std::vector<Sample> values;
@@ -126,10 +134,11 @@ struct Said {
 };
 
 // Asks a program that reads the scene and prints CSV. It is confined as workers are.
-Said ask(const std::vector<std::string>& command, const Scene& scene, double limit_s) {
+Said ask(const std::vector<std::string>& command, const Scene& scene, const Options& options) {
   constexpr std::size_t kLongest = 1000;
-  Process process(command, false, {});
-  process.send(scene_to_json(scene) + "\n");
+  const double limit_s = options.cell_limit_s;
+  Process process(command, false, {.memory_bytes = memory_limit_of(options)});
+  process.send(scene_to_json(scene));
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limit_s));
   Said said;
@@ -151,6 +160,7 @@ Said ask(const std::vector<std::string>& command, const Scene& scene, double lim
   if (const std::string ending = process.ending(); ending != "exited with code 2")
     throw WorkerFailure(fmt::format("{} failed ({})", command.front(), ending));
   said.refusal = printable(process.error_text());
+  if (said.refusal.empty()) throw WorkerFailure(command.front() + " failed without a word");
   return said;
 }
 
@@ -190,7 +200,7 @@ void print_mujoco(const Said& mujoco, const Said& exact_lines, double t_s, Table
   for (std::size_t i = 0; i < mujoco.lines.size(); ++i) {
     const auto& field = mujoco.lines[i];
     const double off = std::fabs(static_cast<double>(parse_wide(field.at(4))) - exact.at({field.at(2), field.at(3)}));
-    worst = off <= worst ? worst : off;  // also where it is not a number
+    if (!(off <= worst) && !std::isnan(worst)) worst = off;
     const bool last = i + 1 == mujoco.lines.size() || mujoco.lines[i + 1].at(0) != field.at(0) ||
                       mujoco.lines[i + 1].at(1) != field.at(1);
     if (!last) continue;
@@ -213,7 +223,7 @@ int print_ladder(const Place& place, const Options& options, const Said& said, c
   }
   std::vector<std::string> command{program, format_double(h_s)};
   for (int power = 1; power <= kSmallestStep; ++power) command.push_back(format_double(std::pow(10.0, -power)));
-  const Said mujoco = ask(command, scene, options.cell_limit_s);
+  const Said mujoco = ask(command, scene, options);
   if (interrupt_signal() != 0) return 128 + interrupt_signal();
   if (!mujoco.refusal.empty()) fmt::print(stderr, "atwood: mujoco: unsupported: {}\n", mujoco.refusal);
   else print_mujoco(mujoco, said, options.at_s, table);
@@ -230,10 +240,13 @@ int command_derivatives(const Place& place, const Options& options) {
   if (!(options.at_s >= 0) || !(options.at_s <= scenario.t_end_s))
     throw InputError(
         fmt::format("--at {}: expected a time of the run, 0 to {} s", options.at_s, format_double(scenario.t_end_s)));
+  if (options.steps.size() > 1) throw InputError("--steps: expected one count");
+  if (options.hz.size() > 1) throw InputError("--hz: expected one count");
   const std::int64_t steps = options.steps.empty() ? scenario.steps.back() : options.steps.front();
   if (steps <= 0) throw InputError(fmt::format("--steps {}: expected a positive count", steps));
   const std::string program = place.worker_dir + "/atwood-derivatives";
-  if (access(program.c_str(), X_OK) != 0) throw std::runtime_error(program + " is not there; `./atwood` builds it");
+  if (access(program.c_str(), X_OK) != 0)
+    throw std::runtime_error(program + " is not there: the installation is incomplete");
   if (options.at_s > 0)
     if (const int code = move_start(place, options, steps, scenario); code != exit_pass) return code;
 
@@ -241,13 +254,16 @@ int command_derivatives(const Place& place, const Options& options) {
   const double h_s = scenario.t_end_s / static_cast<double>(steps);
   std::vector<std::string> command{program, format_double(options.at_s)};
   if (options.ladder) command.push_back(format_double(h_s));
-  const Said said = ask(command, scenario.scene, options.cell_limit_s);
+  const Said said = ask(command, scenario.scene, options);
   if (interrupt_signal() != 0) return 128 + interrupt_signal();
   if (!said.refusal.empty()) throw InputError(fmt::format("derivatives: `{}`: {}", scenario.id, said.refusal));
   const auto& bodies = scenario.scene.bodies;
   if (std::count_if(bodies.begin(), bodies.end(),
                     [](const Body& body) { return !std::holds_alternative<std::monostate>(body.shape); }) > 1)
     fmt::print(stderr, "atwood: contacts are not differentiated\n");
+  const auto& joints = scenario.scene.joints;
+  if (std::any_of(joints.begin(), joints.end(), [](const Joint& joint) { return joint.limits.has_value(); }))
+    fmt::print(stderr, "atwood: limits of joints are not differentiated\n");
   if (options.ladder) return print_ladder(place, options, said, scenario.scene, h_s);
   print_entries(said, scenario.scene, options.at_s, options.json);
   return exit_pass;

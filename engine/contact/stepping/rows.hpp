@@ -111,6 +111,9 @@ template <class P> ATWOOD_INLINE P max(const P& a, const P& b) { return where_ab
 // Entries 0 to 2 of gathered rows: velocities, positions. Entries 3 to 5: body rates, rotation vectors.
 template <class P> ATWOOD_INLINE Vec3<P> linear_part(const P (&row)[kLaneCount]) { return {row[0], row[1], row[2]}; }
 template <class P> ATWOOD_INLINE Vec3<P> angular_part(const P (&row)[kLaneCount]) { return {row[3], row[4], row[5]}; }
+template <VectorWidth width, class P> ATWOOD_INLINE void set_zero(P (&row)[kLaneCount]) {
+  for (P& entry : row) entry = broadcast_at<width>(LaneOf<P>(0));
+}
 template <class P> ATWOOD_INLINE void store_vector(const Vec3<P>& a, P* entries) {
   entries[0] = a.x;
   entries[1] = a.y;

@@ -18,7 +18,7 @@ template <class S, SpherePartner partner, VectorWidth width>
 ATWOOD_INLINE void gather_velocities(const SphereBatch<S>& c, const Row<S>* velocities, BodyPairLanes<S, width>& out) {
   gather<S, width>(velocities, c.a, out.a);
   if constexpr (partner == SpherePartner::moving_sphere) gather<S, width>(velocities, c.b, out.b);
-  else std::fill(std::begin(out.b), std::end(out.b), broadcast_at<width>(S(0)));
+  else set_zero<width>(out.b);
 }
 
 // Writes back what a contact may change: the rows of its moving bodies.
@@ -150,7 +150,7 @@ ATWOOD_INLINE void prepare(SphereBatch<S>& c, const Preparation<S>& p, Row<S>* p
   BodyPairLanes<S, width> pose, v;
   gather<S, width>(poses, c.a, pose.a);
   if constexpr (partner != SpherePartner::plane) gather<S, width>(poses, c.b, pose.b);
-  else std::fill(std::begin(pose.b), std::end(pose.b), broadcast_at<width>(S(0)));
+  else set_zero<width>(pose.b);
   gather_velocities<S, partner, width>(c, velocities, v);
   Vec3<PackAt<S, width>> n, d;
   PackAt<S, width> gap, arm_a, arm_b;

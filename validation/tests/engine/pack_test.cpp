@@ -118,5 +118,17 @@ TEMPLATE_TEST_CASE("the largest size and any lane above zero are found in every 
       }
 }
 
+TEST_CASE("the largest size of a scalar without vectors keeps a NaN of every lane") {
+  for (int lane = 0; lane < kLaneCount; ++lane) {
+    long double numbers[kLaneCount] = {1, -2, 0.5L, 0, -0.0L, 2, 1, -1};
+    numbers[lane] = std::numeric_limits<long double>::quiet_NaN();
+    radau::LargestSize<Pack<long double>> most;
+    most.add(load(numbers));
+    most.add(broadcast(0.25L));
+    INFO("lane " << lane);
+    CHECK(std::isnan(most.value()));
+  }
+}
+
 }  // namespace
 }  // namespace atwood::testing
