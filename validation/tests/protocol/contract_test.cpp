@@ -174,7 +174,7 @@ struct Contract {
   int version;
   std::uint64_t hash;
 };
-constexpr Contract kContract = {1, 0x51e5d15610714558};
+constexpr Contract kContract = {1, 0x7dd633addcfc5346};
 
 }  // namespace
 
