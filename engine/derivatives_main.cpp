@@ -99,7 +99,7 @@ int run(double t_s, double h_s) {
   RigidModel<double> model(scene);
   const std::string why = !model.unsupported().empty() ? model.unsupported()
                           : model.tree() == nullptr    ? "the scene has no joints"
-                          : model.constraints()        ? "the scene has loops or ropes"
+                          : model.constraints()        ? "the scene has loops, ropes or limits of joints"
                                                        : "";
   if (!why.empty()) {
     std::fprintf(stderr, "%s\n", why.c_str());

@@ -44,6 +44,7 @@ void require_tree(const Scenario& scenario) {
     if (joint.closes_loop)
       refuse(
           fmt::format("the joint `{}` closes a loop, and the multipliers of loops are not differentiated", joint.name));
+    if (joint.limits) refuse(fmt::format("the joint `{}` has limits, and stops are not differentiated", joint.name));
     placed[static_cast<std::size_t>(joint.child)] = 1;
     if (!joint.driven_rate) rates += rate_count(joint.kind);
   }
@@ -261,9 +262,6 @@ int command_derivatives(const Place& place, const Options& options) {
   if (std::count_if(bodies.begin(), bodies.end(),
                     [](const Body& body) { return !std::holds_alternative<std::monostate>(body.shape); }) > 1)
     fmt::print(stderr, "atwood: contacts are not differentiated\n");
-  const auto& joints = scenario.scene.joints;
-  if (std::any_of(joints.begin(), joints.end(), [](const Joint& joint) { return joint.limits.has_value(); }))
-    fmt::print(stderr, "atwood: limits of joints are not differentiated\n");
   if (options.ladder) return print_ladder(place, options, said, scenario.scene, h_s);
   print_entries(said, scenario.scene, options.at_s, options.json);
   return exit_pass;

@@ -185,7 +185,7 @@ driven_rate_rad_per_s = 1.5
         for option in ("--steps", "--hz"):
             self.ask("derivatives", self.path("scene.toml", PENDULUM), option, "100", option, "200", code=2,
                      told=[option + ": expected one count"])
-        self.ask("derivatives", "door-stop", told=["limits of joints are not differentiated"])
+        self.ask("derivatives", "door-stop", code=2, told=["has limits, and stops are not differentiated"])
 
 
 if __name__ == "__main__":
