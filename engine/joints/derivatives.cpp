@@ -30,8 +30,6 @@ void seed_displacement(const Link<Scalar>& link, int k, Scalar* y) {
   }
 }
 
-enum class Direction { displacement, rate, force };
-
 }  // namespace
 
 AccelerationDerivatives acceleration_derivatives(const Scene& scene, const std::vector<int>& offsets, int first_free,
@@ -48,13 +46,13 @@ AccelerationDerivatives acceleration_derivatives(const Scene& scene, const std::
   out.acceleration.resize(n);
   for (auto* matrix : {&out.by_displacement, &out.by_rate, &out.by_force}) matrix->resize(n * n);
   std::vector<Scalar> state(size), applied(n), du(n);
-  const auto column = [&](Direction along, const Link<Scalar>& link, int k, std::vector<double>& matrix) {
+  const auto column = [&](Along along, const Link<Scalar>& link, int k, std::vector<double>& matrix) {
     for (int i = 0; i < size; ++i) state[i] = y[i];
     for (Scalar& force : applied) force = 0.0;
     const int rate = link.first_rate + k;
-    if (along == Direction::displacement) seed_displacement(link, k, state.data());
-    if (along == Direction::rate) state[tree.state_of_rate(rate)].slope = 1;
-    if (along == Direction::force) applied[rate].slope = 1;
+    if (along == Along::displacement) seed_displacement(link, k, state.data());
+    if (along == Along::rate) state[tree.state_of_rate(rate)].slope = 1;
+    if (along == Along::force) applied[rate].slope = 1;
     tree.kinematics(Scalar(0), state.data());
     joint_forces.add(tree, Scalar(t_s), state.data(), applied.data());
     tree.accelerations(loads.data(), applied.data(), du.data());
@@ -65,9 +63,9 @@ AccelerationDerivatives acceleration_derivatives(const Scene& scene, const std::
   };
   for (const Link<Scalar>& link : tree.links())
     for (int k = 0; k < link.rates; ++k) {
-      column(Direction::displacement, link, k, out.by_displacement);
-      column(Direction::rate, link, k, out.by_rate);
-      column(Direction::force, link, k, out.by_force);
+      column(Along::displacement, link, k, out.by_displacement);
+      column(Along::rate, link, k, out.by_rate);
+      column(Along::force, link, k, out.by_force);
     }
   return out;
 }

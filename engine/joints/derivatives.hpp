@@ -7,6 +7,9 @@
 
 namespace atwood {
 
+// What a column is the derivative by.
+enum class Along { displacement, rate, force };
+
 // Of the accelerations u' of a tree under uniform gravity and the forces along its joints. Matrices have a row for each
 // acceleration and a column for each rate k: the derivative by a displacement of the coordinates along the rate (of a
 // ball or a free body's attitude: a small turn about an axis of the body), by the rate, and by a generalised force

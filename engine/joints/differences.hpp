@@ -9,13 +9,13 @@
 
 #include <vector>
 
+#include "joints/derivatives.hpp"
 #include "math/scalar.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood {
 
 enum class DifferenceRule { forward, central };
-enum class Along { displacement, rate, force };  // what a column is the derivative by, as in AccelerationDerivatives
 
 // A state as Tree lays it out. `t_s` is the time of the motors; joints whose motion is prescribed are where the scene
 // starts them.
