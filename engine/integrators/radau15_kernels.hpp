@@ -1,7 +1,6 @@
 // The inner loops of Radau15, one node per lane. RadauTable defines the sums.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <limits>
 
@@ -141,7 +140,8 @@ ATWOOD_INLINE void stages(const std::vector<int>& components, int shift, const S
 
 // The values to which stages add their sums: y, or the straight line y + c h v (v of component i at y[i + shift]).
 template <class P, class S = LaneOf<P>> ATWOOD_INLINE void set_base(const std::vector<int>& once, const S* y, S* base) {
-  for (const int i : once) std::fill(base + i * kNodes, base + (i + 1) * kNodes, y[i]);
+  for (const int i : once)
+    for (int n = 0; n < kNodes; ++n) base[i * kNodes + n] = y[i];
 }
 template <class P, class S = LaneOf<P>>
 ATWOOD_INLINE void set_base(const std::vector<int>& twice, int shift, const RadauTable<S>& table, S h_s, const S* y,
