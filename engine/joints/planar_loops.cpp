@@ -121,7 +121,7 @@ template <class S> bool PlanarLoops<S>::take_rows() {
 
 // ---- rates -------------------------------------------------------------------------------------------------------
 template <class S> void PlanarLoops<S>::forward_kinematics(const OneState<S>& y) {
-  planar_.outward_pass(y, one_.links.data());
+  run_scalar<S>(widest_vectors(), [&]() ATWOOD_INLINED { planar_.outward_pass(y, one_.links.data()); });
 }
 
 template <class S> void PlanarLoops<S>::forward_kinematics(VectorWidth width, const StateLanes<S>& y) {
@@ -176,7 +176,9 @@ template <class S> void PlanarLoops<S>::apply_loads(VectorWidth width, const Lan
 }
 
 template <class S> S PlanarLoops<S>::accelerate(const OneState<S>& y, const Vec3<S>& gravity_W, const S* applied) {
-  return constrain(0, y, gravity_W, applied, one_);
+  S least{};
+  run_scalar<S>(widest_vectors(), [&]() ATWOOD_INLINED { least = constrain(0, y, gravity_W, applied, one_); });
+  return least;
 }
 
 template <class S>

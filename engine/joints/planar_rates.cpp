@@ -80,9 +80,11 @@ template <class S> bool PlanarRates<S>::add_link(const Tree<S>& tree, int i, std
 }
 
 template <class S> void PlanarRates<S>::rates(const OneState<S>& y, const Vec3<S>& gravity_W, const S* applied) {
-  outward_pass(y, state_.data());
-  inward_pass(applied, state_.data());
-  acceleration_pass(y, gravity_W, state_.data());
+  run_scalar<S>(widest_vectors(), [&]() ATWOOD_INLINED {
+    outward_pass(y, state_.data());
+    inward_pass(applied, state_.data());
+    acceleration_pass(y, gravity_W, state_.data());
+  });
 }
 
 template <class S>

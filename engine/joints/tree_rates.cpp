@@ -329,7 +329,8 @@ ATWOOD_INLINE void TreeRates<S>::evaluate(const States& y, const Vec3<S>& gravit
 }
 
 template <class S> void TreeRates<S>::rates(const OneState<S>& y, const Vec3<S>& gravity_W, const S* applied) {
-  evaluate(y, gravity_W, applied, nodes_.data(), freedoms_.data());
+  run_scalar<S>(widest_vectors(),
+                [&]() ATWOOD_INLINED { evaluate(y, gravity_W, applied, nodes_.data(), freedoms_.data()); });
 }
 
 template <class S>

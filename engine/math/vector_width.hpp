@@ -40,7 +40,8 @@ bool knows_asked_width();  // false: the variable has another value
 #endif
 template <class Kernel> [[gnu::target(ATWOOD_V4), gnu::noinline]] void run_at_v4(const Kernel& kernel) { kernel(); }
 #undef ATWOOD_V4
-template <class Kernel> [[gnu::target("arch=x86-64-v3"), gnu::noinline]] void run_at_v3(const Kernel& kernel) {
+// Without fused multiply-adds: GCC 12 makes some of pairs of products (vfmaddsub) even where contraction is off.
+template <class Kernel> [[gnu::target("arch=x86-64-v3,no-fma"), gnu::noinline]] void run_at_v3(const Kernel& kernel) {
   kernel();
 }
 
@@ -49,8 +50,17 @@ template <class Kernel> void at_width(VectorWidth width, const Kernel& kernel) {
   else if (width == VectorWidth::v3) run_at_v3(kernel);
   else kernel();
 }
+
+// A kernel without lanes, in scalars of float and double: instructions of three operands spare copies. With AVX-512 too
+// it takes those of AVX2, for AVX-512 cannot be had without fused multiply-adds.
+template <class S, class Kernel> void run_scalar(VectorWidth width, const Kernel& kernel) {
+  if constexpr (has_vector_lanes<S>)
+    if (width != VectorWidth::narrow) return run_at_v3(kernel);
+  kernel();
+}
 #else
 template <class Kernel> void at_width(VectorWidth, const Kernel& kernel) { kernel(); }
+template <class S, class Kernel> void run_scalar(VectorWidth, const Kernel& kernel) { kernel(); }
 #endif
 
 }  // namespace atwood
