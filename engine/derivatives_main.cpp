@@ -27,7 +27,7 @@ namespace {
 using namespace atwood;
 
 constexpr double kQuadStep = 1e-10;
-constexpr int kSmallestStep = 14;  // 1e-1 to 1e-14
+constexpr int kStepExponents = 14;  // 1e-1 to 1e-14
 
 struct Unknown {
   bool of_joint = false;
@@ -73,7 +73,7 @@ void print_by(const char* by, Along along, const std::vector<double>& duals, con
   if (along == Along::force) return;
   std::printf("ladder,%s,duals,,%s\n", by, format_double(largest_error(duals, exact, unknowns, n)).c_str());
   for (const auto& [rule, name] : {std::pair(DifferenceRule::forward, "forward"), {DifferenceRule::central, "central"}})
-    for (int power = 1; power <= kSmallestStep; ++power) {
+    for (int power = 1; power <= kStepExponents; ++power) {
       const double step = std::pow(10.0, -power);
       const auto matrix = difference_derivatives<double>(scene, at, along, step, rule);
       std::printf("ladder,%s,%s,%s,%s\n", by, name, format_double(step).c_str(),

@@ -24,7 +24,7 @@ namespace atwood {
 namespace {
 
 constexpr int kMostRates = 200;
-constexpr int kSmallestStep = 14;  // of the differences: 1e-1 to 1e-14
+constexpr int kStepExponents = 14;  // of the differences: 1e-1 to 1e-14
 constexpr const char* kEntryColumns = "t_s,of,of_component,by,by_name,by_component,derivative,difference,error";
 constexpr const char* kLadderColumns = "t_s,by,from,step,error";
 
@@ -223,7 +223,7 @@ int print_ladder(const Place& place, const Options& options, const Said& said, c
     return exit_pass;
   }
   std::vector<std::string> command{program, format_double(h_s)};
-  for (int power = 1; power <= kSmallestStep; ++power) command.push_back(format_double(std::pow(10.0, -power)));
+  for (int power = 1; power <= kStepExponents; ++power) command.push_back(format_double(std::pow(10.0, -power)));
   const Said mujoco = ask(command, scene, options);
   if (interrupt_signal() != 0) return 128 + interrupt_signal();
   if (!mujoco.refusal.empty()) fmt::print(stderr, "atwood: mujoco: unsupported: {}\n", mujoco.refusal);
@@ -241,6 +241,9 @@ int command_derivatives(const Place& place, const Options& options) {
   if (!(options.at_s >= 0) || !(options.at_s <= scenario.t_end_s))
     throw InputError(
         fmt::format("--at {}: expected a time of the run, 0 to {} s", options.at_s, format_double(scenario.t_end_s)));
+  if (options.at_s == 0 && !options.methods.empty())
+    throw InputError(
+        "--method: at --at 0 the state is the scene's own; expected a later time, up to which the method runs");
   if (options.steps.size() > 1) throw InputError("--steps: expected one count");
   if (options.hz.size() > 1) throw InputError("--hz: expected one count");
   const std::int64_t steps = options.steps.empty() ? scenario.steps.back() : options.steps.front();

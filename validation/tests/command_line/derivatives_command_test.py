@@ -182,6 +182,8 @@ driven_rate_rad_per_s = 1.5
         for at in ("-1", "2.5", "nan"):
             self.ask("derivatives", self.path("scene.toml", PENDULUM), "--at", at, code=2, told=["--at"])
         self.ask("derivatives", self.path("scene.toml", PENDULUM), "--at", "1", "--method", "atwood/no-such", code=2)
+        self.ask("derivatives", self.path("scene.toml", PENDULUM), "--at", "0", "--method", "atwood/rk4", code=2,
+                 told=["--method", "scene's own"])
         for option in ("--steps", "--hz"):
             self.ask("derivatives", self.path("scene.toml", PENDULUM), option, "100", option, "200", code=2,
                      told=[option + ": expected one count"])
