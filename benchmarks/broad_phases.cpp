@@ -161,7 +161,7 @@ Calls timed(const Kind& kind, Crowd crowd, double shake_m, double fall_m, Team* 
   }
   const auto touching =
       std::count_if(pairs.begin(), pairs.end(), [&](const BodyPair& pair) { return touch(crowd, pair); });
-  return {quickest, static_cast<double>(phase->kept()), static_cast<double>(touching)};
+  return {quickest, static_cast<double>(phase->tested()), static_cast<double>(touching)};
 }
 
 constexpr double kSettled_m = 1e-5 * kRadius_m, kStirred_m = 0.05 * kRadius_m;

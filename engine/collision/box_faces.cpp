@@ -1,4 +1,5 @@
 // Clipping one box's face by another's: Sutherland and Hodgman (1974), in the reference face's own coordinates.
+#include <cassert>
 #include <limits>
 #include <utility>
 
@@ -11,10 +12,11 @@ namespace {
 
 // The two boxes in the axes of the reference box.
 template <class S> struct FacePair {
-  std::array<S, 3> h, other_h, t, n;  // half extents; vector to the other's centre; the normal towards it (unit)
-  std::array<std::array<S, 3>, 3> R;  // R[i][j] = reference axis i . other's axis j
+  std::array<S, 3> h, incident_h, t,
+      n;                              // half extents; vector to the incident box's centre; the normal towards it (unit)
+  std::array<std::array<S, 3>, 3> R;  // R[i][j] = reference axis i . incident axis j
   int k, l;                           // the faces' axes
-  S sign, other_sign;                 // and which of the two faces each
+  S sign, incident_sign;              // +1: the face at +h of that axis, -1: at -h
   S round_off;                        // of points on the face
 };
 
@@ -24,16 +26,16 @@ template <class S> FacePair<S> face_pair(const BoxPair<S>& pair, bool reference_
   const Vec3<S>* axis = reference_is_a ? pair.pose_a->axis_W : pair.pose_b->axis_W;
   const Vec3<S>* other = reference_is_a ? pair.pose_b->axis_W : pair.pose_a->axis_W;
   const S away = reference_is_a ? S(1) : S(-1);
-  S most = S(-1);
+  S largest = S(-1);
   for (int i = 0; i < 3; ++i) {
     f.n[i] = away * dot(normal_W, axis[i]);
     f.t[i] = reference_is_a ? pair.t_a[i] : -pair.t_b[i];
     for (int j = 0; j < 3; ++j) f.R[i][j] = reference_is_a ? pair.R[i][j] : pair.R[j][i];
     const S along = away * dot(normal_W, other[i]);
-    if (real::abs(along) > most) most = real::abs(along), f.l = i, f.other_sign = along > S(0) ? S(-1) : S(1);
+    if (real::abs(along) > largest) largest = real::abs(along), f.l = i, f.incident_sign = along > S(0) ? S(-1) : S(1);
   }
   f.h = reference_is_a ? pair.h_a : pair.h_b;
-  f.other_h = reference_is_a ? pair.h_b : pair.h_a;
+  f.incident_h = reference_is_a ? pair.h_b : pair.h_a;
   f.sign = f.n[k] < S(0) ? S(-1) : S(1);
   f.round_off = S(8) * real::epsilon<S>() * pair.size;
   return f;
@@ -41,42 +43,43 @@ template <class S> FacePair<S> face_pair(const BoxPair<S>& pair, bool reference_
 
 // ---- the polygon --------------------------------------------------------------------------------------------------
 // A corner of it: place on the reference face, gap along the normal, the features that meet there, and what the side to
-// the next corner lies on: the other's side 0..3, or 4 + the reference's side.
+// the next corner lies on: the incident face's side 0..3, or 4 + the reference's side.
 template <class S> struct Corner {
   S u, v, gap;
-  int feature, other_feature, side;
+  int feature, incident_feature, side;
   S thickness;  // from the reference's core to its surface, along the normal
 };
 template <class S> struct Polygon {
-  static constexpr int most = 12;  // four corners, and one more for each side that cuts; round-off can add some
-  std::array<Corner<S>, most> corners;
+  static constexpr int max_corners = 12;  // four corners, and one more for each side that cuts; round-off can add some
+  std::array<Corner<S>, max_corners> corners;
   int count = 0;
   void add(const Corner<S>& c) {
-    if (count < most) corners[static_cast<std::size_t>(count++)] = c;
+    assert(count < max_corners);
+    if (count < max_corners) corners[static_cast<std::size_t>(count++)] = c;
   }
   Corner<S>& operator[](int i) { return corners[static_cast<std::size_t>(i)]; }
   const Corner<S>& operator[](int i) const { return corners[static_cast<std::size_t>(i)]; }
 };
 
-template <class S> void put_other_face(const FacePair<S>& f, Polygon<S>& polygon) {
+template <class S> void project_incident_face(const FacePair<S>& f, Polygon<S>& polygon) {
   const int u = next_axis(f.k), v = next_axis(u), l1 = next_axis(f.l), l2 = next_axis(l1);
-  // Centre and half sides of the other's face, as (u, v, gap): moved along the normal onto the reference face.
+  // Centre and half sides of the incident face, as (u, v, gap): moved along the normal onto the reference face.
   const auto projected = [&](S x_u, S x_v, S x_k) {
     const S gap = x_k / f.n[f.k];
     return std::array<S, 3>{x_u - gap * f.n[u], x_v - gap * f.n[v], gap};
   };
   const auto along = [&](int j, S s) { return projected(s * f.R[u][j], s * f.R[v][j], s * f.R[f.k][j]); };
-  const auto depth = f.other_sign * f.other_h[f.l];
+  const auto depth = f.incident_sign * f.incident_h[f.l];
   const auto c = projected(f.t[u] + depth * f.R[u][f.l], f.t[v] + depth * f.R[v][f.l],
                            f.t[f.k] + depth * f.R[f.k][f.l] - f.sign * f.h[f.k]);
-  const auto p = along(l1, f.other_h[l1]), q = along(l2, f.other_h[l2]);
+  const auto p = along(l1, f.incident_h[l1]), q = along(l2, f.incident_h[l2]);
   const int face = kFeatureNone + static_cast<int>(f.sign) * kFeatureWeight[f.k];
-  const int other_face = kFeatureNone + static_cast<int>(f.other_sign) * kFeatureWeight[f.l];
+  const int incident_face = kFeatureNone + static_cast<int>(f.incident_sign) * kFeatureWeight[f.l];
   for (int side = 0; side < 4; ++side) {  // (+, +), (-, +), (-, -), (+, -)
     const int s1 = side == 0 || side == 3 ? 1 : -1, s2 = side < 2 ? 1 : -1;
     polygon.add({c[0] + S(s1) * p[0] + S(s2) * q[0], c[1] + S(s1) * p[1] + S(s2) * q[1],
                  c[2] + S(s1) * p[2] + S(s2) * q[2], face,
-                 other_face + s1 * kFeatureWeight[l1] + s2 * kFeatureWeight[l2], side, S(0)});
+                 incident_face + s1 * kFeatureWeight[l1] + s2 * kFeatureWeight[l2], side, S(0)});
   }
 }
 
@@ -86,9 +89,9 @@ template <class S> void set_features(const FacePair<S>& f, int side, int cut, Co
   const int u = next_axis(f.k), v = next_axis(u), l1 = next_axis(f.l), l2 = next_axis(l1);
   const auto sides = [&](int which) { return (which % 2 == 0 ? 1 : -1) * kFeatureWeight[which < 2 ? u : v]; };
   at.feature = kFeatureNone + static_cast<int>(f.sign) * kFeatureWeight[f.k] + sides(cut);
-  at.other_feature = kFeatureNone + static_cast<int>(f.other_sign) * kFeatureWeight[f.l];
-  if (side >= 4) at.feature += sides(side - 4);  // a corner of the reference face over the other's face
-  else at.other_feature += (side == 0 || side == 3 ? 1 : -1) * kFeatureWeight[side % 2 == 0 ? l2 : l1];
+  at.incident_feature = kFeatureNone + static_cast<int>(f.incident_sign) * kFeatureWeight[f.l];
+  if (side >= 4) at.feature += sides(side - 4);  // a corner of the reference face over the incident face
+  else at.incident_feature += (side == 0 || side == 3 ? 1 : -1) * kFeatureWeight[side % 2 == 0 ? l2 : l1];
 }
 
 // False: nothing lies beyond the side, and `kept` is not written.
@@ -119,7 +122,7 @@ template <class S> bool clip(const FacePair<S>& f, int cut, const Polygon<S>& po
     // boxes do not change by round-off.
     const Corner<S>& lost = q_out ? q : p;
     if (real::abs(lost.u - at.u) + real::abs(lost.v - at.v) <= tolerance && &lost != inherited) {
-      at.feature = lost.feature, at.other_feature = lost.other_feature;
+      at.feature = lost.feature, at.incident_feature = lost.incident_feature;
       inherited = &lost;
     }
     kept.add(at);
@@ -149,8 +152,8 @@ template <class S> void keep_four(Polygon<S>& polygon) {
   int deepest = 0;
   for (int i = 1; i < n; ++i)
     if (polygon[i].gap < polygon[deepest].gap) deepest = i;
-  std::array<int, Polygon<S>::most> index;  // onwards from the deepest, and where they lie from there
-  std::array<S, Polygon<S>::most> u, v;
+  std::array<int, Polygon<S>::max_corners> index;  // onwards from the deepest, and where they lie from there
+  std::array<S, Polygon<S>::max_corners> u, v;
   for (int i = 0, at = deepest; i < n; ++i, at = at + 1 == n ? 0 : at + 1)
     index[i] = at, u[i] = polygon[at].u - polygon[deepest].u, v[i] = polygon[at].v - polygon[deepest].v;
   S largest = S(-1);
@@ -176,7 +179,7 @@ template <class S> void subtract_radii(const FacePair<S>& f, S radius, S other_r
   S cosine = S(0), along = S(0);
   for (int i = 0; i < 3; ++i) cosine += f.n[i] * f.R[i][2], along += (x[i] + c.gap * f.n[i] - f.t[i]) * f.R[i][2];
   c.thickness = core_to_surface(radius, f.h[2], x[2], f.n[2]);
-  c.gap -= c.thickness + core_to_surface(other_radius, f.other_h[2], along, -cosine);
+  c.gap -= c.thickness + core_to_surface(other_radius, f.incident_h[2], along, -cosine);
 }
 
 }  // namespace
@@ -187,7 +190,7 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
   const FacePair<S> f = face_pair(pair, reference_is_a, k, normal_W);
   Polygon<S> buffers[2];
   Polygon<S>*polygon = &buffers[0], *spare = &buffers[1];
-  put_other_face(f, *polygon);
+  project_incident_face(f, *polygon);
   Corner<S> lowest = (*polygon)[0];
   for (int i = 1; i < 4; ++i)
     if ((*polygon)[i].gap < lowest.gap) lowest = (*polygon)[i];
@@ -231,8 +234,8 @@ Manifold<S> face_manifold(const BoxPair<S>& pair, bool reference_is_a, int k, co
     const Vec3<S> on_reference = c.u * pose.axis_W[next_axis(k)] + c.v * pose.axis_W[next_axis(next_axis(k))] +
                                  (f.sign * f.h[k]) * pose.axis_W[k];
     m.points[static_cast<std::size_t>(i)] = {pose.p_W + (on_reference + (c.thickness + c.gap / S(2)) * outward), c.gap,
-                                             feature_id(normal_W, reference_is_a ? c.feature : c.other_feature,
-                                                        reference_is_a ? c.other_feature : c.feature)};
+                                             feature_id(normal_W, reference_is_a ? c.feature : c.incident_feature,
+                                                        reference_is_a ? c.incident_feature : c.feature)};
   }
   return m;
 }

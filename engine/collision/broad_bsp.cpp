@@ -15,7 +15,7 @@ template <class S> class Bsp final : public BroadPhase<S> {
  public:
   void find(Items<S> items, std::vector<BodyPair>& pairs) override {
     found_.clear();
-    this->kept_ = 0;
+    this->tested_ = 0;
     stack_.clear();
     for (std::size_t i = 0; i < items.size(); ++i) {
       const Aabb<S>& box = items[i].box;  // boxes with NaN overlap nothing and cannot be sorted
@@ -97,7 +97,7 @@ template <class S> class Bsp final : public BroadPhase<S> {
     for (std::size_t n = first; n < last; ++n) {
       for (std::size_t m = n + 1; m < last; ++m) {
         const std::int32_t a = stack_[n], b = stack_[m];
-        ++this->kept_;
+        ++this->tested_;
         if (is_pair(items[a], items[b]) && inside(overlap_corner(items[a].box, items[b].box), part))
           found_.push_back(ordered(a, b));
       }

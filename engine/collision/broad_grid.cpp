@@ -26,7 +26,7 @@ template <class S> class Grid final : public BroadPhase<S> {
       const Share mine = share(count, part, parts);
       Found& found = found_[static_cast<std::size_t>(part)];
       found.pairs.clear();
-      found.kept = 0;
+      found.tested = 0;
       for (int at = mine.first; at < mine.last; ++at) search_from(items, static_cast<std::size_t>(at), found);
       const Share large = share(static_cast<int>(large_.size()), part, parts);
       for (int at = large.first; at < large.last; ++at)
@@ -35,10 +35,10 @@ template <class S> class Grid final : public BroadPhase<S> {
     if (team_) team_->run(count > 1000, search);
     else search(0);
     all_found_.clear();
-    this->kept_ = 0;
+    this->tested_ = 0;
     for (const Found& found : found_) {
       all_found_.insert(all_found_.end(), found.pairs.begin(), found.pairs.end());
-      this->kept_ += found.kept;
+      this->tested_ += found.tested;
     }
     pair_sort_.sort(all_found_, items.size(), pairs);
   }
@@ -51,7 +51,7 @@ template <class S> class Grid final : public BroadPhase<S> {
   };
   struct Found {
     std::vector<BodyPair> pairs;
-    std::int64_t kept = 0;
+    std::int64_t tested = 0;
   };
 
   static double width(const BroadItem<S>& item) {
@@ -83,8 +83,8 @@ template <class S> class Grid final : public BroadPhase<S> {
     if (!widths_.empty()) {
       const auto middle = widths_.begin() + static_cast<std::ptrdiff_t>(widths_.size() / 2);
       std::nth_element(widths_.begin(), middle, widths_.end());
-      most_ = 2 * *middle;
-      for (const double w : widths_) widest = w <= most_ ? std::max(widest, w) : widest;
+      max_small_width_ = 2 * *middle;
+      for (const double w : widths_) widest = w <= max_small_width_ ? std::max(widest, w) : widest;
     }
     cell_m_ = std::max({widest * (1 + 0x1p-10), farthest * 0x1p-40, std::numeric_limits<double>::min()});
   }
@@ -102,46 +102,46 @@ template <class S> class Grid final : public BroadPhase<S> {
   void sort_into_cells(Items<S> items) {
     const std::size_t buckets = std::bit_ceil(std::max<std::size_t>(16, 2 * items.size()));
     shift_ = 64 + 3 - std::countr_zero(buckets);
-    start_.assign(buckets + 1, 0);
+    bucket_end_.assign(buckets + 1, 0);
     small_.clear();
     large_.clear();
     for (std::size_t n = 0; n < items.size(); ++n) {
       const BroadItem<S>& item = items[n];
-      if (!finite(item) || !(width(item) <= most_)) {
+      if (!finite(item) || !(width(item) <= max_small_width_)) {
         large_.push_back(static_cast<std::int32_t>(n));
         continue;
       }
       const auto cell = [&](S x) { return static_cast<Cell>(std::floor(static_cast<double>(x) / cell_m_)); };
       small_.push_back(
           {cell(item.box.low.x), cell(item.box.low.y), cell(item.box.low.z), static_cast<std::int32_t>(n)});
-      ++start_[bucket(small_.back().i, small_.back().j, small_.back().k) + 1];
+      ++bucket_end_[bucket(small_.back().i, small_.back().j, small_.back().k) + 1];
     }
-    for (std::size_t b = 0; b < buckets; ++b) start_[b + 1] += start_[b];
+    for (std::size_t b = 0; b < buckets; ++b) bucket_end_[b + 1] += bucket_end_[b];
     sorted_.resize(small_.size());
-    for (const GridItem& f : small_) sorted_[static_cast<std::size_t>(start_[bucket(f.i, f.j, f.k)]++)] = f;
-    // start_[b] is now where b ends, and start_[b - 1] where it begins
+    for (const GridItem& f : small_) sorted_[static_cast<std::size_t>(bucket_end_[bucket(f.i, f.j, f.k)]++)] = f;
+    // b begins at bucket_end_[b - 1]
   }
 
-  void test(Items<S> items, std::int32_t a, std::int32_t b, Found& found) const {
-    ++found.kept;
+  void test_pair(Items<S> items, std::int32_t a, std::int32_t b, Found& found) const {
+    ++found.tested;
     if (is_pair(items[a], items[b])) found.pairs.push_back(ordered(a, b));
   }
 
   void search_from(Items<S> items, std::size_t at, Found& found) const {
     const GridItem mine = sorted_[at];
     const auto same = [](const GridItem& f, Cell i, Cell j, Cell k) { return f.i == i && f.j == j && f.k == k; };
-    const auto own_end = static_cast<std::size_t>(start_[bucket(mine.i, mine.j, mine.k)]);
+    const auto own_end = static_cast<std::size_t>(bucket_end_[bucket(mine.i, mine.j, mine.k)]);
     for (std::size_t other = at + 1; other < own_end; ++other) {
-      if (same(sorted_[other], mine.i, mine.j, mine.k)) test(items, mine.item, sorted_[other].item, found);
+      if (same(sorted_[other], mine.i, mine.j, mine.k)) test_pair(items, mine.item, sorted_[other].item, found);
     }
     for (int dk = 0; dk <= 1; ++dk) {  // the 13 of the 26 neighbours that come later in the order of (k, j, i)
       for (int dj = dk == 0 ? 0 : -1; dj <= 1; ++dj) {
         for (int di = dk == 0 && dj == 0 ? 1 : -1; di <= 1; ++di) {
           const Cell i = mine.i + di, j = mine.j + dj, k = mine.k + dk;
           const std::size_t b = bucket(i, j, k);
-          for (std::int32_t other = b == 0 ? 0 : start_[b - 1]; other < start_[b]; ++other) {
+          for (std::int32_t other = b == 0 ? 0 : bucket_end_[b - 1]; other < bucket_end_[b]; ++other) {
             const GridItem& f = sorted_[static_cast<std::size_t>(other)];
-            if (same(f, i, j, k)) test(items, mine.item, f.item, found);
+            if (same(f, i, j, k)) test_pair(items, mine.item, f.item, found);
           }
         }
       }
@@ -149,18 +149,18 @@ template <class S> class Grid final : public BroadPhase<S> {
   }
 
   void search_large(Items<S> items, std::int32_t a, Found& found) const {
-    for (const GridItem& f : small_) test(items, a, f.item, found);
+    for (const GridItem& f : small_) test_pair(items, a, f.item, found);
     for (const std::int32_t b : large_) {
-      if (a < b) test(items, a, b, found);
+      if (a < b) test_pair(items, a, b, found);
     }
   }
 
   Team* team_;
   std::vector<Found> found_;  // a part each
   std::vector<double> widths_;
-  double cell_m_ = 1, most_ = 0;
+  double cell_m_ = 1, max_small_width_ = 0;
   int shift_ = 60;
-  std::vector<std::int32_t> start_, large_;
+  std::vector<std::int32_t> bucket_end_, large_;
   std::vector<GridItem> small_, sorted_;
   std::vector<BodyPair> all_found_;
   PairSort pair_sort_;

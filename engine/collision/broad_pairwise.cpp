@@ -8,34 +8,34 @@ namespace {
 
 // `near` is the kind's own test; pairs that pass it are candidates.
 template <class S, class Near> std::int64_t every_pair(Items<S> items, std::vector<BodyPair>& pairs, const Near& near) {
-  std::int64_t kept = 0;
+  std::int64_t tested = 0;
   pairs.clear();
   const auto n = static_cast<std::int32_t>(items.size());
   for (std::int32_t a = 0; a < n; ++a) {
     for (std::int32_t b = a + 1; b < n; ++b) {
       if (!near(items[a], items[b])) continue;
-      ++kept;
+      ++tested;
       if (is_pair(items[a], items[b])) pairs.emplace_back(a, b);
     }
   }
-  return kept;
+  return tested;
 }
 
 template <class S> class AllPairs final : public BroadPhase<S> {
   void find(Items<S> items, std::vector<BodyPair>& pairs) override {
-    this->kept_ = every_pair<S>(items, pairs, [](const auto&, const auto&) { return true; });
+    this->tested_ = every_pair<S>(items, pairs, [](const auto&, const auto&) { return true; });
   }
 };
 
 template <class S> class Manhattan final : public BroadPhase<S> {
   void find(Items<S> items, std::vector<BodyPair>& pairs) override {
-    this->kept_ = manhattan_pairs(items, std::sqrt(S(3)), pairs);
+    this->tested_ = manhattan_pairs(items, std::sqrt(S(3)), pairs);
   }
 };
 
 template <class S> class BoundingSpheres final : public BroadPhase<S> {
   void find(Items<S> items, std::vector<BodyPair>& pairs) override {
-    this->kept_ = every_pair<S>(items, pairs, [](const auto& a, const auto& b) { return spheres_overlap(a, b); });
+    this->tested_ = every_pair<S>(items, pairs, [](const auto& a, const auto& b) { return spheres_overlap(a, b); });
   }
 };
 

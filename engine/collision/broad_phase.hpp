@@ -28,16 +28,18 @@ template <class S> struct BroadItem {
 };
 
 // Every kind returns the same set: pairs whose boxes and bounding spheres both overlap (touching counts), sorted, each
-// once. The kinds differ in their cost and in how many candidate pairs they test (`kept`).
+// once. The kinds differ in their cost and in how many candidate pairs they test (`tested`).
 template <class S> class BroadPhase {
  public:
   virtual ~BroadPhase() = default;
   // Items may move and change in number between calls; data kept between calls affects speed only.
   virtual void find(std::span<const BroadItem<S>> items, std::vector<BodyPair>& pairs) = 0;
-  std::int64_t kept() const { return kept_; }  // candidates of the last call: pairs whose boxes and spheres were tested
+  std::int64_t tested() const {
+    return tested_;
+  }  // candidates of the last call: pairs whose boxes and spheres were tested
 
  protected:
-  std::int64_t kept_ = 0;
+  std::int64_t tested_ = 0;
 };
 // `team` null: one thread. The pairs do not depend on the number of threads.
 template <class S> std::unique_ptr<BroadPhase<S>> make_broad_phase(BroadPhaseKind kind, Team* team = nullptr);

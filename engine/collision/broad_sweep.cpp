@@ -22,11 +22,11 @@ template <class S> class Sweep final : public BroadPhase<S> {
     }
     sort(axis);
     found_.clear();
-    this->kept_ = 0;
+    this->tested_ = 0;
     for (std::size_t i = 0; i < n; ++i) {
       const BroadItem<S>& a = items[order_[i].item];
       for (std::size_t j = i + 1; j < n && order_[j].low <= order_[i].high; ++j) {
-        ++this->kept_;
+        ++this->tested_;
         if (is_pair(a, items[order_[j].item])) found_.push_back(ordered(order_[i].item, order_[j].item));
       }
     }

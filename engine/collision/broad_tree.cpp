@@ -18,15 +18,15 @@ template <class S> class Tree final : public BroadPhase<S> {
   void find(Items<S> items, std::vector<BodyPair>& pairs) override {
     ++call_;
     const std::size_t n = items.size();
-    bool fresh = fat_.size() != n;
-    if (fresh) clear(items);
-    find_escaped(items, fresh);
-    if (fresh || escaped_.size() * 8 > n) {
+    bool rebuild_needed = fat_.size() != n;
+    if (rebuild_needed) clear(items);
+    find_escaped(items, rebuild_needed);
+    if (rebuild_needed || escaped_.size() * 8 > n) {
       search_all(items);
     } else if (!escaped_.empty()) {
       search_escaped(items);
     }
-    this->kept_ = static_cast<std::int64_t>(candidates_.size());
+    this->tested_ = static_cast<std::int64_t>(candidates_.size());
     filter_candidates(items, pairs);
   }
 
@@ -45,7 +45,7 @@ template <class S> class Tree final : public BroadPhase<S> {
     Vec3<S> center;
     S radius;
   };
-  // The item's own box, and the call, when its fat box was made
+  // Low corner of the item's box, and the number of the call, when its fat box was made.
   struct FatOrigin {
     Vec3<S> low;
     std::int64_t call;
@@ -88,12 +88,12 @@ template <class S> class Tree final : public BroadPhase<S> {
     nodes_.clear();
   }
 
-  // Lists items outside their fat volume; `fresh` is set if some item began or ceased to move.
-  void find_escaped(Items<S> items, bool& fresh) {
+  // Lists items outside their fat volume; `rebuild_needed` is set if some item began or ceased to move.
+  void find_escaped(Items<S> items, bool& rebuild_needed) {
     escaped_.clear();
     for (std::size_t i = 0; i < items.size(); ++i) {
-      if (fresh || !within(items[i], fat_[i])) escaped_.push_back(static_cast<std::int32_t>(i));
-      fresh = fresh || (moves_[i] != 0) != items[i].moves;
+      if (rebuild_needed || !within(items[i], fat_[i])) escaped_.push_back(static_cast<std::int32_t>(i));
+      rebuild_needed = rebuild_needed || (moves_[i] != 0) != items[i].moves;
     }
   }
 
@@ -254,13 +254,13 @@ template <class S> class Tree final : public BroadPhase<S> {
     for (const std::int32_t i : escaped_) search_from_item(i, found);
     pair_sort_.sort(found.pairs, items.size(), new_);
     scratch_.clear();
-    auto fresh = new_.begin();
+    auto next_new = new_.begin();
     for (const BodyPair& old : candidates_) {
       if (has_escaped_[old.first] | has_escaped_[old.second]) continue;
-      while (fresh != new_.end() && *fresh < old) scratch_.push_back(*fresh++);
+      while (next_new != new_.end() && *next_new < old) scratch_.push_back(*next_new++);
       scratch_.push_back(old);
     }
-    scratch_.insert(scratch_.end(), fresh, new_.end());
+    scratch_.insert(scratch_.end(), next_new, new_.end());
     candidates_.swap(scratch_);
   }
 

@@ -50,7 +50,7 @@ template <class S> void mesh_second(const Posed<S>& a, const Posed<S>& b, S marg
 }
 template <class S> Separation<S> mesh_second_separation(const Posed<S>& a, const Posed<S>& b) {
   const Separation<S> s = mesh_separation(b.shape, b.pose, a.shape, a.pose);
-  return {s.gap, -s.normal_W, s.on_b_W, s.on_a_W};
+  return {s.gap, -s.normal_W, s.on_b_W, s.on_a_W, s.solve};
 }
 
 template <class S> constexpr PairTable<S> pair_table() {
@@ -144,7 +144,7 @@ Separation<S> separation(const Geometry<S>& a, const Transform<S>& pose_a, const
   if (!order.test->separation) return {std::numeric_limits<S>::infinity(), {S(0), S(0), S(1)}, pose_a.p_W, pose_b.p_W};
   if (!order.swapped) return order.test->separation(first, second);
   const Separation<S> other = order.test->separation(second, first);
-  return {other.gap, -other.normal_W, other.on_b_W, other.on_a_W};
+  return {other.gap, -other.normal_W, other.on_b_W, other.on_a_W, other.solve};
 }
 
 template <class S>

@@ -53,6 +53,7 @@ template <class S> struct Separation {
   S gap{};                 // signed: negative is the depth of least penetration
   Vec3<S> normal_W;        // unit, from a to b
   Vec3<S> on_a_W, on_b_W;  // the closest points, or the deepest points in overlap
+  SolveReport solve = {};  // as in Manifold
 };
 // Of shapes that touch the gap is 0 up to touch_round_off(). A pair of kinds without a test (missing_contact_test())
 // has an infinite gap.

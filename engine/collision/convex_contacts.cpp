@@ -64,7 +64,7 @@ Separation<S> convex_separation(const Geometry<S>& a, const Transform<S>& pose_a
   if (features.faces) middle = middle_of_deepest(part_a, part_b, b_in_a, features, middle);
   const Vec3<S> half = (gap / S(2)) * features.normal;
   return {gap, to_world(pose_a, features.normal), point_to_world(pose_a, middle - half),
-          point_to_world(pose_a, middle + half)};
+          point_to_world(pose_a, middle + half), features.solve};
 }
 
 template <class S>

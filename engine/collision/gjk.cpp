@@ -6,12 +6,6 @@
 namespace atwood {
 namespace {
 
-template <class S> Vec3<S> weighted(Simplex<S>& simplex) {
-  Vec3<S> sum;
-  for (int i = 0; i < simplex.count; ++i) sum += simplex.weight[i] * simplex.corner[i].w;
-  return sum;
-}
-
 template <class S> Simplex<S> subset(const Simplex<S>& from, std::initializer_list<int> which) {
   Simplex<S> part;
   for (const int i : which) part.corner[part.count++] = from.corner[i];
@@ -143,7 +137,7 @@ DifferencePoint<S> difference_support(const ConvexPart<S>& a, const ConvexPart<S
 template <class S>
 Closest<S> closest_points(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a, S max_distance) {
   constexpr int kMaxRounds = 200;  // curved cores gain about a digit in two rounds
-  constexpr int kMaxStandstills = 4;
+  constexpr int kMaxStagnations = 4;
   const S round_off = S(8) * real::epsilon<S>();
   Closest<S> closest;
   Simplex<S>& simplex = closest.simplex;
@@ -167,7 +161,7 @@ Closest<S> closest_points(const ConvexPart<S>& a, const ConvexPart<S>& b, const 
     const Vec3<S> nearer = nearest_to_origin(next);
     const S size = norm(nearer);
     // A normal wrong by d lengthens v by d^2 alone: near the end v turns while its length stands still.
-    if (simplex.count > 0 && !(size < least) && (size > least + round_off * extent || ++standstills > kMaxStandstills))
+    if (simplex.count > 0 && !(size < least) && (size > least + round_off * extent || ++standstills > kMaxStagnations))
       break;
     simplex = next;
     v = nearer;

@@ -56,7 +56,8 @@ template <class S> bool deepest(const std::vector<Manifold<S>>& manifolds, Separ
     for (int i = 0; i < m.count; ++i) {
       const ContactPoint<S>& p = m.points[i];
       if (any && !(p.gap < separation.gap)) continue;
-      separation = {p.gap, m.normal_W, p.x_W - (p.gap / S(2)) * m.normal_W, p.x_W + (p.gap / S(2)) * m.normal_W};
+      separation = {p.gap, m.normal_W, p.x_W - (p.gap / S(2)) * m.normal_W, p.x_W + (p.gap / S(2)) * m.normal_W,
+                    m.solve};
       any = true;
     }
   return any;
@@ -69,7 +70,8 @@ Separation<S> nearest_triangle(const TriangleMesh<S>& mesh, const ConvexPart<S>&
     const NearestFeatures<S> features =
         nearest_features(part_of(mesh, t), b, b_in_mesh, real::max(nearest.gap, S(0)) + b.radius);
     if (!features.out_of_range && features.gap - b.radius < nearest.gap)
-      nearest = {features.gap - b.radius, features.normal, features.on_a, features.on_b - b.radius * features.normal};
+      nearest = {features.gap - b.radius, features.normal, features.on_a, features.on_b - b.radius * features.normal,
+                 features.solve};
     return nearest.gap;
   });
   return nearest;
@@ -121,7 +123,7 @@ Separation<S> mesh_separation(const Geometry<S>& a, const Transform<S>& pose_a, 
   if (solid_a && solid_b) return convex_separation(a, pose_a, b, pose_b);
   if (solid_a) {
     const Separation<S> other = mesh_separation(b, pose_b, a, pose_a);
-    return {other.gap, -other.normal_W, other.on_b_W, other.on_a_W};
+    return {other.gap, -other.normal_W, other.on_b_W, other.on_a_W, other.solve};
   }
   const Transform<S> b_in_a = relative_transform(pose_a, pose_b);
   if (b.kind == ShapeKind::sphere) nearest = nearest_point(*a.mesh, b_in_a.p_W, b.radius);

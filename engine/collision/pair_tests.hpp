@@ -20,7 +20,7 @@ template <class S> using SeparationTest = Separation<S> (*)(const Posed<S>& a, c
 // ---- one point: the separation is the manifold ---------------------------------------------------------------------
 template <class S> void sphere_sphere_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
 template <class S> void sphere_plane_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
-template <class S>  // and rectangle
+template <class S>  // box or rectangle
 void sphere_box_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
 template <class S> void sphere_capsule_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
 template <class S> void sphere_cylinder_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
@@ -31,7 +31,7 @@ template <class S> Separation<S> sphere_capsule_separation(const Posed<S>&, cons
 template <class S> Separation<S> sphere_cylinder_separation(const Posed<S>&, const Posed<S>&);
 
 // ---- against planes -------------------------------------------------------------------------------------------------
-template <class S>  // and rectangle
+template <class S>  // box or rectangle
 void plane_box_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
 template <class S> void plane_capsule_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
 template <class S> void plane_cylinder_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);

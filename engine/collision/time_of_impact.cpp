@@ -111,7 +111,8 @@ std::optional<Touch<S>> conservative_advancement(Geometry<S> a, const SweptBody<
       // The sign of the normal of a gap of round-off is arbitrary: the normal of the step before decides.
       const Vec3<S> normal_W = dot(s.normal_W, normal_before) < S(0) ? normal_before : s.normal_W;
       const double residual = static_cast<double>(real::max(S(0), s.gap) / size);
-      const SolveEnd ended = tolerance_factor > S(1) ? SolveEnd::capped : SolveEnd::converged;
+      const SolveEnd ended =
+          tolerance_factor > S(1) || s.solve.ended == SolveEnd::capped ? SolveEnd::capped : SolveEnd::converged;
       return Touch<S>{t, shift_W + S(0.5) * (s.on_a_W + s.on_b_W), normal_W, {steps + 1, residual, ended}};
     };
     const S round_off = tolerance_factor *

@@ -6,10 +6,6 @@ namespace atwood {
 
 namespace {
 
-template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) {
-  return {dot(row[0], v), dot(row[1], v), dot(row[2], v)};
-}
-
 // c . d / m + c . (I^-1 (r x d)) x r  =  c . d / m + (r x c) . I^-1 (r x d)
 template <class S> S own_inverse_mass(const ImpactBody<S>& body, const Vec3<S>& c, const Vec3<S>& d) {
   const Vec3<S> arm = cross(body.r_W, c);
@@ -22,12 +18,6 @@ template <class S> void apply_to_body(ImpactBody<S>& body, const Vec3<S>& impuls
   body.w_W += times(body.I_inverse_W_row, cross(body.r_W, impulse_W));
 }
 
-template <class S> Vec3<S> any_tangent(const Vec3<S>& n) {
-  const Vec3<S> axis = real::abs(n.x) < S(0.6) ? Vec3<S>{S(1), S(0), S(0)} : Vec3<S>{S(0), S(1), S(0)};
-  const Vec3<S> t = axis - dot(axis, n) * n;
-  return (S(1) / norm(t)) * t;
-}
-
 // Is K diagonal in the frame of the slip, the direction across it, and the normal?
 template <class S>
 bool decoupled(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S> (&axis)[3], S (&K)[3][3]) {
@@ -37,14 +27,9 @@ bool decoupled(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S> (&a
   return real::abs(K[0][1]) <= round_off && real::abs(K[0][2]) <= round_off && real::abs(K[1][2]) <= round_off;
 }
 
-template <class S> Vec3<S> shortened(const Vec3<S>& v, S most) {
-  const S length = norm(v);
-  return length > most ? (most / length) * v : v;
-}
-
 // The couple against rolling, |c| <= delta p, and friction, |j| <= mu p, that together leave the least kinetic energy:
-// block coordinate descent, each in turn with the other fixed, so that energy falls in every iteration. Returns whether
-// it converged to 2 eps.
+// block coordinate descent, each in turn with the other fixed, so that energy falls in every iteration. Changes a, b
+// and the size of the friction impulse, tangential_N_s. Returns whether it converged to 2 eps.
 template <class S>
 bool resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S>& a, ImpactBody<S>& b,
                     S& tangential_N_s, const Vec3<S>& along) {
@@ -56,9 +41,9 @@ bool resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S
     const S speed = norm(rolling);
     if (!(speed > S(0))) break;
     const Vec3<S> axis = (S(1) / speed) * rolling;
-    const S turns = dot(axis, times(a.I_inverse_W_row, axis)) + dot(axis, times(b.I_inverse_W_row, axis));
-    if (!(turns > S(0))) break;
-    const Vec3<S> next = shortened(couple - (S(1) / turns) * rolling, law.rolling_friction_m * p);
+    const S inverse_inertia = dot(axis, times(a.I_inverse_W_row, axis)) + dot(axis, times(b.I_inverse_W_row, axis));
+    if (!(inverse_inertia > S(0))) break;
+    const Vec3<S> next = shortened(couple - (S(1) / inverse_inertia) * rolling, law.rolling_friction_m * p);
     const S change = norm(next - couple);
     apply_couple(a, b, next - couple);
     couple = next;
@@ -66,9 +51,9 @@ bool resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S
     const S slip_speed = norm(slip);
     if (slip_speed > S(0)) {
       const S to_stick = slip_speed / inverse_effective_mass(a, b, (S(1) / slip_speed) * slip);
-      const Vec3<S> held = shortened(friction - (to_stick / slip_speed) * slip, law.friction * p);
-      apply_impulse(a, b, held - friction, S(1));
-      friction = held;
+      const Vec3<S> next_friction = shortened(friction - (to_stick / slip_speed) * slip, law.friction * p);
+      apply_impulse(a, b, next_friction - friction, S(1));
+      friction = next_friction;
     }
     if (change <= S(2) * real::epsilon<S>() * norm(couple)) break;
   }
@@ -89,7 +74,7 @@ void apply_slip_path(const ImpactLaw<S>& law, const S (&K)[3][3], const S (&u0)[
   if (law.rolling_friction_m > S(0)) {
     const ImpactLaw<S> couple_alone{law.restitution, S(0), law.rolling_friction_m, law.hypothesis};
     S none{};
-    resist_rolling(couple_alone, axis[2], J[2], a, b, none, axis[0]);
+    impulse.converged = resist_rolling(couple_alone, axis[2], J[2], a, b, none, axis[0]) && impulse.converged;
   }
   impulse.vn_after_m_per_s = dot(relative_velocity(a, b), axis[2]);
 }
@@ -146,7 +131,8 @@ Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>
     apply_impulse(a, b, along, -j_t);
     impulse.tangential_N_s = j_t;
   }
-  if (law.rolling_friction_m > S(0)) resist_rolling(law, normal, j_n, a, b, impulse.tangential_N_s, along);
+  if (law.rolling_friction_m > S(0))
+    impulse.converged = resist_rolling(law, normal, j_n, a, b, impulse.tangential_N_s, along);
   impulse.vn_after_m_per_s = dot(relative_velocity(a, b), normal);
   return impulse;
 }

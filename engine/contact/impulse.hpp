@@ -31,7 +31,7 @@ template <class S> struct ImpactLaw {
 template <class S> struct Impulse {
   S normal_N_s{}, tangential_N_s{};
   S vn_before_m_per_s{}, vn_after_m_per_s{};  // (v_b - v_a) . n at the point
-  bool converged = true;                      // false: an iteration along the path of the slip did not converge
+  bool converged = true;  // false: the iteration along the path of the slip, or that against rolling, did not converge
 };
 
 // One impact at one point under Coulomb friction; `normal` is a unit vector from a to b. Without approach nothing

@@ -47,7 +47,7 @@ double damping_ratio_of(double restitution) {
   };
   double low = 0, high = 1;
   while (restitution_of(high) > restitution) high *= 2;
-  const auto root = bisect([&](double z) { return restitution_of(z) > restitution; }, low, high, 0.0, 100);
+  const auto root = bisect([&](double z) { return restitution_of(z) > restitution; }, low, high, 0.0, 1200);
   return restitution >= 1 ? 0 : (root.low + root.high) / 2;
 }
 

@@ -61,7 +61,8 @@ template <class S> S sticking_friction(const S (&K)[3][3], S (&f)[2]) {
 
 // The direction s at the onset of slip: (mu K_tt + lambda) s = K_tn, |s| = 1, lambda > 0. |s| falls with lambda from
 // |f| / mu > 1 to 0, so there is one root; by bisection, at most once an impact.
-template <class S> void onset_direction(const S (&K)[3][3], S mu, S (&s)[2]) {
+// False: the bisection did not converge.
+template <class S> bool onset_direction(const S (&K)[3][3], S mu, S (&s)[2]) {
   const auto solve_at = [&](S lambda) {
     const S a = mu * K[0][0] + lambda, b = mu * K[0][1], d = mu * K[1][1] + lambda, det = a * d - b * b;
     s[0] = (d * K[0][2] - b * K[1][2]) / det;
@@ -74,6 +75,7 @@ template <class S> void onset_direction(const S (&K)[3][3], S mu, S (&s)[2]) {
   const S length = real::sqrt(s[0] * s[0] + s[1] * s[1]);
   s[0] = s[0] / length;
   s[1] = s[1] / length;
+  return root.converged;
 }
 
 // Slip of constant direction, or none: J grows along (d0, d1, 1) to the end of the phase, or until slip along s stops.
@@ -247,7 +249,7 @@ template <class S> SlipPath<S> slip_path(const ImpactLaw<S>& law, const S (&K)[3
       advance_straight(path, f[0], f[1], static_cast<const S*>(nullptr));
     } else {
       S s[2];
-      onset_direction(K, mu, s);
+      if (!onset_direction(K, mu, s)) path.failed = true;
       advance_straight(path, -mu * s[0], -mu * s[1], static_cast<const S*>(nullptr));
     }
   }

@@ -11,7 +11,6 @@
 namespace atwood::fluid {
 
 using Exponents = std::array<int, 3>;
-constexpr int degree_of(const Exponents& e) { return e[0] + e[1] + e[2]; }
 
 // Number of monomials of degree 0 .. q in d variables: (q + d)! / (q! d!).
 constexpr int monomial_count(int d, int q) { return d == 2 ? (q + 1) * (q + 2) / 2 : (q + 1) * (q + 2) * (q + 3) / 6; }

@@ -1,6 +1,7 @@
 #include "integrators/collocation_nodes.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace atwood {
 namespace {
@@ -28,7 +29,8 @@ std::vector<Quad> zeros(int s, int mix) {
   std::vector<Quad> found;
   for (int k = 0; k < s; ++k) {
     Quad x = Quad(1.25);
-    for (int n = 0; n < 400; ++n) {
+    for (int n = 0;; ++n) {
+      if (n == 400) throw std::logic_error("a zero of Legendre's polynomial was not found");
       const Value v = legendre_sum(s, mix, x);
       Quad pole = Quad(0);
       for (const Quad& zero : found) pole += Quad(1) / (x - zero);

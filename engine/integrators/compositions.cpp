@@ -1,6 +1,7 @@
 #include "integrators/compositions.hpp"
 
 #include <initializer_list>
+#include <stdexcept>
 
 #include "protocol/sample.hpp"
 
@@ -62,12 +63,14 @@ std::vector<Substep> symmetric_leapfrogs(Fractions outer) {
 
 // x^(1/n), by Newton from 1; x in [1, 5].
 Quad root(Quad x, int n) {
-  Quad r = 1;
+  Quad r = 1, change = 1;
   for (int k = 0; k < 60; ++k) {
     Quad power = 1;
     for (int i = 1; i < n; ++i) power *= r;
-    r += (x / power - r) / n;
+    change = (x / power - r) / n;
+    r += change;
   }
+  if (!(real::abs(change) <= 4 * real::epsilon<Quad>() * r)) throw std::logic_error("Newton's method found no root");
   return r;
 }
 

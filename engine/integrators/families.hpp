@@ -59,7 +59,7 @@ template <class S> bool has_mechanisms(const StepperRequest<S>& request) {
 }
 // `assumes`: what the method needs that coordinates of joints do not give.
 inline Fault cannot_step_mechanisms(const std::string& scheme, const std::string& assumes) {
-  return {Blame::engine, "atwood/" + scheme + " steps no mechanism in the coordinates of its joints: " + assumes};
+  return {Blame::engine, "atwood/" + scheme + " cannot step a mechanism in joint coordinates: " + assumes};
 }
 // `needs`: "needs positions and velocities", "moves bodies".
 inline Fault cannot_step_bare(const std::string& scheme, const std::string& needs) {

@@ -1,5 +1,7 @@
 #include "math/elliptic.hpp"
 
+#include <limits>
+
 namespace atwood {
 namespace {
 
@@ -17,6 +19,9 @@ template <class S> S carlson_rc_above_one(S e) {
   return sum;
 }
 
+// Each duplication divides the deviations from the mean by four: 100 settle any finite arguments.
+constexpr int kMaxDuplications = 100;
+
 // The series in the deviations from the mean leave out terms of the sixth power and above.
 template <class S> bool settled(S deviation) {
   const S square = deviation * deviation;
@@ -27,7 +32,7 @@ template <class S> bool settled(S deviation) {
 
 //   R_F(x, y, z) = R_F((x + l) / 4, (y + l) / 4, (z + l) / 4),  l = sqrt(xy) + sqrt(yz) + sqrt(zx)
 template <class S> S carlson_rf(S x, S y, S z) {
-  for (;;) {
+  for (int i = 0; i < kMaxDuplications; ++i) {
     const S mean = (x + y + z) / S(3);
     const S X = (mean - x) / mean, Y = (mean - y) / mean, Z = -(X + Y);
     if (settled(real::max(real::abs(X), real::max(real::abs(Y), real::abs(Z))))) {
@@ -40,13 +45,14 @@ template <class S> S carlson_rf(S x, S y, S z) {
     y = (y + l) / S(4);
     z = (z + l) / S(4);
   }
+  return std::numeric_limits<S>::quiet_NaN();
 }
 
 //   R_J(x, y, z, p) = R_J of (. + l) / 4, over 4, + 6 / d R_C(1, 1 + e),
 //   d = (sqrt p + sqrt x)(sqrt p + sqrt y)(sqrt p + sqrt z),  e = (p - x)(p - y)(p - z) / d^2
 template <class S> S carlson_rj(S x, S y, S z, S p) {
   S sum = S(0), scale = S(1), gap = (p - x) * (p - y) * (p - z);
-  for (;;) {
+  for (int i = 0; i < kMaxDuplications; ++i) {
     const S mean = (x + y + z + S(2) * p) / S(5);
     const S X = (mean - x) / mean, Y = (mean - y) / mean, Z = (mean - z) / mean, P = -(X + Y + Z) / S(2);
     if (settled(real::max(real::max(real::abs(X), real::abs(Y)), real::max(real::abs(Z), real::abs(P))))) {
@@ -66,6 +72,7 @@ template <class S> S carlson_rj(S x, S y, S z, S p) {
     gap /= S(64);
     scale /= S(4);
   }
+  return std::numeric_limits<S>::quiet_NaN();
 }
 
 // a, b <- (a + b) / 2, sqrt(a b) from 1, k', until they are one number: K = pi / (2 a).

@@ -47,6 +47,22 @@ template <class S> S component(const Vec3<S>& v, int i) { return i == 0 ? v.x : 
 // The part of v perpendicular to the unit vector n.
 template <class S> Vec3<S> perpendicular_part(const Vec3<S>& v, const Vec3<S>& n) { return v - dot(v, n) * n; }
 
+// A unit vector perpendicular to the unit vector n.
+template <class S> Vec3<S> any_tangent(const Vec3<S>& n) {
+  const Vec3<S> axis = real::abs(n.x) < S(0.6) ? Vec3<S>{S(1), S(0), S(0)} : Vec3<S>{S(0), S(1), S(0)};
+  const Vec3<S> t = axis - dot(axis, n) * n;
+  return (S(1) / norm(t)) * t;
+}
+// v, scaled down to the length `limit` if it is longer.
+template <class S> Vec3<S> shortened(const Vec3<S>& v, S limit) {
+  const S length = norm(v);
+  return length > limit ? (limit / length) * v : v;
+}
+// The product of a matrix, given by its rows, and v.
+template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) {
+  return {dot(row[0], v), dot(row[1], v), dot(row[2], v)};
+}
+
 template <class S> S largest_component(const Vec3<S>& v) {
   return real::max(real::abs(v.x), real::max(real::abs(v.y), real::abs(v.z)));
 }

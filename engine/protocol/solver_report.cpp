@@ -13,13 +13,12 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "iteration, over the component or a thousandth of the largest"},
       {"invariant-projection",
        "the invariants that a projected step returns to, by Newton's method; converged: half an ulp; stagnated: the "
-       "misfit no longer halves and is below 64 ulp; capped with four invariants: the step keeps the energy alone; of "
-       "mechanisms, the positions at which loops are closed and ropes have their lengths, nearest in the metric of the "
-       "mass; converged: 16 roundings of the lengths in a constraint, of 1 for an angle, 0 iterations where they are met "
-       "already; stagnated: the misfit no longer halves and is below 4096 roundings, or, of planar loops, a last step "
-       "opened gaps beyond the tolerance and was taken back; where the projection is symmetric, the "
-       "multipliers by which a step is moved before and after it, by simplified Newton iterations of whole steps, to the "
-       "same roundings of positions and speeds",
+       "misfit no longer halves and is below 64 ulp; capped with four invariants: the step keeps the energy alone. Of "
+       "mechanisms: the positions, nearest in the metric of the mass, at which loops are closed and ropes have their "
+       "lengths; converged: 16 roundings of the lengths in a constraint, of 1 for an angle (0 iterations: met already); "
+       "stagnated: the misfit no longer halves and is below 4096 roundings, or, of planar loops, a last step opened gaps "
+       "beyond the tolerance and was taken back. Of symmetric projection: the multipliers by which a step is moved before "
+       "and after it, by simplified Newton iterations of whole steps, to the same roundings of positions and speeds",
        "misfit of an invariant, or of a constraint, over the size of its terms"},
       {"energy-relaxation",
        "the length of a relaxed step that keeps the energy; converged: half an ulp of the energy; stagnated: the "
@@ -33,22 +32,22 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "over the larger of the largest such velocity and what gravity gives in the substep"},
       {"contact-newton",
        "contact impulses of an island, by Newton's method on the contact law; converged: 1000 roundings of the largest "
-       "impulse, 10000 where the impulses at hand serve as they are",
+       "impulse, 10000 where the starting impulses already satisfy it",
        "largest violation of the contact law, as an impulse, over the largest impulse, there or needed to stop a "
        "point"},
       {"impact-queue",
        "impacts of a substep, one after another in the order of their times; capped: the limit was reached, eight impacts "
        "a contact on average, where one of restitution e counts as 2 (1 - e), at most 1: the approaches that were left are "
-       "stopped without restitution; or an impact sent a body so far within the step that it may have met others than "
-       "its candidate pairs",
+       "stopped without restitution; or eight impacts a stop of a joint; or an impact sent a body so far within the step "
+       "that it may have met others than its candidate pairs",
        "fastest approach that was left over the fastest that was resolved"},
       {"impact-time",
        "the instant of an impact of shapes that turn, by Newton's method on the gap; converged: 16 roundings of the "
-       "smaller body",
+       "smaller body; not counted where the instant lies outside the substep, whose velocity solver then stops them",
        "gap over the bounding radius of the smaller body"},
       {"slip-path",
-       "the slip during one impact with friction, whose direction turns, by an adaptive method along the normal impulse; "
-       "counted where it did not converge",
+       "the slip during one impact with friction, whose direction turns, by an adaptive method along the normal impulse, "
+       "and the couple against rolling; counted where one of them did not converge",
        "not measured"},
       {"simultaneous-impacts",
        "impulses of all points of an instant, by projected Gauss-Seidel, then by Newton's method; converged: the last "
@@ -59,7 +58,7 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "the last sweep changed them by at most two roundings",
        "largest change of a force in the last sweep over the largest normal force"},
       {"redundant-contacts",
-       "forces of lasting contacts that determine each other, and the least changes of position and velocity that close "
+       "forces of redundant lasting contacts, and the least changes of position and velocity that close "
        "their drift, by the proximal point method; converged: 64 roundings; stagnated: what is left of a drift is "
        "round-off of the gaps or velocities that it was computed from",
        "what is left of the accelerations (or gaps, velocities) asked for, over those that the forces give, in the "
@@ -69,9 +68,9 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "Newton's method; converged: the round-off of a gap",
        "largest gap over the largest coordinate or size"},
       {"event-location",
-       "the instant within a trial step at which a gap closes, a contact changes its mode, or a relative wind vanishes, by "
-       "Newton's method within a bracket or by false position; converged: an ulp of the step, or a gap of "
-       "round-off",
+       "the instant within a trial step at which a gap closes, a contact changes its mode, a joint reaches or leaves its "
+       "stop, or a relative wind vanishes, by Newton's method within a bracket, by false position or by bisection; "
+       "converged: an ulp of the step, or a gap of round-off",
        "what is left of the bracket, or the last change, as a share of the step"},
       {"expanding-polytope",
        "the direction of least overlap of two convex shapes; converged: known to 64 roundings of their extent, or "

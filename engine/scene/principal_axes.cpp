@@ -2,6 +2,7 @@
 // engines that are themselves written in Eigen (DART, FCL), and one program has one Eigen.
 #include <Eigen/Core>
 #include <Eigen/Jacobi>
+#include <stdexcept>
 #include <utility>
 
 #include "scene/inertia.hpp"
@@ -15,10 +16,15 @@ namespace atwood {
 Diagonalised diagonalise(const Real33& symmetric) {
   using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   RowMajor a = RowMajor::Map(symmetric.data()), axes = RowMajor::Identity();
-  for (int sweep = 0; sweep < 50 && !a.isDiagonal(0); ++sweep) {
+  constexpr int max_sweeps = 50;
+  bool turned = true;  // false: what is left of the off-diagonal entries is too small for a rotation
+  for (int sweep = 0; turned && !a.isDiagonal(0) && a.allFinite(); ++sweep) {
+    if (sweep == max_sweeps) throw std::logic_error("the principal axes of an inertia did not converge");
+    turned = false;
     for (const auto& [p, q] : {std::pair(0, 1), std::pair(0, 2), std::pair(1, 2)}) {
       Eigen::JacobiRotation<double> turn;
       if (!turn.makeJacobi(a, p, q)) continue;
+      turned = true;
       a.applyOnTheRight(p, q, turn);  // a := J^T a J, axes := axes J
       axes.applyOnTheRight(p, q, turn);
       a.applyOnTheLeft(p, q, turn.adjoint());

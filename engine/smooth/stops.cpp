@@ -50,16 +50,23 @@ template <class S> S Stops<S>::holding_force(const Limit& limit, S t_s, const S*
          model.constraints()->locked_force(model.constraints()->stops()[limit.stop].joint);
 }
 
+template <class S> void Stops<S>::note(int iterations, S width, bool converged) {
+  simulation_.model->system().solvers.add(
+      IterativeSolver::event_location,
+      {iterations, static_cast<double>(width), converged ? SolveEnd::converged : SolveEnd::capped});
+}
+
 // ---- where the first event is ---------------------------------------------------------------------------------------
 // `fraction` becomes the first one in (0, until] at which the gap is zero; unchanged if there is none.
 template <class S> bool Stops<S>::first_passage(S t_s, S h_s, Limit& limit, S until, S& fraction) {
-  constexpr int most = 200;
+  constexpr int max_evaluations = 200, max_halvings = 80;
   const std::vector<S>& y_new = simulation_.y_new;
   S high = until, gap_high = limit.gap_end;
   if (!(gap_high < -limit.round_off)) {  // within the limits at the end: has it dipped below in between?
     if (!(limit.rate_start < S(0) && limit.rate_end > S(0))) return true;
     S low = S(0);
-    for (int i = 0; i < 60 && !(gap_high < -limit.round_off); ++i) {
+    int halvings = 0;
+    for (; halvings < max_halvings; ++halvings) {
       const S middle = low + (high - low) / S(2);
       if (!probe(t_s, h_s, middle)) return false;
       gap_high = gap(limit, y_new.data());
@@ -71,9 +78,11 @@ template <class S> bool Stops<S>::first_passage(S t_s, S h_s, Limit& limit, S un
       // Convex between two slopes of opposite signs: above both tangents.
       if (gap_high > S(0) && gap_high - real::abs(slope) * (high - low) * h_s > S(0)) return true;
       (slope < S(0) ? low : high) = middle;
-      if (high - low <= real::epsilon<S>()) return true;
+      if (high - low <= real::epsilon<S>()) break;
     }
-    if (!(gap_high < -limit.round_off)) return true;
+    const bool dips = gap_high < -limit.round_off;
+    note(halvings, high - low, dips || high - low <= real::epsilon<S>());
+    if (!dips) return true;
   }
   S low = S(0), gap_low = limit.gap_start;
   if (!(gap_low > S(0))) {  // it starts at its limit: from where it has left it
@@ -98,12 +107,15 @@ template <class S> bool Stops<S>::first_passage(S t_s, S h_s, Limit& limit, S un
     solved = solved && probe(t_s, h_s, x);
     return -gap(limit, y_new.data());
   };
-  fraction = false_position(below, low, -gap_low, high, -gap_high, real::epsilon<S>(), most).high;
+  const BracketedRoot<S> root =
+      false_position(below, low, -gap_low, high, -gap_high, real::epsilon<S>(), max_evaluations);
+  note(root.evaluations, root.high - root.low, root.converged);
+  fraction = root.high;
   return solved;
 }
 
 template <class S> bool Stops<S>::first_release(S t_s, S h_s, Limit& limit, S until, S& fraction) {
-  constexpr int most = 200;
+  constexpr int max_evaluations = 200;
   const S force_end = holding_force(limit, t_s + until * h_s, simulation_.y_new.data());
   if (!(force_end < S(0))) return true;
   const S force_start = holding_force(limit, t_s, simulation_.y.data());
@@ -116,7 +128,10 @@ template <class S> bool Stops<S>::first_release(S t_s, S h_s, Limit& limit, S un
     solved = solved && probe(t_s, h_s, x);
     return -holding_force(limit, t_s + x * h_s, simulation_.y_new.data());
   };
-  fraction = false_position(pull, S(0), -force_start, until, -force_end, real::epsilon<S>(), most).high;
+  const BracketedRoot<S> root =
+      false_position(pull, S(0), -force_start, until, -force_end, real::epsilon<S>(), max_evaluations);
+  note(root.evaluations, root.high - root.low, root.converged);
+  fraction = root.high;
   return solved;
 }
 

@@ -46,6 +46,8 @@ template <class S> class Stops {
   S gap(const Limit& limit, const S* y) const;   // >= 0 within the limits
   S rate(const Limit& limit, const S* y) const;  // of the gap
   bool probe(S t_s, S h_s, S fraction);
+  // Reports how a search for an event ended; `width` is what it leaves undecided, as a share of the step.
+  void note(int iterations, S width, bool converged);
   bool first_passage(S t_s, S h_s, Limit& limit, S until, S& fraction);
   bool first_release(S t_s, S h_s, Limit& limit, S until, S& fraction);
   S holding_force(const Limit& limit, S t_s, const S* y);

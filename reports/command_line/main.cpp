@@ -92,8 +92,8 @@ struct Parser {
     sub->add_option("-j,--jobs", options.jobs, "Cells run at once (default: one per core)");
     sub->add_option(
         "--limit", options.cell_limit_s,
-        fmt::format("Seconds allowed for a cell ({:g}); overrides a `limit` of the study. A truth gets six\n"
-                    "times that, or 120 without --limit",
+        fmt::format("Seconds allowed for a cell (default {:g}), instead of a `limit` in the study. A truth gets 6\n"
+                    "times this; 120 s where --limit is not given",
                     options.cell_limit_s));
     auto* fresh = sub->add_flag("--fresh", options.fresh, "Run every cell again, also those in the store");
     sub->add_flag("--reuse", options.reuse,
@@ -326,26 +326,27 @@ void declare_commands(Parser& p) {
   bless->add_option("--baseline", o.baseline, "The file (default: atwood-baseline.tsv)");
 
   auto* bench = p.add(
-      "bench", "Measure times: kernels and steps with Google Benchmark, goals, largest heap per frame, broad phases",
+      "bench",
+      "Measure times: kernels and steps with Google Benchmark, goals, the largest pile of bodies within a frame, broad phases",
       command_bench);
   bench->add_option(
       "FILTER", o.input,
       "`goals`: the project's goals beside its rivals, in one run. `frame-budget`: the largest heap and the\n"
       "largest block of fluid that each engine steps within a frame. `broad-phases`: pairs and times of the\n"
       "broad phases. Anything else: a regular expression over the names of benchmarks");
-  bench->add_option("--goal", o.goals, "Only these goals: ids or globs (goals)")->expected(1)->take_all();
-  bench->add_option("--goals", o.goals_file, "Goals from this file instead of benchmarks/goals.toml (goals)");
-  bench->add_option("--method", o.methods, "Only these methods (frame-budget)")->expected(1)->take_all();
+  bench->add_option("--goal", o.goals, "goals: only these, by ids or globs")->expected(1)->take_all();
+  bench->add_option("--goals", o.goals_file, "goals: from this file instead of benchmarks/goals.toml");
+  bench->add_option("--method", o.methods, "frame-budget: only these methods")->expected(1)->take_all();
   bench
       ->add_option("--engine", o.engines,
-                   "Add an engine: an executable that speaks the worker protocol (goals, frame-budget)")
+                   "goals, frame-budget: add an engine, an executable that speaks the worker protocol")
       ->expected(1)
       ->take_all();
   p.confining(bench);
-  bench->add_option("--limit", o.cell_limit_s, "Seconds that a run may take (goals, frame-budget)")
+  bench->add_option("--limit", o.cell_limit_s, "goals, frame-budget: seconds that a run may take")
       ->capture_default_str();
-  bench->add_option("-j,--jobs", o.jobs, "Cells run at once in the accuracy pass (goals)");
-  bench->add_flag("--no-timing", o.no_timing, "Measure errors and evaluations only (goals)");
+  bench->add_option("-j,--jobs", o.jobs, "goals: cells run at once in the accuracy pass");
+  bench->add_flag("--no-timing", o.no_timing, "goals: measure errors and evaluations only");
   bench->add_option("--out", o.out_dir, "Where the figures go")->capture_default_str();
 
   auto* report = p.add("report", "Make the report again from the store", command_report);
@@ -434,8 +435,8 @@ int run(int argc, char** argv) {
   parser.app.require_subcommand(1);
   parser.app.set_version_flag("--version", fmt::format("atwood {} (protocol {})", kVersion, wire::kProtocol));
   parser.app.footer(
-      "Exit codes: 0 pass; 1 a gate failed, is unverifiable or was not run, or a trace ended early: `unsupported`,\n"
-      "`diverged` or `not finite`; 2 input or usage; 3 a cell crashed, hung or sent an invalid answer; 4 no baseline;\n"
+      "Exit codes: 0 pass; 1 a gate failed, is unverifiable or was not run, or a trace ended early (`unsupported`,\n"
+      "`diverged`, `not finite`); 2 input or usage; 3 a cell crashed, hung or sent an invalid answer; 4 no baseline;\n"
       "5 input/output or internal; 130, 143 interrupted.");
   parser.app.formatter_fn(
       [](const CLI::App* app, const std::string&, CLI::AppFormatMode) { return help_text(*app, terminal_width()); });

@@ -16,8 +16,8 @@ std::vector<MetricInfo> common_metrics() {
       {"truth", "", "How the scene's truth ended when it gave no solution: no error is measured; the reason says why."},
       {"error-position-end", "m", "Distance from the true position at the last sample; the worst body."},
       {"error-position-max", "m",
-       "Largest distance from the true position over the samples, t = 0 left out; the worst body; its bar b encloses "
-       "[max(e - b), max(e + b)]."},
+       "Largest distance from the true position over the samples, t = 0 left out; the worst body. With errors e and "
+       "bars b of the samples, the true value lies in [max(e - b), max(e + b)]."},
       {"error-position-rms", "m",
        "Root mean square over the samples (t = 0 left out) of the distance from the true position; the worst body."},
       {"error-velocity-end", "m/s", "Norm of the velocity's error at the last sample; the worst body."},
@@ -34,8 +34,8 @@ std::vector<MetricInfo> common_metrics() {
        "Root mean square over the samples (t = 0 left out) of the geodesic angle to the true attitude; the worst "
        "body."},
       {"quaternion-norm-drift", "1",
-       "Largest | |q| - 1 | over the samples and the bodies that turn, where it is above 1e-6: methods that do not "
-       "normalise the quaternion drift, and the angle of an attitude does not show it."},
+       "Largest | |q| - 1 | over the samples and the bodies that turn, reported where it is above 1e-6: methods that do "
+       "not normalise the quaternion drift, which the angle of an attitude hides."},
       {"error-body-rate-end", "rad/s",
        "Norm of the error of the body-axes angular velocity at the last sample; the worst body."},
       {"error-body-rate-max", "rad/s",
@@ -60,8 +60,8 @@ std::vector<MetricInfo> common_metrics() {
       {"energy-max", "1", "Largest |E - E0| / E_scale."},
       {"energy-drift", "1/s",
        "Slope of (E - E0) / E_scale by Theil and Sen, after an oscillation of any shape is fitted and removed. "
-       "Positive: the energy grows. Bar: 95 %, corrected for autocorrelation; if the residual is not stationary, the "
-       "range of the slopes of the run's halves and of its mean slopes. NaN: round-off dominates, and its drift cannot "
+       "Positive: the energy grows. Bar: 95 %, corrected for autocorrelation. If the residual is not stationary: "
+       "from the smallest to the largest of the slopes of both halves of the run and its mean slopes. NaN: round-off dominates, and its drift cannot "
        "be found from one run (see energy-drift-round-off)."},
       {"energy-oscillation", "1", "Half the range of (E - E0) / E_scale about its drift."},
       {"energy-change-max", "J", "Largest |E - E0|, of scenes without E_scale."},
@@ -141,7 +141,7 @@ std::vector<MetricInfo> common_metrics() {
       {"gci-position", "m",
        "Grid convergence index of the worst body's last position from the finest three usable steps, "
        "1.25 |x2 - x1| / (r^p - 1): the band about the finest value. No truth is used. The reason says whether the "
-       "order of the next coarser three, and the formal one where it is known, agree. Three steps alone do not test "
+       "observed order agrees with that of the next three coarser steps, and with the formal order where it is known. Three steps alone do not test "
        "the asymptotic range."},
       {"richardson-order-position", "1",
        "Order p from the differences of positions between the finest three usable steps; negative where the "
@@ -265,7 +265,7 @@ std::vector<MetricInfo> common_metrics() {
       {"solver-capped", "1",
        "Solves that ended above their tolerance: at the iteration limit, or because the iteration diverged. `body` "
        "names the solver; without it all solvers of the run are counted. contact-sweeps takes a fixed number of "
-       "sweeps: most of its solves count."},
+       "sweeps, so most of its solves end capped."},
       {"solver-residual-max", "1",
        "Largest residual that a solve ended with. `body` names the solver, the reason the scale of its residual; "
        "without `body`: the largest of all solvers. Solves of a step that was taken again are left out."},

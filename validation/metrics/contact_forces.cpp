@@ -54,9 +54,9 @@ constexpr double kAtRest = 1e-12;
 
 struct Excess {  // excess over a friction cone, and the force that it is relative to
   double beyond = 0, normal = 0;
-  bool told = true;  // engines that do not tell friction's part report NaN
+  bool has_friction = true;  // false: the engine does not report friction, whose part is NaN
   void take(double f_n, double f_t, double mu) {
-    told = told && !std::isnan(f_t);
+    has_friction = has_friction && !std::isnan(f_t);
     beyond = std::max(beyond, f_t - mu * f_n);
     normal = std::max(normal, f_n);
   }
@@ -79,8 +79,8 @@ void append_contact_forces(const Scenario& scenario, const Recording& run, std::
       forces.take(c.force_n_N, length(c.force_t_N), pair_law(scene, c.body_a, c.body_b).friction);
       pull = std::max(pull, -c.force_n_N);
     }
-  const bool told = impulses.told && forces.told;
-  if (told && (impulses.normal > 0 || forces.normal > 0))
+  const bool has_friction = impulses.has_friction && forces.has_friction;
+  if (has_friction && (impulses.normal > 0 || forces.normal > 0))
     rows.push_back(row("cone-violation", std::max(impulses.relative(), forces.relative())));
   if (!(forces.normal > 0)) return;
 
@@ -99,7 +99,7 @@ void append_contact_forces(const Scenario& scenario, const Recording& run, std::
     }
   rows.push_back(row("signorini-gap", gap));
   rows.push_back(row("signorini-pull", pull));
-  if (told && most_friction > 0 && fastest > kAtRest * length(scene.gravity_m_per_s2) * scenario.t_end_s)
+  if (has_friction && most_friction > 0 && fastest > kAtRest * length(scene.gravity_m_per_s2) * scenario.t_end_s)
     rows.push_back(row("dissipation-defect", least / (most_friction * fastest)));
 }
 

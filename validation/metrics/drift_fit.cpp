@@ -111,7 +111,8 @@ DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value) {
   fit.slope_per_s = metrics::theil_sen(t_s, value);
   std::vector<double> r = residual(t_s, value, fit.slope_per_s), noise = r;
   double width_scale = 1, known = 0;
-  // A wrong slope shifts the crossings and so the period; slope and period are found by iteration.
+  // A wrong slope shifts the crossings and so the period; slope and period are found by at most three
+  // passes, which is the method.
   for (int pass = 0; pass < 3; ++pass) {
     const auto crossing = period(t_s, r);
     if (!crossing || std::fabs(*crossing - known) < 1e-3 * known) break;

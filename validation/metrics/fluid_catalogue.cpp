@@ -41,7 +41,8 @@ std::vector<MetricInfo> fluid_metrics() {
       {"order-model", "1",
        "Observed order of the model-error in the Mach number, along the ladder of sound speeds at one spacing."},
       {"kinetic-energy-error", "1",
-       "Kinetic energy of the particles less that of the exact field at the particles, at the end, over its largest."},
+       "Kinetic energy of the particles less that of the exact field at the particles, at the end, over the largest "
+       "kinetic energy of the exact field."},
       {"energy-budget", "1",
        "Largest |E - E0| over the samples. E is the sum of kinetic energy, elastic energy (the integral of p / rho^2), "
        "potential energy and heat. Divided by the largest kinetic energy plus the largest change of potential and elastic "

@@ -1,18 +1,32 @@
 // Richardson extrapolation and the grid convergence index from three steps, for runs without a truth.
 //
-// Roache, J. Fluids Eng. 116 (1994) 405; unequal refinement by the fixed point of Celik et al., J. Fluids Eng. 130
-// (2008) 078001, eq. 5: with e21 = f2 - f1, e32 = f3 - f2 (1 the finest) and s the sign of e32 / e21,
+// Roache, J. Fluids Eng. 116 (1994) 405; unequal refinement as Celik et al., J. Fluids Eng. 130 (2008)
+// 078001, eq. 5: with e21 = f2 - f1, e32 = f3 - f2 (1 the finest) and s the sign of e32 / e21,
 //
-//     p = |ln |e32 / e21| + ln((r21^p - s) / (r32^p - s))| / ln r21,    f* = f1 - e21 / (r21^p - 1),
-//     GCI = 1.25 |e21| / (r21^p - 1).
+//     |e32 / e21| = r21^p (r32^p - s) / (r21^p - s),    f* = f1 - e21 / (r21^p - 1),    GCI = 1.25 |e21| / (r21^p - 1).
+//
+// The right side rises with p, which is found by bisection: the fixed point that they iterate need not be attracting.
 //
 // Here f may be a vector (a body's position): |e| is its norm, and e32 . e21 < 0 is oscillation. The order
 // keeps its sign: where differences grow as h decreases it is negative, and there is no index.
 #include <cmath>
 
+#include "validation/metrics/bisection.hpp"
 #include "validation/metrics/metrics.hpp"
 
 namespace atwood {
+namespace {
+
+constexpr double kMaxOrder = 64;
+
+// |e32| / |e21| of an error C h^p (s = 1), or of one whose sign alternates (s = -1): rises with p.
+double ratio_of_differences(double p, double s, double r21, double r32) {
+  const double x21 = p * std::log(r21), x32 = p * std::log(r32);
+  if (s < 0) return std::exp(x21) * (std::exp(x32) + 1) / (std::exp(x21) + 1);
+  return p == 0 ? std::log(r32) / std::log(r21) : std::exp(x21) * std::expm1(x32) / std::expm1(x21);
+}
+
+}  // namespace
 
 GridConvergence grid_convergence(const GridLevel& fine, const GridLevel& medium, const GridLevel& coarse) {
   constexpr double kSafety = 1.25;
@@ -35,16 +49,15 @@ GridConvergence grid_convergence(const GridLevel& fine, const GridLevel& medium,
     return g;
   }
   const double s = dot < 0 ? -1 : 1;
-  // The differences must decrease: with equal ratios |e32| > |e21|, else the fixed point must be positive.
   double p = std::log(e32 / e21) / std::log(r21);
-  if (r21 != r32 && p > 0) {
-    for (int pass = 0; pass < 100; ++pass) {
-      const double q = std::log((std::pow(r21, p) - s) / (std::pow(r32, p) - s));
-      const double next = std::fabs(std::log(e32 / e21) + q) / std::log(r21);
-      const bool settled = std::fabs(next - p) < 1e-13 * p;
-      p = next;
-      if (settled || !std::isfinite(p)) break;
+  if (r21 != r32) {
+    const auto excess = [&](double order) { return e32 / e21 - ratio_of_differences(order, s, r21, r32); };
+    if (!(excess(-kMaxOrder) > 0) || excess(kMaxOrder) > 0) {
+      g.kind = GridConvergence::Kind::not_found;
+      g.order = std::nan("");
+      return g;
     }
+    p = metrics::bisect(excess, -kMaxOrder, kMaxOrder, 80).low;
   }
   g.order = p;
   if (!(p > 0) || !std::isfinite(p)) {
@@ -74,6 +87,7 @@ std::string to_string(GridConvergence::Kind kind) {
     case GridConvergence::Kind::oscillatory: return "oscillatory";
     case GridConvergence::Kind::divergent: return "divergent";
     case GridConvergence::Kind::none: return "no difference";
+    case GridConvergence::Kind::not_found: return "no order below 64";
   }
   return "";
 }

@@ -111,7 +111,7 @@ GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error,
     fit.reason = "round-off: within 30 x the floor, where a law needs an ensemble of runs";
     return fit;
   }
-  for (int pass = 0; pass < 4; ++pass) {
+  for (int pass = 0; pass < 4; ++pass) {  // a fixed number, which is the method
     fit.exponent = metrics::fit_line(logarithms(env.t), logarithms(env.e)).slope;
     env = envelope(t_s, error, fit.exponent);
   }

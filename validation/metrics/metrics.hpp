@@ -84,12 +84,13 @@ struct GridConvergence {
     monotone,
     oscillatory,
     divergent,
-    none
-  } kind = Kind::divergent;  // none: the finest two agree exactly
-  double order = 0;          // negative: the differences grow as h shrinks
-  double index = 0;          // 1.25 |f2 - f1| / (r^p - 1), in the unit of f: the band about the finest value
-  double index_coarse = 0;   // 1.25 |f3 - f2| / (r32^p - 1): about the middle value
-  double difference = 0;     // |f2 - f1|
+    none,      // the finest two agree exactly
+    not_found  // unequal refinement: the order is not between -64 and 64
+  } kind = Kind::divergent;
+  double order = 0;         // negative: the differences grow as h shrinks
+  double index = 0;         // 1.25 |f2 - f1| / (r^p - 1), in the unit of f: the band about the finest value
+  double index_coarse = 0;  // 1.25 |f3 - f2| / (r32^p - 1): about the middle value
+  double difference = 0;    // |f2 - f1|
   std::vector<double> extrapolated;
 };
 // Of three steps, the finest first; all values have the same number of components.

@@ -93,7 +93,7 @@ class Overlaps {
     if (dynamics::has_gap(scene_, pair)) {
       depth = -static_cast<double>(dynamics::gap(scene_, layout_, pair, y_.data()).gap_m);
     } else if (geometry::no_separation(scene_.bodies[pair.a].shape, scene_.bodies[pair.b].shape).empty()) {
-      depth = -static_cast<double>(geometry::separation_between(scene_, sample, pair.a, pair.b).gap_m);
+      depth = static_cast<double>(geometry::overlap_depth(scene_, sample, pair.a, pair.b));
     } else {
       seen_all_ = false;
     }

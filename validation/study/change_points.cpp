@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "validation/metrics/order_statistics.hpp"
+
 namespace atwood {
 namespace {
 
@@ -12,17 +14,10 @@ constexpr double kMinSpread = 1e-3;
 constexpr double kPenalty = 4;
 constexpr std::size_t kShortest = 2;  // runs of a segment
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return (*middle + *std::max_element(values.begin(), middle)) / 2;
-}
-
 double spread_of(const std::vector<double>& x) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < x.size(); ++i) steps.push_back(std::fabs(x[i] - x[i - 1]));
-  return std::max(kMinSpread, median(steps) / (0.6745 * std::sqrt(2.0)));
+  return std::max(kMinSpread, metrics::median_in_place(steps) / (0.6745 * std::sqrt(2.0)));
 }
 
 }  // namespace

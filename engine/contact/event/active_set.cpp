@@ -15,7 +15,7 @@ namespace {
 
 enum class PairState : unsigned char { separated, frictionless, slipping, sticking, rolling };
 
-// The scale of accelerations: without contacts, and centripetal.
+// Scale of accelerations [m/s^2]: the largest |v'| without contact forces + w^2 r of a body in contact.
 template <class S> S acceleration_scale(const Bodies<S>& bodies, const ActiveSet<S>& active, const S* dydt) {
   S size = S(0);
   for (const int body : active.bodies) {
@@ -27,8 +27,8 @@ template <class S> S acceleration_scale(const Bodies<S>& bodies, const ActiveSet
   return size;
 }
 
-// The centripetal acceleration of a spin that is round-off: nothing else is left after an impact with e = 0 far from
-// any force.
+// w^2 r [m/s^2] of the largest spin that counts as round-off: it bounds the scale where no force acts, as after an
+// impact with e = 0.
 template <class S> S round_off_acceleration(const Bodies<S>& bodies, const ActiveSet<S>& active) {
   S most = S(0);
   for (const int body : active.bodies)
@@ -37,6 +37,7 @@ template <class S> S round_off_acceleration(const Bodies<S>& bodies, const Activ
   return most;
 }
 
+// The state of a pair by its active contacts: slipping where one of them slips, else rolling before sticking.
 template <class S>
 PairState pair_state(const Bodies<S>& bodies, const Proximity<S>& proximity, const ActiveSet<S>& active, int pair) {
   PairState state = PairState::separated;
@@ -53,6 +54,7 @@ PairState pair_state(const Bodies<S>& bodies, const Proximity<S>& proximity, con
   return state;
 }
 
+// Poses of the bodies in contact, and the contacts' gaps and relative velocities, at states.y.
 template <class S>
 void update_all_kinematics(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
                            const StateBuffers<S>& states) {
@@ -93,6 +95,7 @@ void add_closed_candidates(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet
   }
 }
 
+// Sets active.bodies: those with a state, each once.
 template <class S> void list_contact_bodies(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active) {
   active.bodies.clear();
   bodies.poses_at = 0;
@@ -109,6 +112,7 @@ template <class S> void count_active(ActiveSet<S>& active) {
       std::count_if(active.contacts.begin(), active.contacts.end(), [](const Contact<S>& c) { return c.active; }));
 }
 
+// Removes contacts that are not active and whose gap opens faster than `tiny_acceleration`.
 template <class S>
 void drop_separating(const Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet<S>& active,
                      const StateBuffers<S>& states, S tiny_acceleration) {
@@ -120,6 +124,7 @@ void drop_separating(const Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet
   });
 }
 
+// Reports the event by which the pair's state changed, where the observer has one for it.
 template <class S>
 void report_mode_change(const Proximity<S>& proximity, const Report& report, const Contact<S>& contact,
                         PairState before, PairState now, S t_s) {
@@ -134,6 +139,7 @@ void report_mode_change(const Proximity<S>& proximity, const Report& report, con
   report_event(report, kind, pair, contact.kinematics, candidate.feature_body == pair.a, Impulse<S>{}, t_s);
 }
 
+// Below these, accelerations and forces are round-off of their own computation.
 template <class S> Tolerances<S> tolerances_of(const Bodies<S>& bodies, const ActiveSet<S>& active, const S* dydt) {
   const S size = acceleration_scale(bodies, active, dydt);
   S heaviest = S(0);
@@ -178,7 +184,7 @@ template <class S> bool find_modes(EventRun<S>& run, S t_s) {
     return end_run(
         run.report, Status::diverged,
         "atwood's +event: the contact equations at t = " + format_double(static_cast<double>(t_s)) + " s are singular");
-  // Forces of several contacts are known to no more than that.
+  // Forces of several contacts are accurate to sqrt(eps) only.
   const S coarse = active.contacts.size() > 1 ? real::sqrt(real::epsilon<S>()) * tolerances.scale : S(0);
   active.separation_acceleration = S(4) * real::max(tolerances.acceleration, coarse);
   if (!check_forces(run, t_s, real::max(tolerances.acceleration, coarse),

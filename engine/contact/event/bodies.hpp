@@ -12,7 +12,7 @@ namespace atwood::event {
 
 // World axes.
 template <class S> struct InverseInertia {
-  S mass_per_kg{};
+  S inverse_mass_per_kg{};
   Vec3<S> I_row[3];  // [1/(kg m^2)], about the centre of mass
 };
 

@@ -142,7 +142,7 @@ template <class S> void initialize_inverse_inertia(Bodies<S>& bodies) {
   for (int i = 0; i < bodies.model.body_count(); ++i) {
     const MassProperties<S>& mass = bodies.model.mass(i);
     const Vec3<S>(&I_inverse)[3] = mass.I_inverse_row;
-    bodies.inverse_inertia[i].mass_per_kg = mass.inverse_mass_per_kg;
+    bodies.inverse_inertia[i].inverse_mass_per_kg = mass.inverse_mass_per_kg;
     bodies.largest_inverse_mass[i] = mass.inverse_mass_per_kg + bodies.bounding_radius[i] * bodies.bounding_radius[i] *
                                                                     (I_inverse[0].x + I_inverse[1].y + I_inverse[2].z);
     if (bodies.isotropic[i]) rotate_inverse_inertia(bodies, i);
@@ -287,7 +287,7 @@ ConstraintRow<S> row_of_load(const Bodies<S>& bodies, const Proximity<S>& proxim
     if (body < 0) continue;
     const S sign = side == 0 ? S(1) : S(-1);
     row.jacobian[side] = wrench_of(force, couple, levers.arm[side], sign);
-    row.response[side].linear = bodies.inverse_inertia[body].mass_per_kg * row.jacobian[side].linear;
+    row.response[side].linear = bodies.inverse_inertia[body].inverse_mass_per_kg * row.jacobian[side].linear;
     if (!bodies.model.rotates(body)) continue;
     const Pose<S>& pose = bodies.poses[body];
     row.response[side].angular =

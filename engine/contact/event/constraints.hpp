@@ -46,10 +46,6 @@ template <class S> struct ConstraintSystem {
   std::vector<unsigned char> loaded;
 };
 
-template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const Vec3<S>& v) {
-  return {dot(row[0], v), dot(row[1], v), dot(row[2], v)};
-}
-
 // The bodies of a contact that move, and the contact point relative to their centres.
 template <class S>
 LeverArms<S> levers_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const Contact<S>& contact);
@@ -60,7 +56,7 @@ template <class S> SpatialVector<S> wrench_of(const Vec3<S>& force, const Vec3<S
 }
 // A body's acceleration under a wrench.
 template <class S> SpatialVector<S> acceleration_under(const InverseInertia<S>& body, const SpatialVector<S>& wrench) {
-  return {body.mass_per_kg * wrench.linear, times(body.I_row, wrench.angular)};
+  return {body.inverse_mass_per_kg * wrench.linear, times(body.I_row, wrench.angular)};
 }
 
 // The components of a relative acceleration `a` at the contact point and an angular one `alpha` along a contact's rows,

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "contact/event/surface_boundaries.hpp"
+#include "math/bracketed_root.hpp"
 
 namespace atwood::event {
 
@@ -239,12 +240,12 @@ template <class S> bool locate_penetration(Flow<S>& flow, S low, S high, Crossin
       continue;
     add_edge_candidates(run.proximity, run.active, run.impacts, boundary.pair);
     // Where the overlap begins it is hardly more than round-off, and equals one candidate's gap.
-    S apart = low, overlap = high;
-    for (int i = 0; i < 60 && overlap - apart > S(0x1p-40) * overlap; ++i) {
-      const S middle = apart + (overlap - apart) / S(2);
-      (clear_of_boundary(run.bodies, run.proximity, run.active, boundary, flow.at(middle).data()) ? apart : overlap) =
-          middle;
-    }
+    const auto clear_at = [&](S theta) {
+      return clear_of_boundary(run.bodies, run.proximity, run.active, boundary, flow.at(theta).data());
+    };
+    const BracketedRoot<S> begins = bisect(clear_at, low, high, S(0x1p-40), 60);
+    flow.note(begins.evaluations, begins.high - begins.low, begins.converged);
+    const S overlap = begins.high;
     const ShapePair<S>& pair = run.proximity.pairs[boundary.pair];
     // Next to a lasting contact that drifts, a candidate may become valid with a gap as far below zero.
     const S drift = S(2) * real::abs(target_gap_of_pair(run.bodies, run.proximity, run.active, boundary.pair,

@@ -69,7 +69,8 @@ template <class S> std::unique_ptr<Stepper<S>> required_stepper(RigidModel<S>& m
 
 template <class S> void size_states(const Bodies<S>& bodies, StateBuffers<S>& states) {
   const auto size = static_cast<std::size_t>(bodies.model.state_size());
-  for (State<S>* state : {&states.y, &states.y_new, &states.y_probe, &states.y_kept}) state->values.resize(size);
+  for (State<S>* state : {&states.y, &states.y_new, &states.y_probe, &states.y_before_impacts})
+    state->values.resize(size);
   states.dydt.resize(size);
   bodies.model.initial_state(states.overwrite(states.y));
 }

@@ -64,15 +64,18 @@ template <class S> Penetration<S> first_penetration(Flow<S>& flow, const Candida
   // A gap that falls and rises is taken as convex: it lies above its tangents at both ends.
   const S fall = candidate.rate * flow.h_s, rise = candidate.rate_end * flow.h_s;
   if (candidate.gap + fall * ((candidate.gap_end - rise - candidate.gap) / (fall - rise)) > S(0)) return none;
+  constexpr int max_halvings = 80;
   S low = S(0), high = S(1);
-  for (int i = 0; i < 60; ++i) {  // bisection on the rate, up to the first penetration
+  int halvings = 0;
+  while (halvings < max_halvings && !(high - low < real::epsilon<S>())) {  // on the rate, up to the first penetration
+    ++halvings;
     const S middle = low + (high - low) / S(2);
     const GapKinematics<S> kinematics = gap_at(flow.run.bodies, flow.run.proximity, candidate, flow.at(middle).data());
     if (kinematics.gap <= S(0)) return {middle, kinematics.gap};
     if (kinematics.rate < S(0)) low = middle;
     else high = middle;
-    if (high - low < real::epsilon<S>()) break;
   }
+  flow.note(halvings, high - low, high - low < real::epsilon<S>());
   return none;
 }
 

@@ -8,7 +8,7 @@ namespace {
 
 // The part of the face's normal across the circle's axis: its length is the sine of their angle.
 template <class S>
-Vec3<S> lean_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
+Vec3<S> tilt_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
                 const Vec3<S>& facet_direction_B, const S* y) {
   const Surface<S>& surface = proximity.surfaces[candidate.surface];
   const Vec3<S> axis = to_world(pose_of(bodies, candidate.feature_body, y), candidate.feature.axis_B);
@@ -21,8 +21,8 @@ Vec3<S> lean_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const Ca
 // Does the centre stand for the circle? See flat_ends.hpp.
 template <class S>
 bool acts_at_centre(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
-                    const Vec3<S>& lean, const S* y) {
-  if (norm(lean) > S(0)) return false;
+                    const Vec3<S>& tilt, const S* y) {
+  if (norm(tilt) > S(0)) return false;
   const Pose<S> of = pose_of(bodies, candidate.feature_body, y), on = pose_of(bodies, candidate.surface_body, y);
   const Vec3<S> axis = to_world(of, candidate.feature.axis_B), center = of.p + to_world(of, candidate.feature.center_B);
   const Vec3<S> w = of.w - on.w, over = w - dot(w, axis) * axis;
@@ -34,20 +34,20 @@ bool acts_at_centre(const Bodies<S>& bodies, const Proximity<S>& proximity, cons
 }
 
 // Below this sine round-off decides which point of the circle is lowest.
-template <class S> bool is_flat(const Vec3<S>& lean) { return norm(lean) <= least_crossing_sine<S>(); }
+template <class S> bool is_flat(const Vec3<S>& tilt) { return norm(tilt) <= least_crossing_sine<S>(); }
 
 template <class S>
 bool refuse_candidate(EventRun<S>& run, const Candidate<S>& candidate, const Vec3<S>& facet_direction_B, S t_s) {
   if (!candidate.feature.circle) return true;
   const S* y = run.states.y.data();
-  const Vec3<S> lean = lean_of(run.bodies, run.proximity, candidate, facet_direction_B, y);
-  if (!is_flat(lean) || acts_at_centre(run.bodies, run.proximity, candidate, lean, y)) return true;
+  const Vec3<S> tilt = tilt_of(run.bodies, run.proximity, candidate, facet_direction_B, y);
+  if (!is_flat(tilt) || acts_at_centre(run.bodies, run.proximity, candidate, tilt, y)) return true;
   return refuse_at(run.report, static_cast<double>(t_s), run.proximity.pairs[candidate.pair].flat_end_refusal);
 }
 
 // Of an active contact: does it pass through flat between two states, or has it come to lie flat?
-template <class S> bool turns_over(const Vec3<S>& lean, const Vec3<S>& next) {
-  return is_flat(next) || dot(lean, next) < S(0);
+template <class S> bool passes_through_flat(const Vec3<S>& tilt, const Vec3<S>& next) {
+  return is_flat(next) || dot(tilt, next) < S(0);
 }
 
 }  // namespace
@@ -71,25 +71,25 @@ template <class S> bool refuse_flat_ends(EventRun<S>& run, S t_s) {
 template <class S> bool check_flat_ends(Flow<S>& flow, const Crossing<S>& first) {
   EventRun<S>& run = flow.run;
   if (!run.proximity.has_circles) return true;
-  constexpr int max_samples = 32;  // of a step in which the lean turns by more than a right angle
+  constexpr int max_samples = 32;  // of a step in which the tilt turns by more than a right angle
   const S until = real::min(first.theta, S(1));
   const auto state_at = [&](S theta) -> const State<S>& { return theta < S(1) ? flow.at(theta) : run.states.y_new; };
   for (const Contact<S>& contact : run.active.contacts) {
     const Candidate<S>& candidate = run.proximity.candidates[contact.candidate];
     if (!contact.active || !candidate.feature.circle) continue;
     const auto lean_at = [&](const S* y) {
-      return lean_of(run.bodies, run.proximity, candidate, contact.facet.direction_B, y);
+      return tilt_of(run.bodies, run.proximity, candidate, contact.facet.direction_B, y);
     };
     const Vec3<S> start = lean_at(run.states.y.data()), end = lean_at(state_at(until).data());
     S ended = S(2);
     if (is_flat(start)) {  // the centre stood for the circle so far
       if (!acts_at_centre(run.bodies, run.proximity, candidate, end, state_at(until).data())) ended = until;
-    } else if (turns_over(start, end)) {
+    } else if (passes_through_flat(start, end)) {
       Vec3<S> last = start;
       for (int k = 1; k <= max_samples && ended > S(1); ++k) {
         const S theta = until * S(k) / S(max_samples);
         const Vec3<S> next = lean_at(state_at(theta).data());
-        if (turns_over(last, next)) ended = theta;
+        if (passes_through_flat(last, next)) ended = theta;
         last = next;
       }
     }

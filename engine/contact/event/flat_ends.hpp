@@ -1,9 +1,8 @@
 // Flat ends of cylinders on faces and planes.
 //
 // Where the plane of a circle is that of the face, all of the circle touches, and the lowest point, which is its
-// contact, is not unique. The run ends there, unless the whole contact force passes through the circle's centre:
-// nothing turns the cylinder over, and friction, if there is any, acts on no slip. Then the centre stands for all
-// points.
+// contact, is not unique. The run ends there, unless the contact force passes through the circle's centre (no
+// moment tilts the cylinder, and nothing slips): then the centre is taken as the contact point.
 #pragma once
 
 #include "contact/event/event_location.hpp"

@@ -16,12 +16,6 @@ namespace atwood::event {
 
 namespace {
 
-// v, scaled down to the length `most` if it is longer.
-template <class S> Vec3<S> shortened(const Vec3<S>& v, S most) {
-  const S length = norm(v);
-  return length > most ? (most / length) * v : v;
-}
-
 template <class S> struct GaussSeidel {
   const Bodies<S>& bodies;
   const Proximity<S>& proximity;
@@ -71,10 +65,7 @@ template <class S> struct GaussSeidel {
             contact.normal_N * contact.unit_couple_W);
     contact.inverse_mass_n =
         delassus_entry(bodies, proximity, contact, n, {}, contact.unit_force_W, contact.unit_couple_W);
-    const Vec3<S> axis = real::abs(n.x) < S(0.6) ? Vec3<S>{S(1), S(0), S(0)} : Vec3<S>{S(0), S(1), S(0)};
-    Vec3<S> t = axis - dot(axis, n) * n;
-    t = (S(1) / norm(t)) * t;
-    const Vec3<S> t2 = cross(n, t);
+    const Vec3<S> t = any_tangent(n), t2 = cross(n, t);
     contact.inverse_mass_t = real::max(delassus_entry(bodies, proximity, contact, t, {}, t, {}),
                                        delassus_entry(bodies, proximity, contact, t2, {}, t2, {})) +
                              real::abs(delassus_entry(bodies, proximity, contact, t, {}, t2, {}));
@@ -84,7 +75,7 @@ template <class S> struct GaussSeidel {
   }
   // Solves one contact for the present forces of the others. Raises `change` to the largest change of a force, or of a
   // couple over the bounding radii, and `size` to the normal force.
-  void solve(Contact<S>& contact, S rate_per_s, S& change, S& size) {
+  void solve(Contact<S>& contact, S inverse_step_per_s, S& change, S& size) {
     const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
     const Vec3<S>& n = contact.kinematics.normal;
     const S gap_acceleration = dot(n, relative_acceleration(contact)) + dot(contact.u, contact.kinematics.normal_dot);
@@ -96,7 +87,8 @@ template <class S> struct GaussSeidel {
     size = real::max(size, normal);
     if (contact.mode != FrictionMode::frictionless &&
         (contact.mode == FrictionMode::stick || contact.at_cone_limit || contact.slip_onset)) {
-      const Vec3<S> u_dot = relative_acceleration(contact) + (contact.slip_onset ? rate_per_s : S(0)) * contact.u,
+      const Vec3<S> u_dot =
+                        relative_acceleration(contact) + (contact.slip_onset ? inverse_step_per_s : S(0)) * contact.u,
                     across = u_dot - dot(u_dot, n) * n;
       const Vec3<S> friction =
           shortened(contact.friction_N - (S(1) / contact.inverse_mass_t) * across, pair.friction * normal);
@@ -119,7 +111,7 @@ template <class S> struct GaussSeidel {
 
 template <class S>
 SolveReport solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
-                                      ConstraintSystem<S>& constraints, const S* free_dydt, S rate_per_s) {
+                                      ConstraintSystem<S>& constraints, const S* free_dydt, S inverse_step_per_s) {
   std::fill(constraints.acceleration.begin(), constraints.acceleration.end(), SpatialVector<S>{});
   for (const int body : active.bodies) {
     if (!bodies.moves[body]) continue;
@@ -134,7 +126,7 @@ SolveReport solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S
   SolveReport report{max_sweeps, 0, SolveEnd::capped};
   for (int sweep = 0; sweep < max_sweeps; ++sweep) {
     S change = S(0), size = S(0);
-    for (Contact<S>& contact : active.contacts) solver.solve(contact, rate_per_s, change, size);
+    for (Contact<S>& contact : active.contacts) solver.solve(contact, inverse_step_per_s, change, size);
     report = {sweep + 1, size > S(0) ? static_cast<double>(change / size) : 0.0, SolveEnd::capped};
     if (change > S(2) * real::epsilon<S>() * size) continue;
     if (change == change) report.ended = SolveEnd::converged;  // not NaN
@@ -145,7 +137,7 @@ SolveReport solve_forces_gauss_seidel(const Bodies<S>& bodies, const Proximity<S
     contact.u_dot = solver.relative_acceleration(contact);
     contact.alpha = solver.relative_angular_acceleration(contact);
     if (!contact.slip_onset || contact.mode != FrictionMode::slip || contact.at_cone_limit) continue;
-    const Vec3<S> u_end = contact.u_dot + rate_per_s * contact.u,
+    const Vec3<S> u_end = contact.u_dot + inverse_step_per_s * contact.u,
                   across = u_end - dot(u_end, contact.kinematics.normal) * contact.kinematics.normal;
     const S braking = proximity.pairs[proximity.candidates[contact.candidate].pair].friction * contact.normal_N *
                       contact.inverse_mass_t;

@@ -223,10 +223,7 @@ template <class S> bool collide_simultaneously(ImpactProblem<S>& problem, int fi
     point.surface = impact_body(problem.bodies, candidate.surface_body, point.kinematics.x);
     point.feature = impact_body(problem.bodies, candidate.feature_body, point.kinematics.x);
     const Vec3<S>& n = point.kinematics.normal;
-    const Vec3<S> axis = real::abs(n.x) < S(0.6) ? Vec3<S>{S(1), S(0), S(0)} : Vec3<S>{S(0), S(1), S(0)};
-    Vec3<S> t = axis - dot(axis, n) * n;
-    t = (S(1) / norm(t)) * t;
-    const Vec3<S> t2 = cross(n, t);
+    const Vec3<S> t = any_tangent(n), t2 = cross(n, t);
     point.inverse_mass_n = inverse_effective_mass(point.surface, point.feature, n);
     point.inverse_mass_t = real::max(inverse_effective_mass(point.surface, point.feature, t),
                                      inverse_effective_mass(point.surface, point.feature, t2)) +

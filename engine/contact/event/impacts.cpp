@@ -167,11 +167,11 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
   ImpactProblem<S> problem{run.bodies,  run.proximity, run.impacts,
                            run.options, run.report,    run.bodies.approach_round_off()};
   for (const ImpactPoint<S>& point : run.impacts.points) run.proximity.pairs[point.pair].last_bounce = false;
-  run.states.y_kept = run.states.y;
+  run.states.y_before_impacts = run.states.y;
   if (!solve_impacts(problem)) return false;
   store_velocities(run.bodies, run.proximity, run.impacts, run.states);
   if (find_last_bounces(run, problem, t_s)) {
-    run.states.y = run.states.y_kept;
+    run.states.y = run.states.y_before_impacts;
     restore_poses(run.bodies, run.proximity, run.impacts, run.states);
     if (!solve_impacts(problem)) return false;
     store_velocities(run.bodies, run.proximity, run.impacts, run.states);
@@ -180,7 +180,7 @@ template <class S> bool resolve_impacts(EventRun<S>& run, S t_s) {
     if (!applied.impulse.converged) {
       run.report.outcome = {
           Status::diverged,
-          "atwood's +event: the path of an impact's slip at t = " + format_double(static_cast<double>(t_s)) +
+          "atwood's +event: the slip or rolling during the impact at t = " + format_double(static_cast<double>(t_s)) +
               " s was not resolved: its iteration did not converge",
           0,
           0,

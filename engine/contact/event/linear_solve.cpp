@@ -14,7 +14,8 @@ struct Block {
   int from, to, n;
 };
 
-// LU factors with partial pivoting. False: a pivot is zero.
+// LU factors with partial pivoting, block by block of one matrix in place; states depend on the order of its sums
+// (integrators/implicit_lu.hpp compares with Eigen's). False: a pivot is zero.
 template <class S> bool factorise(S* a, int* pivots, const Block& block) {
   const int n = block.n, to = block.to;
   for (int k = block.from; k < to; ++k) {

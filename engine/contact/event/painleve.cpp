@@ -198,8 +198,11 @@ template <class S> bool impact_without_collision(EventRun<S>& run, S t_s) {
   else run.active.painleve_impacts = 0;
   run.active.last_painleve_s = t_s;
   Contact<S> one;
-  if (!(pair.friction > S(0)) || run.active.painleve_impacts > kMaxPainleveImpacts ||
-      !point_of_pair(run.bodies, run.proximity, run.active, p, one))
+  if (run.active.painleve_impacts > kMaxPainleveImpacts)
+    return refuse_at(run.report, t_s,
+                     "more than " + std::to_string(kMaxPainleveImpacts) +
+                         " impacts without collision at one instant (Painleve's inconsistent case)");
+  if (!(pair.friction > S(0)) || !point_of_pair(run.bodies, run.proximity, run.active, p, one))
     return refuse_at(run.report, t_s, "no contact forces were found that obey Coulomb's law and keep the bodies apart");
   const Vec3<S>& n = one.kinematics.normal;
   const Candidate<S>& candidate = run.proximity.candidates[one.candidate];
@@ -207,11 +210,11 @@ template <class S> bool impact_without_collision(EventRun<S>& run, S t_s) {
   const S speed = norm(slip);
   ImpactBody<S> surface = impact_body(run.bodies, candidate.surface_body, one.kinematics.x),
                 feature = impact_body(run.bodies, candidate.feature_body, one.kinematics.x);
-  const S held = inverse_effective_mass(surface, feature, n),
+  const S without_slip = inverse_effective_mass(surface, feature, n),
           k = speed > run.bodies.slip_round_off()
-                  ? held - pair.friction / speed * inverse_effective_mass(surface, feature, n, slip)
-                  : held;
-  if (k > S(64) * real::epsilon<S>() * held)
+                  ? without_slip - pair.friction / speed * inverse_effective_mass(surface, feature, n, slip)
+                  : without_slip;
+  if (k > S(64) * real::epsilon<S>() * without_slip)
     return refuse_at(run.report, t_s, "no contact forces were found that obey Coulomb's law and keep the bodies apart");
   if (run.options.restitution == Restitution::newton)
     return refuse_at(run.report, t_s,

@@ -56,13 +56,13 @@ template <class S> void add_inverse_mass_matrix(const ContactSide<S>& side, Vec3
   K[0] += r.z * B[1] - r.y * B[2];
   K[1] += r.x * B[2] - r.z * B[0];
   K[2] += r.y * B[0] - r.x * B[1];
-  K[0].x += side.inverse->mass_per_kg;
-  K[1].y += side.inverse->mass_per_kg;
-  K[2].z += side.inverse->mass_per_kg;
+  K[0].x += side.inverse->inverse_mass_per_kg;
+  K[1].y += side.inverse->inverse_mass_per_kg;
+  K[2].z += side.inverse->inverse_mass_per_kg;
 }
 
 // K x = b by L D L^T: K is symmetric and positive.
-template <class S> bool solve(const Vec3<S> (&K)[3], const Vec3<S>& b, Vec3<S>& x) {
+template <class S> bool solve_ldlt(const Vec3<S> (&K)[3], const Vec3<S>& b, Vec3<S>& x) {
   const S d0 = S(1) / K[0].x, l10 = K[1].x * d0, l20 = K[2].x * d0;
   const S d1 = S(1) / (K[1].y - l10 * K[1].x), e = K[2].y - l20 * K[1].x, l21 = e * d1;
   const S d2 = K[2].z - l20 * K[2].x - l21 * e;
@@ -81,7 +81,7 @@ bool add_sphere_contact_forces(const Bodies<S>& bodies, const Proximity<S>& prox
   S along{}, across{};
   for (const ContactSide<S>& side : sides) {
     if (!side.moves) continue;
-    along += side.inverse->mass_per_kg;
+    along += side.inverse->inverse_mass_per_kg;
     if (side.rotates) across += dot(side.arm, side.arm) * side.inverse->I_row[0].x;
   }
   const S b_n = dot(n, b), N = b_n / along;
@@ -97,11 +97,12 @@ bool add_sphere_contact_forces(const Bodies<S>& bodies, const Proximity<S>& prox
   const Vec3<S> force = N * n + contact.friction_N;
   for (const ContactSide<S>& side : sides) {
     if (!side.moves) continue;
-    store3(load3(side.dydt + kAtVelocity) + (side.sign * side.inverse->mass_per_kg) * force, side.dydt + kAtVelocity);
+    store3(load3(side.dydt + kAtVelocity) + (side.sign * side.inverse->inverse_mass_per_kg) * force,
+           side.dydt + kAtVelocity);
     if (!side.rotates || contact.mode == FrictionMode::frictionless) continue;
     const Vec3<S> load = cross(side.arm, contact.friction_N) + contact.couple_N_m;
-    const Vec3<S> turns = to_body(*side.pose, (side.sign * side.inverse->I_row[0].x) * load);
-    store3(load3(side.dydt + kAtBodyRate) + turns, side.dydt + kAtBodyRate);
+    const Vec3<S> alpha_B = to_body(*side.pose, (side.sign * side.inverse->I_row[0].x) * load);
+    store3(load3(side.dydt + kAtBodyRate) + alpha_B, side.dydt + kAtBodyRate);
   }
   return along > S(0);
 }
@@ -111,7 +112,8 @@ bool add_sphere_contact_forces(const Bodies<S>& bodies, const Proximity<S>& prox
 // With K f = (1/m) f + (I^-1 (r x f)) x r, summed over both bodies, the relative acceleration that a force f at the
 // point gives, and b = -u' - (u . n') n with u' under all other forces:
 //   stick   K f = b
-//   else    f = N l,  N = n . b / (n . K l),   l = n - mu d, with the couple that comes with it
+//   else    f = N l,  N = n . b / (n . K l),   l = n - mu d,  d the direction of the slip, and the couple
+//           that comes with it
 template <class S>
 bool add_single_contact_forces(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact, S* dydt) {
   const ContactSide<S> sides[2] = {side_of(bodies, contact, 0, S(1), dydt), side_of(bodies, contact, 1, S(-1), dydt)};
@@ -124,7 +126,7 @@ bool add_single_contact_forces(const Bodies<S>& bodies, const Proximity<S>& prox
     Vec3<S> K[3] = {}, force;
     for (const ContactSide<S>& side : sides)
       if (side.moves) add_inverse_mass_matrix(side, K);
-    const bool solved = solve(K, b, force);
+    const bool solved = solve_ldlt(K, b, force);
     contact.normal_N = dot(force, n);
     contact.friction_N = force - contact.normal_N * n;
     contact.couple_N_m = {};

@@ -5,7 +5,8 @@
 
 namespace atwood::event {
 
-// Solves for the forces of a decoupled contact, and adds its accelerations to the rates dydt. False: singular.
+// Solves for the forces of a decoupled contact, and adds its accelerations to the rates dydt. False: singular; dydt is
+// then not finite.
 template <class S>
 bool add_single_contact_forces(const Bodies<S>& bodies, const Proximity<S>& proximity, Contact<S>& contact, S* dydt);
 

@@ -20,11 +20,11 @@ template <class S> struct State {
 };
 
 template <class S> struct StateBuffers {
-  State<S> y;           // at the present time
-  State<S> y_new;       // at the end of the trial step
-  State<S> y_probe;     // within the trial step, during event location
-  State<S> y_kept;      // before the impacts of an instant
-  std::vector<S> dydt;  // rates of an evaluation that is not part of a step
+  State<S> y;                 // at the present time
+  State<S> y_new;             // at the end of the trial step
+  State<S> y_probe;           // within the trial step, during event location
+  State<S> y_before_impacts;  // before the impacts of an instant
+  std::vector<S> dydt;        // rates of an evaluation that is not part of a step
   std::uint64_t last_version = 0;
 
   // For writing: the contents get a new version.

@@ -62,15 +62,16 @@ template <class S> Stepper<S>& stepper_of(const ActiveSet<S>& active, const Inte
 }
 
 // One trial step from states.y to states.y_new, of at most h_s, which error control may shorten. False: an implicit
-// step has no solution, or the error stays too large.
+// step has no solution, or the error stays too large (the report says so).
 template <class S>
-bool trial_step(ActiveSet<S>& active, Integration<S>& integration, StateBuffers<S>& states, Stepper<S>& stepper, S t_s,
-                S& h_s) {
+bool trial_step(ActiveSet<S>& active, Integration<S>& integration, StateBuffers<S>& states, Report& report,
+                Stepper<S>& stepper, S t_s, S& h_s) {
+  constexpr int max_rejections = 60;
   active.force_near_bound = false;
   if (integration.rtol <= S(0))
     return take_step(active, integration, stepper, t_s, h_s, states.y.data(), states.overwrite(states.y_new));
   if (integration.h_next_s > S(0) && integration.h_next_s < h_s) h_s = integration.h_next_s;
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < max_rejections; ++i) {
     if (!stepper.step(t_s, h_s, states.y.data(), states.overwrite(states.y_new))) return false;
     if (stepper.chooses_steps()) {
       const auto advice = stepper.advise(integration.rtol, integration.atol);
@@ -89,7 +90,8 @@ bool trial_step(ActiveSet<S>& active, Integration<S>& integration, StateBuffers<
     }
     h_s = h_s * real::max(S(0.2), real::min(factor, S(0.9)));
   }
-  return false;
+  return diverged_at(report, static_cast<double>(t_s),
+                     "error control rejected " + std::to_string(max_rejections) + " trial steps in a row");
 }
 
 // A trial step, halved until the forces near a singular configuration are resolved (painleve.hpp). False: an implicit
@@ -98,7 +100,7 @@ template <class S> bool resolved_trial_step(EventRun<S>& run, Stepper<S>& steppe
   constexpr int max_halvings = 60;
   for (int halving = 0; halving < max_halvings; ++halving, h_s = h_s / S(2)) {
     reset_delassus_range(run.active);
-    if (!trial_step(run.active, run.integration, run.states, stepper, t_s, h_s)) return false;
+    if (!trial_step(run.active, run.integration, run.states, run.report, stepper, t_s, h_s)) return false;
     if (run.active.count == 0 || delassus_is_resolved(run.bodies, run.proximity, run.active)) return true;
   }
   return refuse_at(run.report, static_cast<double>(t_s), kSingularSlip);

@@ -89,6 +89,7 @@ template <class S> bool refine_on_surfaces(World<S>& world, int contact, S from_
     const Transform<S> pose_a = transform_at(world, a, predicted.t_s), pose_b = transform_at(world, b, predicted.t_s);
     manifolds.clear();
     find_contacts(world.geometry[a], pose_a, world.geometry[b], pose_b, size, manifolds);
+    for (const Manifold<S>& manifold : manifolds) add_overlap_solve(world, manifold);
     const Vec3<S> predicted_point = pose_a.p_W + predicted.arm_a;
     const ContactPoint<S>* point = nullptr;
     S least{};
@@ -113,10 +114,10 @@ template <class S> bool refine_on_surfaces(World<S>& world, int contact, S from_
       return true;
     }
     const S t_s = predicted.t_s + point->gap / approach;
-    if (t_s > world.sub_s && predicted.t_s >= world.sub_s)
-      return true;  // the velocity increment closes the remaining gap
+    // The root lies outside the substep: the velocity increment closes the remaining gap, or they overlap already.
+    if (t_s > world.sub_s && predicted.t_s >= world.sub_s) return true;
     predicted.t_s = real::min(real::max(t_s, from_s), world.sub_s);
-    if (t_s <= from_s && iteration > 0) return true;  // they overlap already
+    if (t_s <= from_s && iteration > 0) return true;
   }
   report(kMaxRefinements, SolveEnd::capped);
   return true;
@@ -264,6 +265,7 @@ template <class S> struct ImpactCount {
   S loss_left{}, last_s{}, fastest{};  // last_s: of the last impact at a contact
   std::size_t resolved = 0, at_an_instant = 0, most_at_an_instant = 0;
   bool missed_a_pair = false;  // an impact sent a body where candidate pairs are not known before the next step
+  bool left_a_stop = false;    // more impacts at stops than the limit
 
   explicit ImpactCount(std::size_t contacts)
       : loss_left(S(kMaxLossPerContact) * S(contacts)),
@@ -281,7 +283,8 @@ template <class S> struct ImpactCount {
 // Adds the substep's queue to the tallies. Its residual is the fastest approach that was left to the velocity solver,
 // over the fastest that was resolved.
 template <class S> void report_impact_queue(World<S>& world, const ImpactCount<S>& count, S now_s) {
-  if (count.resolved == 0 && !count.missed_a_pair) return;
+  const bool incomplete = count.missed_a_pair || count.left_a_stop;
+  if (count.resolved == 0 && !incomplete) return;
   S left{};
   for (const PredictedTime<S>& next : world.impacts.queue) {
     const PredictedImpact<S> predicted = predict_impact(world, next.contact, now_s);
@@ -290,7 +293,7 @@ template <class S> void report_impact_queue(World<S>& world, const ImpactCount<S
   const S residual = left > S(0) ? left / count.fastest : S(0);
   world.model->system().solvers.add(IterativeSolver::impact_queue,
                                     {static_cast<std::int64_t>(count.resolved), static_cast<double>(residual),
-                                     left > S(0) || count.missed_a_pair ? SolveEnd::capped : SolveEnd::converged});
+                                     left > S(0) || incomplete ? SolveEnd::capped : SolveEnd::converged});
 }
 
 }  // namespace
@@ -331,7 +334,10 @@ template <class S> void resolve_impacts(World<S>& world) {
   // An impact at a stop comes first where it is earlier, and changes what the contacts of its mechanism meet.
   std::size_t stop_impacts_left = has_stops ? kMaxImpactsPerStop * world.tied->stops.size() : 0;
   const auto resolve_stop = [&](S until_s) {
-    if (stop_impacts_left == 0) return false;
+    if (stop_impacts_left == 0) {
+      count.left_a_stop = count.left_a_stop || (has_stops && reaches_stop(world, now_s, until_s));
+      return false;
+    }
     const Mechanism<S>* mechanism = resolve_stop_impact(world, now_s, until_s);
     if (mechanism == nullptr) return false;
     --stop_impacts_left;

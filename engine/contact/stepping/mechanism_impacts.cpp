@@ -100,21 +100,30 @@ template <class S> int next_stop(World<S>& world, Mechanism<S>& mechanism, S now
   return next;
 }
 
+template <class S> struct ReachedStop {
+  Mechanism<S>* mechanism = nullptr;  // null: none is reached
+  int stop = -1;
+  S t_s{};
+};
+template <class S> ReachedStop<S> first_stop(World<S>& world, S now_s, S until_s) {
+  ReachedStop<S> first;
+  for (Mechanism<S>& mechanism : world.tied->mechanisms) {
+    S reached_s{};
+    const int stop = next_stop(world, mechanism, now_s, until_s, reached_s);
+    if (stop >= 0 && (first.mechanism == nullptr || reached_s < first.t_s)) first = {&mechanism, stop, reached_s};
+  }
+  return first;
+}
+
 }  // namespace
+
+template <class S> bool reaches_stop(World<S>& world, S now_s, S until_s) {
+  return first_stop(world, now_s, until_s).mechanism != nullptr;
+}
 
 template <class S> const Mechanism<S>* resolve_stop_impact(World<S>& world, S& now_s, S until_s) {
   TiedBodies<S>& tied = *world.tied;
-  Mechanism<S>* mechanism = nullptr;
-  int first = -1;
-  S t_s{};
-  for (Mechanism<S>& each : tied.mechanisms) {
-    S reached_s{};
-    const int next = next_stop(world, each, now_s, until_s, reached_s);
-    if (next < 0 || (mechanism != nullptr && !(reached_s < t_s))) continue;
-    mechanism = &each;
-    first = next;
-    t_s = reached_s;
-  }
+  const auto [mechanism, first, t_s] = first_stop(world, now_s, until_s);
   if (mechanism == nullptr) return nullptr;
   now_s = t_s;
   StopConstraint<S>& stop = tied.stops[static_cast<std::size_t>(first)];
@@ -212,6 +221,7 @@ Impulse<S> collide_tied(World<S>& world, int a, int b, const ImpactLaw<S>& law, 
 }
 
 #define ATWOOD_MECHANISM_IMPACTS(S)                                                                             \
+  template bool reaches_stop<S>(World<S>&, S, S);                                                               \
   template const Mechanism<S>* resolve_stop_impact<S>(World<S>&, S&, S);                                        \
   template Impulse<S> collide_tied<S>(World<S>&, int, int, const ImpactLaw<S>&, const Vec3<S>&, const Vec3<S>&, \
                                       const Vec3<S>&, S, Vec3<S>&);

@@ -144,6 +144,8 @@ template <class S> S squared(const TiedResponse<S>& response);
 // The impact at the stop that is reached first in [now_s, until_s] of the substep, among those with restitution.
 // Returns its mechanism and sets now_s to its time; null: there is none.
 template <class S> const Mechanism<S>* resolve_stop_impact(World<S>& world, S& now_s, S until_s);
+// Whether there is one.
+template <class S> bool reaches_stop(World<S>& world, S now_s, S until_s);
 // An impact at t_s between bodies of which one is tied at least: an impulse at the contact point under Coulomb's law
 // and the impulses of all joints. Changes velocities and impact shifts of all bodies of their mechanisms. Returns the
 // impulse on b.

@@ -44,11 +44,6 @@ template <class S> Quat<S> orientation(const World<S>& world, int body) {
   return s.x == S(0) && s.y == S(0) && s.z == S(0) ? q : normalised(so3_exp(s) * q);
 }
 
-template <class S> void report(World<S>& world, const Manifold<S>& geometry) {
-  if (geometry.solve.iterations > 0)
-    world.model->system().solvers.add(IterativeSolver::expanding_polytope, geometry.solve);
-}
-
 template <class S> S smaller_size(const World<S>& world, int a, int b) {
   return real::min(world.geometry[a].bounding_radius, world.geometry[b].bounding_radius);
 }
@@ -337,7 +332,7 @@ template <class S> void find_manifolds(World<S>& world) {
     const auto& own = detected[static_cast<std::size_t>(part)];
     world.manifolds.insert(world.manifolds.end(), own.begin(), own.end());
   }
-  for (const ContactManifold<S>& made : world.manifolds) report(world, made.geometry);
+  for (const ContactManifold<S>& made : world.manifolds) add_overlap_solve(world, made.geometry);
   if (world.options.warm_start) transfer_impulses(world);
   build_batches(world);
   update_effective_masses(world);
@@ -372,7 +367,7 @@ template <class S> void update_stale_manifolds(World<S>& world) {
   for (int i = 0; i < count; ++i) {
     if (updated[static_cast<std::size_t>(i)].size() != 1) continue;
     ContactManifold<S>& manifold = world.manifolds[static_cast<std::size_t>(stale[static_cast<std::size_t>(i)])];
-    report(world, updated[static_cast<std::size_t>(i)].front());
+    add_overlap_solve(world, updated[static_cast<std::size_t>(i)].front());
     replace_manifold(world, manifold, updated[static_cast<std::size_t>(i)].front());
     update_effective_masses_of(world,
                                world.manifold_contacts.batches[static_cast<std::size_t>(manifold.slot / kLaneCount)]);

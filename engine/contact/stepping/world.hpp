@@ -146,6 +146,25 @@ template <class S> struct ApproachSpeed {
 
 template <class S> struct TiedBodies;  // mechanisms.hpp
 
+// All that a run of `+impulse` works on.
+//
+//   part          holds                                     written by
+//   (first part)  the scene and settings, fixed             run.cpp
+//   the step      state, instants, lengths of steps         step.cpp, run.cpp; impacts.cpp and direct.cpp end the run
+//   bodies        poses, velocities, increments, rows       step.cpp, the solvers (sphere_contacts.cpp,
+//                                                           manifold_contacts.cpp, direct.cpp), impacts.cpp,
+//                                                           mechanism_*.cpp, rolling.cpp, sleep.cpp
+//   tied          mechanisms, their rows and factors        mechanisms.cpp, mechanism_*.cpp, direct.cpp
+//   rolling       increments of bodies that roll            rolling.cpp
+//   sleep         islands at rest                           sleep.cpp
+//   broad phase   candidate pairs and what they hold for    candidate_pairs.cpp; invalidated by run.cpp and sleep.cpp
+//   narrow phase  manifolds of this step and the last       narrow_phase.cpp, rolling.cpp
+//   contacts      contact batches by colour, impulses       candidate_pairs.cpp and narrow_phase.cpp fill them, the
+//                                                           solvers write the impulses
+//   impacts       queue of the substep's impacts            impacts.cpp
+//   direct        the direct solver's matrices              direct.cpp
+//   reports       impulse sums, approach speeds             contact_report.cpp, impacts.cpp, narrow_phase.cpp
+//   scratch       work arrays without meaning between calls
 template <class S> struct World {
   // ---- fixed for the run
   Options options;
@@ -326,6 +345,12 @@ template <class S> void solve_manifold_contacts(World<S>& world);
 // Effective masses of all manifold contacts, of one batch.
 template <class S> void update_effective_masses(World<S>& world);
 template <class S> void update_effective_masses_of(World<S>& world, ManifoldBatch<S>& batch);
+
+// Counts the search for the direction of least overlap of a manifold, where there was one.
+template <class S> void add_overlap_solve(World<S>& world, const Manifold<S>& manifold) {
+  if (manifold.solve.iterations > 0)
+    world.model->system().solvers.add(IterativeSolver::expanding_polytope, manifold.solve);
+}
 
 // ---- direct.cpp
 // Solves all contacts island by island with Newton's method: changes velocities and impulses. False: there are too many

@@ -9,7 +9,8 @@ namespace {
 
 StateBuffers<double> buffers() {
   StateBuffers<double> states;
-  for (State<double>* state : {&states.y, &states.y_new, &states.y_probe, &states.y_kept}) state->values.resize(3);
+  for (State<double>* state : {&states.y, &states.y_new, &states.y_probe, &states.y_before_impacts})
+    state->values.resize(3);
   return states;
 }
 
@@ -32,13 +33,13 @@ TEST_CASE("A version goes with the contents, by swap and by copy") {
   states.overwrite(states.y)[0] = 1;
   states.overwrite(states.y_new)[0] = 2;
   const auto old_version = states.y.version, new_version = states.y_new.version;
-  states.y_kept = states.y;
-  CHECK(states.y_kept.version == old_version);
+  states.y_before_impacts = states.y;
+  CHECK(states.y_before_impacts.version == old_version);
   states.y.swap(states.y_new);
   CHECK(states.y.data()[0] == 2);
   CHECK(states.y.version == new_version);
   CHECK(states.y_new.version == old_version);
-  states.y = states.y_kept;
+  states.y = states.y_before_impacts;
   CHECK(states.y.data()[0] == 1);
   CHECK(states.y.version == old_version);
 }

@@ -497,6 +497,8 @@ TEST_CASE("a weight on a guide bounces off its stop and comes to rest at the end
       CHECK((event.body_a == -1 && event.body_b == 0));
       t += 2 * first * std::pow(e, n + 1);
     }
+    const SolveTally& searches = run.outcome.solvers.at("event-location");  // of each bounce
+    CHECK((searches.converged >= 15 && searches.capped == 0));
     CHECK(run.events.back().kind == EventKind::rest);
     CHECK(value(run.events.back().t_s) == Approx(first * (1 + e) / (1 - e)).epsilon(1e-12));
     CHECK(value(run.samples.back().joints[0].q[0]) == 0);

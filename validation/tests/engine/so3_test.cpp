@@ -104,6 +104,16 @@ TEST_CASE("Carlson's integrals and Jacobi's functions agree with Boost's") {
   check_elliptic<Quad>(2e-14);
 }
 
+TEST_CASE("Carlson's integrals of what is not finite are not finite") {
+  const double infinite = std::numeric_limits<double>::infinity(), nan = std::nan("");
+  for (const double x : {infinite, nan}) {
+    CHECK_FALSE(std::isfinite(carlson_rf(x, 1.0, 1.0)));
+    CHECK_FALSE(std::isfinite(carlson_rj(x, 1.0, 1.0, 1.0)));
+    CHECK_FALSE(std::isfinite(carlson_rj(1.0, 1.0, 1.0, x)));
+  }
+  CHECK(std::isfinite(carlson_rf(0.0, 1e-300, 1e300)));
+}
+
 // What another library in double cannot judge: sn is the inverse of F, and its derivatives are products, in quad.
 template <class S> void check_identities() {
   Draws draws;

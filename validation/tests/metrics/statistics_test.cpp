@@ -68,6 +68,20 @@ TEST_CASE("grid convergence: what diverges says so, with a negative order and no
   CHECK(of(1, 1.0, 2, 0.5, 4, std::nan("")).kind == GridConvergence::Kind::divergent);
 }
 
+// Ratios at which the fixed point of Celik et al. repels: the order is found all the same.
+TEST_CASE("grid convergence: the order of C h^p is found at any ratios") {
+  for (const auto& [r21, r32] : {std::pair{1.5, 3.0}, {2.0, 4.0}, {4.0, 1.1}, {1.1, 4.0}, {1.2, 1.5}})
+    for (const double p : {-2.0, -1.0, 0.25, 1.0, 2.0, 4.0, 6.0}) {
+      const double h2 = r21, h3 = r21 * r32;
+      const GridConvergence g = of(1, 1, h2, std::pow(h2, p), h3, std::pow(h3, p));
+      CAPTURE(r21, r32, p);
+      CHECK(g.kind == (p > 0 ? GridConvergence::Kind::monotone : GridConvergence::Kind::divergent));
+      CHECK(g.order == Approx(p).epsilon(1e-10));
+      if (p > 0) CHECK(std::fabs(g.extrapolated.at(0)) < 1e-9);
+    }
+  CHECK(of(1, 1, 1.001, 1 + 1e-12, 1.01, 2).kind == GridConvergence::Kind::not_found);
+}
+
 TEST_CASE("grid convergence: of a vector, by its norm; the index bounds the error of a smooth law") {
   const auto at = [](double h) {
     return GridLevel{h, {1 + 3 * std::pow(h, 4), 2 - std::pow(h, 4) + 5 * std::pow(h, 5), 0}};
