@@ -61,12 +61,14 @@ struct HalfSpace {
 };
 
 // ---- separations of one part -------------------------------------------------------------------------------------
-Separation separation(const ConvexPart& a, const ConvexPart& b);
+// What is asked of shapes that are apart: their gap and closest points, or only that they are, by a bound of the gap.
+enum class Gap { exact, of_overlap };
+Separation separation(const ConvexPart& a, const ConvexPart& b, Gap wanted = Gap::exact);
 Separation above(const ConvexPart& a, const HalfSpace& plane);  // normal from a to the plane
 Separation above(const RoundBar& a, const HalfSpace& plane);
 Separation from_ball(const Vector& centre, Real radius_m, const RoundBar& b);
 
 // The same for two bodies at given poses.
-Separation separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b);
+Separation separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Gap wanted = Gap::exact);
 
 }  // namespace atwood::geometry

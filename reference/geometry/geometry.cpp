@@ -144,7 +144,7 @@ std::string no_separation(const Shape& a, const Shape& b) {
   return none || planes || cylinder ? std::string(name_of(a)) + " against " + name_of(b) : std::string();
 }
 
-Separation separation(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b) {
+Separation separation(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b, Gap wanted) {
   const Shape a = filled(shape_a), b = filled(shape_b);
   if (std::holds_alternative<Plane>(a)) return swapped(separation(b, pose_b, a, pose_a));
   if (const auto* plane = std::get_if<Plane>(&b)) {
@@ -160,8 +160,9 @@ Separation separation(const Shape& shape_a, const Pose& pose_a, const Shape& sha
   if (std::holds_alternative<Mesh>(a))
     if (const auto within = inside_mesh(b, pose_b, std::get<Mesh>(a), pose_a)) return swapped(*within);
   const std::vector<ConvexPart> of_a = convex_parts_of(a, pose_a), of_b = convex_parts_of(b, pose_b);
-  return smallest(
-      of_a, [&](const ConvexPart& p) { return smallest(of_b, [&](const ConvexPart& q) { return separation(p, q); }); });
+  return smallest(of_a, [&](const ConvexPart& p) {
+    return smallest(of_b, [&](const ConvexPart& q) { return separation(p, q, wanted); });
+  });
 }
 
 Real given_round_off(const Scene& scene, int body_a, int body_b) {
@@ -193,6 +194,15 @@ Separation separation_between(const Scene& scene, const Sample& sample, int body
   const Shape &shape_a = scene.bodies.at(a).shape, &shape_b = scene.bodies.at(b).shape;
   require(shape_a, shape_b);
   return separation(shape_a, sampled(sample.bodies.at(a)), shape_b, sampled(sample.bodies.at(b)));
+}
+
+Real overlap_depth(const Scene& scene, const Sample& sample, int body_a, int body_b) {
+  const auto a = static_cast<std::size_t>(body_a), b = static_cast<std::size_t>(body_b);
+  const Shape &shape_a = scene.bodies.at(a).shape, &shape_b = scene.bodies.at(b).shape;
+  require(shape_a, shape_b);
+  const Separation found =
+      separation(shape_a, sampled(sample.bodies.at(a)), shape_b, sampled(sample.bodies.at(b)), Gap::of_overlap);
+  return std::max<Real>(0, -found.gap_m);
 }
 
 namespace {

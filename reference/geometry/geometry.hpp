@@ -40,6 +40,8 @@ struct Separation {
 // reason.
 Separation separation_between(const Scene& scene, int body_a, int body_b);
 Separation separation_between(const Scene& scene, const Sample& sample, int body_a, int body_b);
+// The depth along the direction of least penetration, -gap_m; 0 where the shapes are apart.
+Real overlap_depth(const Scene& scene, const Sample& sample, int body_a, int body_b);
 // The pair of shapes that is not covered ("cylinder against box"); empty: it is.
 std::string no_separation(const Shape& a, const Shape& b);
 

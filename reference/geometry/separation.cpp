@@ -248,7 +248,7 @@ Vector support_mean(const ConvexPart& part, const Vector& n, Real level, Real to
 
 }  // namespace
 
-Separation separation(const ConvexPart& a, const ConvexPart& b) {
+Separation separation(const ConvexPart& a, const ConvexPart& b, Gap wanted) {
   const Real coordinates = std::max(extent(a), extent(b));
   if (a.dimension + b.dimension < 3) return apart(a, b, coordinates);  // their Minkowski difference has no interior
   const Axes axes(a, b);
@@ -256,6 +256,8 @@ Separation separation(const ConvexPart& a, const ConvexPart& b) {
   Real margin = 0;
   const Axis& axis = axes.best(margin);
   const Real evaluated = 32 * kUnit * coordinates, bar = evaluated * (1 + 1 / axis.sharpness);
+  const Real radii = a.radius_m + b.radius_m;
+  if (wanted == Gap::of_overlap && axis.s > evaluated + radii) return {axis.s - radii, axis.normal};
   if (axis.s > evaluated) return apart(a, b, coordinates, &axis);  // s(n) > 0 separates them for every n
   Separation found;
   found.gap_m = axis.s;

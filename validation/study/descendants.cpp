@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <set>
 #include <thread>
 #include <vector>
@@ -131,16 +132,38 @@ bool sweep(pid_t worker, const std::string& mark, bool last) {
   return found;
 }
 
+using Processes = std::vector<Stat>;
+
+std::shared_ptr<const Processes> processes_now() {
+  auto all = std::make_shared<Processes>();
+  for (const pid_t pid : all_processes())
+    if (const Stat stat = stat_of(pid); stat.pid >= 0 && !stat.zombie && pid != getpid()) all->push_back(stat);
+  return all;
+}
+
+// The processes as they were at most kSharedLook ago: one look serves the watches of all workers.
+std::shared_ptr<const Processes> recent_processes() {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds kSharedLook{100};
+  static std::mutex mutex;
+  static std::shared_ptr<const Processes> seen;
+  static Clock::time_point seen_at;
+  const std::lock_guard<std::mutex> held(mutex);
+  if (!seen || Clock::now() - seen_at > kSharedLook) {
+    seen = processes_now();
+    seen_at = Clock::now();
+  }
+  return seen;
+}
+
 // The worker, the processes of its session, all that descend from one of these, and adopted orphans with its mark.
-std::vector<Stat> family(pid_t worker, const std::string& mark) {
+std::vector<Stat> family(pid_t worker, const std::string& mark, const Processes& all) {
   std::vector<Stat> others, found;
   std::set<pid_t> members;
   const auto take = [&](const Stat& stat) { found.push_back(stat), members.insert(stat.pid); };
-  for (const pid_t pid : all_processes()) {
-    const Stat stat = stat_of(pid);
-    if (stat.pid < 0 || stat.zombie || pid == getpid()) continue;
-    const bool orphan = stat.parent == getpid() && stat.session != getsid(0) && pid != worker;
-    if (pid == worker || stat.session == worker || (orphan && carries(pid, mark))) take(stat);
+  for (const Stat& stat : all) {
+    const bool orphan = stat.parent == getpid() && stat.session != getsid(0) && stat.pid != worker;
+    if (stat.pid == worker || stat.session == worker || (orphan && carries(stat.pid, mark))) take(stat);
     else others.push_back(stat);
   }
   for (std::size_t before = 0; before != found.size();) {
@@ -194,7 +217,7 @@ void kill_descendants(pid_t worker, const std::string& mark) {
 std::int64_t resident_bytes(pid_t process) { return stat_of(process).resident_pages * sysconf(_SC_PAGESIZE); }
 
 std::int64_t family_bytes(pid_t worker, const std::string& mark, std::int64_t most) {
-  const std::vector<Stat> members = family(worker, mark);
+  const std::vector<Stat> members = family(worker, mark, *recent_processes());
   std::int64_t sum = 0, own_sum = 0;
   for (const Stat& stat : members) sum += stat.resident_pages * sysconf(_SC_PAGESIZE);
   if (sum <= most) return sum;
@@ -207,7 +230,7 @@ std::int64_t family_bytes(pid_t worker, const std::string& mark, std::int64_t mo
 
 void kill_family(pid_t worker, const std::string& mark) {
   for (int round = 0; round < kRounds; ++round) {
-    const std::vector<Stat> members = family(worker, mark);
+    const std::vector<Stat> members = family(worker, mark, *processes_now());
     if (members.empty()) return;
     for (const Stat& stat : members) kill_if_still(stat);
     std::this_thread::sleep_for(std::chrono::microseconds(500));

@@ -31,8 +31,8 @@ void kill_descendants(pid_t worker, const std::string& mark);
 
 // Resident memory of one process, with what it shares; 0: it has ended.
 std::int64_t resident_bytes(pid_t process);
-// Memory of the worker and its descendants, as far as they are known. What several of them share, and files that they
-// have mapped, are taken out where the sum is above `most`.
+// Memory of the worker and its descendants, as far as they are known, a tenth of a second ago at most. What several of
+// them share, and files that they have mapped, are taken out where the sum is above `most`.
 std::int64_t family_bytes(pid_t worker, const std::string& mark, std::int64_t most);
 // Kills the worker and its descendants, and leaves them to be waited for.
 void kill_family(pid_t worker, const std::string& mark);

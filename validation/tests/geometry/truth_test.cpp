@@ -2,6 +2,7 @@
 // bounds the gap from below, and the reported normal reaches it.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 
@@ -165,6 +166,22 @@ TEST_CASE("no direction parts two shapes further than the gap; the normal of an 
     CHECK(overlapping > 20);
     CHECK(overlapping < 280);
   }
+}
+
+TEST_CASE("the depth of an overlap is that of the separation, and 0 where there is none") {
+  for (const char* pair : {"sphere-box", "capsule-box", "capsule-capsule", "box-box", "convex-convex"})
+    for (int k = 0; k < 300; ++k) {
+      const Scene scene = sweep_scene(pair, 11, k, false);
+      Sample sample;
+      for (const Body& body : scene.bodies) {
+        BodySample& at = sample.bodies.emplace_back();
+        std::copy(body.position_m.begin(), body.position_m.end(), at.p_m.begin());
+        std::copy(body.orientation_wxyz.begin(), body.orientation_wxyz.end(), at.q_wxyz.begin());
+      }
+      INFO(pair << " " << k);
+      const Real gap = geometry::separation_between(scene, sample, 0, 1).gap_m;
+      CHECK(geometry::overlap_depth(scene, sample, 0, 1) == std::max<Real>(0, -gap));
+    }
 }
 
 TEST_CASE("first touches agree with values derived by hand") {
