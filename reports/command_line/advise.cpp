@@ -48,7 +48,7 @@ class AdviceSearch {
   bool over() const;  // no time is left to begin another method
   bool had_turn(const std::string& engine) const;
   std::string refusal(const std::string& engine) const;
-  void tell_losers(const std::vector<WorkCurve>& all, const Contest& contest);
+  void report_losers(const std::vector<WorkCurve>& all, const Contest& contest);
 
   const Place& place_;
   const Options& options_;
@@ -272,7 +272,7 @@ std::string no_coarser_words(const std::vector<WorkCurve>& all, const AdviceRung
 }
 
 // The methods that ran and are not recommended, with reasons.
-void AdviceSearch::tell_losers(const std::vector<WorkCurve>& all, const Contest& contest) {
+void AdviceSearch::report_losers(const std::vector<WorkCurve>& all, const Contest& contest) {
   std::map<std::string, std::string> reasons;
   const auto tell = [&](const std::string& reason, const std::string& family) {
     reasons[reason] += (reasons[reason].empty() ? "" : ", ") + family;
@@ -347,7 +347,7 @@ bool AdviceSearch::decide() {
   }
   if (contest.ranked.size() > 1) advice_.next = neighbours(all, contest.ranked[1]).self;
   advice_.next_over_best = contest.to_next;
-  tell_losers(all, contest);
+  report_losers(all, contest);
   std::vector<std::pair<std::string, std::string>> merged;  // a reason once
   for (const auto& [reason, methods] : advice_.left_out) {
     const auto known =

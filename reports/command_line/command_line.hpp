@@ -152,7 +152,7 @@ void write_named_outputs(const Options& options, const ReportData& data);  // wh
 void require_outputs_make_sense(const Options& options);                   // before the work: InputError
 void make_out_dir(const std::string& path);
 // With --keep none: the metrics that were measured from recordings, which are not kept (stderr).
-void tell_without_recording(const Options& options, const std::set<std::string>& metrics);
+void report_without_recording(const Options& options, const std::set<std::string>& metrics);
 // One line that rewrites itself on a terminal; elsewhere lines with --progress, and nothing without it (an empty
 // function).
 std::function<void(const std::string&)> progress_printer(const Options& options);

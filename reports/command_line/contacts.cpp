@@ -62,7 +62,7 @@ std::string worker_path(const Place& place, const std::string& engine) {
                     fmt::join(names, ", ")));
   if (!fs::is_regular_file(engine)) throw InputError(fmt::format("--engine {}: not a file", engine));
   if (access(engine.c_str(), X_OK) != 0)
-    throw InputError(fmt::format("--engine {}: not executable (chmod +x?)", engine));
+    throw InputError(fmt::format("--engine {}: it is not executable; `chmod +x` makes it so", engine));
   return fs::absolute(engine).string();
 }
 

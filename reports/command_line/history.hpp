@@ -18,12 +18,12 @@ namespace atwood {
 inline constexpr const char* kMerged = "merged";  // the verdict of an entry of joined stores, until they are judged
 inline constexpr const char* kAllMethods = "*";   // the method of counts of a scenario (count_rows)
 
-std::int64_t now_ns();                                             // since 1970
-std::string history_path(const Options& options);                  // OUT/history.db
-std::string selection_words(const Options& options);               // the filters of a call; empty: the whole study
-std::string moment_words(std::int64_t ns);                         // "2026-01-31 09:05:00", UTC
-std::string verdict_words(const HistoryRun& run);                  // "fail, 3 of 14", "not finished"
-void tell_history(const std::exception& error, const char* what);  // on standard error: the cause, and what it means
+std::int64_t now_ns();                                               // since 1970
+std::string history_path(const Options& options);                    // OUT/history.db
+std::string selection_words(const Options& options);                 // the filters of a call; empty: the whole study
+std::string moment_words(std::int64_t ns);                           // "2026-01-31 09:05:00", UTC
+std::string verdict_words(const HistoryRun& run);                    // "fail, 3 of 14", "not finished"
+void report_history(const std::exception& error, const char* what);  // on standard error: the cause, and what it means
 
 // ---- entries (history_entries.cpp) ----
 // Records a run before its cells. Where the history cannot be written that is said on standard error, and the run goes

@@ -36,7 +36,7 @@ std::int64_t now_ns() {
   return duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
 }
 
-void tell_history(const std::exception& error, const char* what) {
+void report_history(const std::exception& error, const char* what) {
   std::fputs(printable_lines(fmt::format("atwood: {}: {}\n", error.what(), what)).c_str(), stderr);
 }
 
@@ -70,7 +70,7 @@ std::optional<HistoryRun> begin_history(const Place& place, const Options& optio
     run.id = history.begin(run);
     return run;
   } catch (const std::runtime_error& error) {
-    tell_history(error, "this run is not kept in the history");
+    report_history(error, "this run is not kept in the history");
     return std::nullopt;
   }
 }
@@ -90,7 +90,7 @@ void end_history(const Place& place, const Options& options, std::optional<Histo
         .finish(*run, baseline_text(measured, "a run").figures, baseline_text(old_times, "a run").figures,
                 baseline_text(rows, "a run").environment);
   } catch (const std::runtime_error& error) {
-    tell_history(error, "the figures of this run are not kept in the history");
+    report_history(error, "the figures of this run are not kept in the history");
   }
 }
 
@@ -131,7 +131,7 @@ void note_merge(const Place& place, Options options, const std::string& store) {
       history.finish(run, "", "", "");
     }
   } catch (const std::runtime_error& error) {
-    tell_history(error, "this merge is not kept in the history");
+    report_history(error, "this merge is not kept in the history");
   }
 }
 
@@ -145,7 +145,7 @@ std::optional<HistoryRun> merged_entry(const Options& options, const Selection& 
         return run;
       }
   } catch (const std::runtime_error& error) {
-    tell_history(error, "what this report judges is not kept in the history");
+    report_history(error, "what this report judges is not kept in the history");
   }
   return std::nullopt;
 }

@@ -82,7 +82,7 @@ std::string write_reports(const Options& options, const Selection& selection, co
     history = std::make_unique<RunHistory>(history_path(options), RunHistory::Mode::write);
     others = history->reports();
   } catch (const std::runtime_error& error) {
-    tell_history(error, "the index of reports is not renewed");
+    report_history(error, "the index of reports is not renewed");
     history = nullptr;
   }
   const std::string folder = reports_folder(options), page = options.out_dir + "/report.html";
@@ -100,7 +100,7 @@ std::string write_reports(const Options& options, const Selection& selection, co
       history->put_report(report);
       write_index(options, *history);
     } catch (const std::runtime_error& error) {
-      tell_history(error, "the index of reports is not renewed");
+      report_history(error, "the index of reports is not renewed");
     }
   }
   write_named_outputs(options, data);

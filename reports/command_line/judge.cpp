@@ -76,7 +76,7 @@ int command_gate(const Place& place, const Options& options) {
   if (options.json) data.rows.clear();  // `run` and `report` print them
   print_gate(options, data, gates_judged);
   if (!options.junit.empty()) write_file(options.junit, render_junit(data.verdicts, data.cells));
-  tell_github(options, data);
+  report_to_github(options, data);
   const int code = exit_of(stored, data.verdicts);
   return no_store && code == exit_pass ? exit_gate : code;
 }

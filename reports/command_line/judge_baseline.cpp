@@ -32,7 +32,7 @@ std::string resolution_of_figure(const std::string& metric) {
 }
 
 // Inconclusive in the baseline, a number now; reported, because no gate covers it.
-void tell_no_numbers(Judged& judged) {
+void report_no_numbers(Judged& judged) {
   const auto count = std::count_if(judged.changes.begin(), judged.changes.end(), [](const BaselineChange& c) {
     return c.kind == Kind::added && c.text.starts_with("was not a number");
   });
@@ -165,7 +165,7 @@ void judge_baseline(const Place& place, const Options& options, const Selection&
   });
   for (BaselineChange& change : judged.changes)
     change.rerun = with_own_files(place, options, selection, change.scenario, change.rerun);
-  tell_no_numbers(judged);
+  report_no_numbers(judged);
   const bool compared = std::any_of(judged.changes.begin(), judged.changes.end(), [](const BaselineChange& change) {
     return change.kind != Kind::missing && change.kind != Kind::added;
   });

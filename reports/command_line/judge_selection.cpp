@@ -251,7 +251,7 @@ void add_judged(ReportData& data, const Selection& selection, const Judged& judg
   data.baseline = judged.changes;
 }
 
-void tell_github(const Options& options, const ReportData& data) {
+void report_to_github(const Options& options, const ReportData& data) {
   if (!options.github) return;
   const char* workspace = std::getenv("GITHUB_WORKSPACE");
   fmt::print(options.json ? stderr : stdout, "{}", render_github_annotations(data, workspace ? workspace : ""));

@@ -337,7 +337,7 @@ int gate_many(const Place& place, const Options& options, const Selection& selec
     ReportData data;
     data.verdicts = condensed.judged.verdicts;
     add_counts(place, options, selection, condensed, data);
-    tell_github(options, data);
+    report_to_github(options, data);
   }
   return exit_of(condensed);
 }
@@ -373,7 +373,7 @@ int report_many(const Place& place, const Options& options, const Selection& sel
                   fmt::format("{}, {}; report: {}", plural(static_cast<std::size_t>(result.cells), "cell"),
                               plural(condensed.rows, "row"), report));
   if (ran == nullptr) return exit_pass;
-  tell_github(options, data);
+  report_to_github(options, data);
   return code;
 }
 

@@ -331,7 +331,8 @@ std::vector<Worker> require_workers(const Place& place, const Options& options, 
   for (const auto& path : options.engines) {
     if (!fs::exists(path)) throw InputError(fmt::format("--engine {}: no such file", path));
     if (!fs::is_regular_file(path)) throw InputError(fmt::format("--engine {}: not a file", path));
-    if (access(path.c_str(), X_OK) != 0) throw InputError(fmt::format("--engine {}: not executable (chmod +x?)", path));
+    if (access(path.c_str(), X_OK) != 0)
+      throw InputError(fmt::format("--engine {}: it is not executable; `chmod +x` makes it so", path));
     const auto same = [&](const ForeignEngine& known) {
       std::error_code error;
       return known.command.size() == 1 && fs::equivalent(known.command.front(), path, error);

@@ -175,7 +175,7 @@ void require_outputs_make_sense(const Options& options) {
     require_ordinary(options.out_dir + "/" + document);
 }
 
-void tell_without_recording(const Options& options, const std::set<std::string>& metrics) {
+void report_without_recording(const Options& options, const std::set<std::string>& metrics) {
   if (options.quiet || metrics.empty()) return;
   fmt::print(
       stderr,
@@ -211,7 +211,7 @@ int run_and_report(const Place& place, const Options& options, const Selection& 
                how.store_path);
     return exit_of(result, {});
   }
-  tell_without_recording(options, result.without_recording);
+  report_without_recording(options, result.without_recording);
   if (!how.rows) return report_many(place, options, selection, standards, &result, &kept);
   const Judged judged = judge_everything(place, options, selection, standards, result, true);
   ReportData data = assemble_report(place, options, selection, result, {});
@@ -226,12 +226,12 @@ int run_and_report(const Place& place, const Options& options, const Selection& 
   end_history(place, options, kept, data.rows, count(judged.verdicts), verdict);
   const std::string report = write_reports(options, selection, data, verdict);
   print_result(options, selection, data, result, report);
-  tell_github(options, data);
+  report_to_github(options, data);
   return code;
 }
 
 // What confines workers less than elsewhere, once for the run.
-void tell_confinement(const std::vector<Worker>& workers) {
+void report_confinement(const std::vector<Worker>& workers) {
   if (const std::string gaps = confinement_gaps(kernel_means()); !gaps.empty())
     fmt::print(stderr, "atwood: workers are confined in part: {}\n", gaps);
   for (const std::string& sentence : unconfined_engines(workers)) fmt::print(stderr, "atwood: {}\n", sentence);
@@ -249,10 +249,10 @@ int command_run(const Place& place, const Options& options) {
   {
     const InterruptGuard guard;  // run_study has its own
     selection = select_cells(place, options);
-    if (options.dry_run) return dry_run(selection, options, share);
-    tell_confinement(selection.workers);
     standards = read_standards(place, selection, true);
     if (!options.baseline.empty() && !standards.baseline) return no_baseline(options, options.baseline);
+    if (options.dry_run) return dry_run(selection, options, share);
+    report_confinement(selection.workers);
     make_out_dir(options.out_dir);
     if (interrupt_signal() != 0) {
       fmt::print(stderr, "atwood: interrupted before anything was run\n");

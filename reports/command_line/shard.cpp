@@ -232,7 +232,7 @@ int run_share(const Place& place, const Options& options, const Selection& selec
                  how.store_path, options.lease);
     return 128 + ended.signal;
   }
-  tell_without_recording(options, ended.without_recording);
+  report_without_recording(options, ended.without_recording);
   fmt::print("share {} of {} ({}): {}, {} of them run, {} timed, {} ended badly; store: {}\n", share.number,
              share.count, options.lease.empty() ? share.source : "--lease",
              plural(static_cast<std::size_t>(ended.cells), "cell"), ended.ran, ended.timed, ended.failed,

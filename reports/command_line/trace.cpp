@@ -220,7 +220,7 @@ int command_trace(const Place& place, const Options& options) {
 
   const std::int64_t steps = options.steps.empty() ? scenario.steps.back() : options.steps.front();
   if (steps <= 0 || steps % samples != 0) {
-    throw InputError(fmt::format("--steps {}: expected a multiple of the {} samples", steps, samples));
+    throw InputError(fmt::format("--steps {}: expected a multiple of the {} samples of the scenario", steps, samples));
   }
   const auto workers = require_workers(place, options, nullptr, {method});
   require_answers(workers);

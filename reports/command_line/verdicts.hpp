@@ -118,7 +118,7 @@ std::vector<std::string> same_call_words(const Options& options, const std::stri
                                          const std::string& baseline = "");
 std::string improvements_hint(const Options& options, const ReportData& data);  // a line, or nothing
 // Annotations to standard output (to standard error beside JSON), the summary to $GITHUB_STEP_SUMMARY.
-void tell_github(const Options& options, const ReportData& data);
+void report_to_github(const Options& options, const ReportData& data);
 
 // "body `ball` is not finite at t = 0.5 s" of the first number of a motion that is not; empty: all are.
 std::string not_finite_words(const Recording& run, const Scene& scene);

@@ -64,23 +64,23 @@ Campaigns Campaigns::begin(Store& store, const std::vector<Cell>& cells, const s
     std::int64_t now = nanoseconds_now();
     if (last) now = std::max(now, last->touched + 1);  // the clock may have been set back
     Campaign campaign;
-    std::string& told = campaigns.told_[cell.campaign];
+    std::string& origin = campaigns.origin_[cell.campaign];
     const bool same_run = last && last->run_id == run_id && !run_id.empty();
     // Every chunk of a lease is a run of its own: those after the first go on with its campaign, also with --fresh.
     const bool later_chunk = options.shard && same_run;
     bool anew = false;
     if (completed && !options.fresh) {
       campaign = *completed;
-      told = "cells of its last completed campaign are taken (--reuse)";
+      origin = "cells of its last completed campaign are taken (--reuse)";
     } else if (last && options.narrowed && !same_run &&
                (options.fresh || last->complete || holds_all(store, cells, cell.campaign, last->id))) {
       campaign = *last;
       anew = true;
-      told =
+      origin =
           "a part of the study is measured anew in its last campaign, whose other cells stay (--reuse takes the last one)";
     } else if (last && (later_chunk || (!options.fresh && (!last->complete || same_run)))) {
       campaign = *last;
-      told = "the campaign of an interrupted run goes on (--fresh starts anew)";
+      origin = "the campaign of an interrupted run goes on (--fresh starts anew)";
     } else {
       campaign.series = series;
       campaign.engine = workers[static_cast<std::size_t>(cell.worker)].engine.name;
@@ -89,7 +89,7 @@ Campaigns Campaigns::begin(Store& store, const std::vector<Cell>& cells, const s
           options.shard
               ? content_hash({"campaign of shards 1", series, plan_hash(*options.shard->planned), last ? last->id : ""})
               : content_hash({"campaign 1", series, run_id, std::to_string(now)});
-      told = "a new campaign (--reuse takes the last one)";
+      origin = "a new campaign (--reuse takes the last one)";
     }
     campaign.run_id = run_id;
     campaign.touched = now;
@@ -127,9 +127,9 @@ CellKeys Campaigns::keys(const Cell& cell) const { return keys_in(cell, id_of(ce
 
 std::string Campaigns::accuracy_key(const Cell& cell) const { return key_in(cell, cell.accuracy_hash, id_of(cell)); }
 
-std::string Campaigns::told(const Cell& cell) const {
-  const auto found = told_.find(cell.campaign);
-  return found == told_.end() ? "" : found->second;
+std::string Campaigns::origin(const Cell& cell) const {
+  const auto found = origin_.find(cell.campaign);
+  return found == origin_.end() ? "" : found->second;
 }
 
 }  // namespace atwood

@@ -28,13 +28,13 @@ class Campaigns {
   CellKeys keys(const Cell& cell) const;
   std::string accuracy_key(const Cell& cell) const;  // keys(cell).accuracy
   // For messages, how this run chose the campaign of the cell: "a new campaign", ...
-  std::string told(const Cell& cell) const;
+  std::string origin(const Cell& cell) const;
 
  private:
   const std::string& id_of(const Cell& cell) const;  // empty: its campaign does not exist
   void forget_cells(Store& store, const std::vector<Cell>& cells, const std::string& campaign) const;
   std::map<std::string, Campaign> by_cells_;  // Cell::campaign -> its campaign
-  std::map<std::string, std::string> told_;
+  std::map<std::string, std::string> origin_;
 };
 
 }  // namespace atwood

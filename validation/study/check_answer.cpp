@@ -50,11 +50,11 @@ void check_start(const BodySample& sample, std::size_t i, double t_end_s, const 
   if (!start.moves) return;
   if (start.turns && !near(q, start.q_wxyz, kStartTolerance) && !near(minus_q, start.q_wxyz, kStartTolerance))
     wrong_start(i, "orientation_wxyz", q, start.q_wxyz);
-  const auto as_told = [&](const Real3& found, const Real3& told, double tolerance) {
-    return near(found, told, tolerance) || (start.still && near(found, {}, tolerance));
+  const auto agrees = [&](const Real3& found, const Real3& expected, double tolerance) {
+    return near(found, expected, tolerance) || (start.still && near(found, {}, tolerance));
   };
-  if (!as_told(v, start.v_m_per_s, kStartTolerance * speed)) wrong_start(i, "velocity_m_per_s", v, start.v_m_per_s);
-  if ((start.turns || start.still) && !as_told(w, start.w_rad_per_s, kStartTolerance * rate))
+  if (!agrees(v, start.v_m_per_s, kStartTolerance * speed)) wrong_start(i, "velocity_m_per_s", v, start.v_m_per_s);
+  if ((start.turns || start.still) && !agrees(w, start.w_rad_per_s, kStartTolerance * rate))
     wrong_start(i, "angular_velocity_body_rad_per_s", w, start.w_rad_per_s);
 }
 

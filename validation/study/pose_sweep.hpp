@@ -35,7 +35,7 @@ class PoseTruths {
   std::map<std::string, Entry> entries_;
 };
 
-// The deepest of the contacts found, as the answer to a pose; none: apart, at a distance that is not told.
+// The deepest of the contacts found, as the answer to a pose; none: apart, at a distance that is not given.
 PoseAnswer deepest_contact(const ContactAnswer& found);
 
 // Rows of every pair (body: the pair); the worst poses go to FOLDER OF THE STORE/poses/PAIR/METHOD-WHAT.toml.

@@ -141,9 +141,9 @@ std::string StoreDatabase::read_keys(const StoreTable& table, bool keep) {
   }
   SQLite::Statement total(*sql, "SELECT entries, key_sum FROM totals WHERE name=?");
   total.bind(1, table.name);
-  const bool told = total.executeStep();
-  const std::int64_t expected = told ? total.getColumn(0).getInt64() : 0;
-  const auto sum = static_cast<std::uint64_t>(told ? total.getColumn(1).getInt64() : 0);
+  const bool counted = total.executeStep();
+  const std::int64_t expected = counted ? total.getColumn(0).getInt64() : 0;
+  const auto sum = static_cast<std::uint64_t>(counted ? total.getColumn(1).getInt64() : 0);
   const bool same_sum = set.sum == sum;
   if (keep) keys[&table] = std::move(set);
   if (found != expected)

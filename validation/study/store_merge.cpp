@@ -368,11 +368,11 @@ class Merge {
   }
 
   void find_absent() {
-    std::set<std::string> told;
+    std::set<std::string> seen;
     for (const auto& store : stores_) {
       SQLite::Statement select(*store->sql, "SELECT hash, cells FROM plans");
       while (select.executeStep()) {
-        if (!told.insert(select.getColumn(0).getString()).second) continue;
+        if (!seen.insert(select.getColumn(0).getString()).second) continue;
         for (const PlannedCell& cell : unpack_plan(expanded(blob_of(select.getColumn(1)))))
           if (!out_.keys[&kCells].contains(cell.hash)) merged_.absent.push_back(printable(cell.name));
       }

@@ -110,7 +110,7 @@ std::unordered_set<std::string> Store::not_ok() {
 StoreOverview Store::overview() {
   StoreOverview all;
   const auto text = [](const SQLite::Statement& entry, int i) { return entry.getColumn(i).getString(); };
-  const auto nothing = [](const SQLite::Statement&, const std::string&) {};
+  const auto ignore = [](const SQLite::Statement&, const std::string&) {};
   try {
     database_->guarded([&] {
       const auto cells =
@@ -118,8 +118,8 @@ StoreOverview Store::overview() {
             all.add_run(key, {status_from_string(text(entry, 4)), entry.getColumn(10).getInt64() != 0,
                               entry.getColumn(9).getDouble()});
           });
-      const auto recordings = cells ? all_right(*database_, kSeries, true, nothing) : std::nullopt;
-      all.whole = recordings && all_right(*database_, kTimings, false, nothing) &&
+      const auto recordings = cells ? all_right(*database_, kSeries, true, ignore) : std::nullopt;
+      all.whole = recordings && all_right(*database_, kTimings, false, ignore) &&
                   all_right(*database_, kMeasured, true,
                             [&](const SQLite::Statement& entry, const std::string& key) {
                               all.add_measured(key, text(entry, 2));

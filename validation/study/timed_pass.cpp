@@ -91,7 +91,7 @@ std::vector<Reused> StudyRun::reused() const {
     ++reused.cells;
     reused.reused += ran_[index_of(cell)] ? 0 : 1;
     if (!cell.campaign.empty() && reused.campaign.empty())
-      reused.campaign = campaigns_.told(cell) +
+      reused.campaign = campaigns_.origin(cell) +
                         ", because not all of the code behind its results is known: " + worker.unknown_code +
                         ". Send \"fingerprint\" in hello to let results be reused";
   }

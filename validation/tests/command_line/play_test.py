@@ -123,7 +123,7 @@ class Play(Case):
 
     def test_a_run_that_is_refused_is_named(self):
         self.ask("play", "double-pendulum-regular", "--method", "atwood/symplectic-euler", "-o", "html:page.html", code=1,
-                 told=["unsupported: atwood/symplectic-euler: ", "steps no mechanism"])
+                 told=["unsupported: atwood/symplectic-euler: ", "cannot step a mechanism"])
         runs = parts(self.path("page.html"))[1]["motion"]["runs"]
         self.assertEqual([run["status"] for run in runs], ["ok", "unsupported"])
 

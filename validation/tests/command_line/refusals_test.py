@@ -57,7 +57,7 @@ class Values(Refusals):
         """The scheme alone is refused, and the message says that the response, of whose doc it is no exception, has no part in it."""
         for scheme, response in (("symplectic-euler", "impulse"), ("symplectic-euler", "penalty")):
             told = self.ask("trace", "bricard", "--method", f"atwood/{scheme}+{response}", code=1).stderr
-            self.assertIn(f"no contact is possible in this scene, so +{response} has no effect; atwood/{scheme} steps no mechanism", told)
+            self.assertIn(f"no contact is possible in this scene, so +{response} has no effect; atwood/{scheme} cannot step a mechanism", told)
         self.assertNotIn("no effect", self.ask("trace", "bricard", "--method", "atwood/symplectic-euler", code=1).stderr)
 
     def test_repetition_and_lack(self):
