@@ -1,11 +1,13 @@
 #include "fluid/run.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 #include "math/elementary.hpp"
 
 #include "fluid/kick_drift.hpp"
 #include "fluid/options.hpp"
+#include "fluid/particle_set.hpp"
 #include "fluid/spectrum.hpp"
 #include "fluid/stability.hpp"
 #include "integrators/adaptive.hpp"
@@ -17,6 +19,8 @@
 
 namespace atwood::fluid {
 namespace {
+
+constexpr const char* kNotFinite = "is not finite";  // the end of what ParticleSystem::fault() says of such a particle
 
 // ---- marching -------------------------------------------------------------------------------------------------------
 template <class S> struct March {
@@ -37,6 +41,21 @@ template <class S> struct March {
     outcome.reason = what + " at t = " + format_double(static_cast<double>(t_s)) + " s";
     return false;
   }
+  // "; it was at [0.5, 0.25] m a step before": the first particle that is not finite.
+  std::string place_before(const S* state) const {
+    const Layout& at = particles.layout();
+    const int d = at.dimensions;
+    const auto sound = [&](int from, int count) {
+      return std::all_of(state + from, state + from + count, [](const S& x) { return real::is_finite(x); });
+    };
+    for (int i = 0; i < at.particles; ++i) {
+      if (sound(at.positions() + i * d, d) && sound(at.velocities() + i * d, d) &&
+          (!at.density || sound(at.densities() + i, 1)) && (!at.temperature || sound(at.temperatures() + i, 1)))
+        continue;
+      return "; it was at " + position_text(&y[std::size_t(at.positions() + i * d)], d) + " a step before";
+    }
+    return "";
+  }
   // After every step: is the state finite? Sums of all numbers are not, if one is not. Several sums, so that an
   // addition need not wait for the one before.
   bool finite(const S* state, S t_s) {
@@ -47,7 +66,11 @@ template <class S> struct March {
       for (int k = 0; k < kSums; ++k) sums[k] += real::abs(state[i + k]);
     for (int i = whole; i < size; ++i) sum += real::abs(state[i]);
     for (const S part : sums) sum += part;
-    return real::is_finite(sum) || fail(Status::not_finite, particles.fault(state), t_s);
+    if (real::is_finite(sum)) return true;
+    const std::string fault = particles.fault(state);
+    fail(Status::not_finite, fault, t_s);
+    if (fault.ends_with(kNotFinite)) outcome.reason += place_before(state);
+    return false;
   }
   bool observe(std::int64_t k, const S* state) {
     const S t_s = time_of_sample(k);

@@ -11,8 +11,6 @@
 namespace atwood {
 namespace {
 
-constexpr double kMinSpacingsOfWall = 2;  // a thinner solid cannot keep particles of both its sides apart
-
 std::string number_words(double x) { return describe(Value(x)); }
 
 SourceLocation location_of(const Value& table, const char* key) {
@@ -164,21 +162,10 @@ void check_ladders(Reading& r, const Value& run, const Scenario& scenario) {
 }
 
 // ---- walls -------------------------------------------------------------------------------------------------------
-// A boundary is filled with what stands for the wall, to the depth that a kernel reaches: a plane is infinitely deep, a
-// solid as deep as it is thick. A solid thinner than two spacings, and a rectangle, let particles act through.
-void check_walls(Reading& r, const Value* boundaries, const Scenario& scenario) {
-  const Scene& scene = scenario.scene;
-  double coarsest = 0;
-  for (const Fluid& fluid : scene.fluids) coarsest = std::max(coarsest, fluid.spacing_m);
-  for (std::size_t i = 0; i < scene.fluid_boundaries.size(); ++i) {
-    const Body& body = scene.bodies[static_cast<std::size_t>(scene.fluid_boundaries[i].body)];
-    const double thickness = thickness_m(body, scene.domain.dimensions);
-    if (thickness >= kMinSpacingsOfWall * coarsest * (1 - 1e-12)) continue;
-    fail(r, location_of((*boundaries->list())[i], "body"),
-         "the boundary `" + body.name + "` is " + number_words(thickness) + " m thick and leaks at a spacing of " +
-             number_words(coarsest) + " m; expected at least two spacings, " +
-             number_words(kMinSpacingsOfWall * coarsest) + " m, or a plane");
-  }
+void check_walls(Reading& r, const Value* boundaries, const Scene& scene) {
+  for (std::size_t i = 0; i < scene.fluid_boundaries.size(); ++i)
+    if (const std::string leak = leaking(scene, i); !leak.empty())
+      fail(r, location_of((*boundaries->list())[i], "body"), leak);
 }
 
 }  // namespace
@@ -352,7 +339,7 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
   check_plane_scene(r, *draft.domain);
   r.where = "[run]";
   check_ladders(r, *draft.run, scenario);
-  check_walls(r, draft.fluid_boundary, scenario);
+  check_walls(r, draft.fluid_boundary, scene);
   try {
     place_particles(scene);
   } catch (const InputError& error) {

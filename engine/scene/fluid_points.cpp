@@ -239,6 +239,19 @@ std::string unfilled(const Fluid& fluid, int dimensions, double spacing_m) {
   return "";
 }
 
+// A boundary is filled with what stands for the wall, to the depth that a kernel reaches: a plane is infinitely deep, a
+// solid as deep as it is thick. A solid thinner than two spacings, and a rectangle, let particles act through.
+std::string leaking(const Scene& scene, std::size_t boundary) {
+  constexpr double kLeastSpacings = 2;
+  const Body& body = scene.bodies[static_cast<std::size_t>(scene.fluid_boundaries[boundary].body)];
+  double coarsest = 0;
+  for (const Fluid& fluid : scene.fluids) coarsest = std::max(coarsest, fluid.spacing_m);
+  const double thickness = thickness_m(body, scene.domain.dimensions), least = kLeastSpacings * coarsest;
+  if (thickness >= least * (1 - 1e-12)) return "";
+  return "the boundary `" + body.name + "` is " + in_words(thickness) + " m thick and leaks at a spacing of " +
+         in_words(coarsest) + " m; expected at least two spacings, " + in_words(least) + " m, or a plane";
+}
+
 double thickness_m(const Body& body, int dimensions) {
   constexpr double kUnbounded = std::numeric_limits<double>::infinity();
   if (std::holds_alternative<Rectangle>(body.shape)) return 0;
@@ -322,6 +335,8 @@ Scene at_resolution(const Scenario& scenario, double spacing_m, double sound_spe
     if (spacing_m > 0) fluid.spacing_m = spacing_m;
     if (sound_speed_m_per_s > 0) fluid.sound_speed_m_per_s = sound_speed_m_per_s;
   }
+  for (std::size_t i = 0; i < scene.fluid_boundaries.size(); ++i)
+    if (const std::string leak = leaking(scene, i); !leak.empty()) throw InputError(leak);
   place_particles(scene);
   return scene;
 }

@@ -27,12 +27,17 @@ inline constexpr std::size_t kMaxParticles = 4'000'000;
 // bounds it, a density that is not positive.
 void place_particles(Scene& scene);
 
-// The scene of a scenario at this spacing and sound speed, with its particles. A value of 0: as the fluids say.
+// The scene of a scenario at this spacing and sound speed, with its particles. A value of 0: as the fluids say. Throws
+// InputError: as place_particles, and a boundary that leaks at this spacing.
 Scene at_resolution(const Scenario& scenario, double spacing_m, double sound_speed_m_per_s);
 
 // Why the spacing does not fill the fluid's region: "1 m along x is 33 spacings of 0.03 m and 0.01 m more"; empty: it
 // does.
 std::string unfilled(const Fluid& fluid, int dimensions, double spacing_m);
+
+// Why a boundary of the scene lets particles act through it at the spacing of its fluids, with the figures: a solid
+// thinner than two spacings, a rectangle. Empty: it does not.
+std::string leaking(const Scene& scene, std::size_t boundary);
 
 // The thinnest extent of a body's solid [m]: 0 for a rectangle, infinite for a plane and for shapes that are not
 // bounded by a formula (convex, mesh, compound). In two dimensions of its section.

@@ -17,6 +17,7 @@
 #include "reports/command_line/units.hpp"
 #include "reports/render/text.hpp"
 #include "scene/files.hpp"
+#include "validation/study/check_fluids.hpp"
 #include "validation/study/process.hpp"
 
 namespace atwood {
@@ -367,6 +368,18 @@ void read_request(const Options& options, const Scenario& scenario, Advice& advi
   advice.budget_s = question.budget_s;
 }
 
+// The methods that are named, at every spacing of the search: InputError where a kernel is too wide for the scene.
+void require_fitting_kernels(const Place& place, const Options& options, const Scenario& scenario,
+                             const std::vector<Worker>& workers) {
+  if (scenario.scene.fluids.empty() || options.methods.empty()) return;
+  StudyCells block;
+  block.scenarios = {"*"};
+  block.methods = options.methods;
+  block.spacings_m = options.spacings;
+  block.sound_speeds_m_per_s = options.sound_speeds;
+  check_fluids("--method ", plan_cells({"advise", {block}}, {scenario}, workers, place.provenance.cpu), workers);
+}
+
 }  // namespace
 
 int command_advise(const Place& place, const Options& options) {
@@ -395,6 +408,7 @@ int command_advise(const Place& place, const Options& options) {
   Candidates candidates = options.methods.empty()
                               ? choose_candidates(advice.scenario.scene, named, options.engines.size())
                               : named_candidates(options.methods, named);
+  require_fitting_kernels(place, options, advice.scenario, workers);
   if (options.same_rate) candidates = at_same_rate(candidates, workers);
   advice.rates =
       options.same_rate ? "the same: ours and libraries' methods call the reference's right-hand side"

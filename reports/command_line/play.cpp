@@ -13,6 +13,7 @@
 #include "scene/files.hpp"
 #include "validation/metrics/fluid.hpp"
 #include "validation/metrics/measurements.hpp"
+#include "validation/study/check_fluids.hpp"
 #include "validation/study/write_file.hpp"
 
 namespace atwood {
@@ -181,8 +182,9 @@ int command_play(const Place& place, const Options& options) {
       methods.empty() ? std::vector<Worker>{} : require_workers(place, options, nullptr, methods);
   require_answers(workers);
   for (const std::string& method : methods) {
-    worker_of(workers, method);
+    const Worker& worker = worker_of(workers, method);
     check_settings("--method ", method, workers);
+    check_fluids("--method ", method, worker, scenario);
   }
 
   Playback playback;

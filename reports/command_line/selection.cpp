@@ -15,6 +15,7 @@
 #include "scene/files.hpp"
 #include "validation/gates/gates.hpp"
 #include "validation/metrics/work_precision.hpp"
+#include "validation/study/check_fluids.hpp"
 
 namespace atwood {
 namespace fs = std::filesystem;
@@ -416,6 +417,7 @@ Selection select_cells(const Place& place, const Options& options) {
     require_frequencies(selection.cells, unfit);
     if (!selection.cells.empty()) {
       check_settings(of_study, selection.cells, selection.workers);
+      check_fluids(of_study, selection.cells, selection.workers);
       keep_used(selection);
       return selection;
     }
@@ -439,7 +441,9 @@ Selection select_cells(const Place& place, const Options& options) {
       std::ranges::all_of(selection.cells, [](const Cell& cell) { return cell.scenario->scene.fluids.empty(); }))
     throw InputError(
         fmt::format("{}: no scene of this run has a fluid", options.spacings.empty() ? "--sound-speed" : "--spacing"));
-  check_settings(options.methods.empty() ? of_study : "--method ", selection.cells, selection.workers);
+  const std::string who = options.methods.empty() ? of_study : "--method ";
+  check_settings(who, selection.cells, selection.workers);
+  check_fluids(who, selection.cells, selection.workers);
   keep_used(selection);
   return selection;
 }

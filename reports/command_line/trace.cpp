@@ -16,6 +16,7 @@
 #include "scene/files.hpp"
 #include "scene/fluid_points.hpp"
 #include "scene/printable.hpp"
+#include "validation/study/check_fluids.hpp"
 #include "validation/study/worker_client.hpp"
 
 namespace atwood {
@@ -227,6 +228,7 @@ int command_trace(const Place& place, const Options& options) {
   const Worker& worker = worker_of(workers, method);
   check_settings("--method ", method, workers);
   require_frames(scenario, worker, steps, samples);
+  check_fluids("--method ", method, worker, scenario);
   const MethodId id = parse_method_id(method);
   Recording run = recorded(worker, method, scenario, steps, options.cell_limit_s);
   const int digits = digits_of(id.scalar.empty() ? worker.engine.scalar : id.scalar);

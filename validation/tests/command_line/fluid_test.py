@@ -165,6 +165,59 @@ reason = "0.125^2 x 1.125 = 0.0176 is above it"
             for y in heights:
                 self.assertAlmostEqual(y, at, delta=3e-3)
 
+    def refused_before_any_cell(self, scene, method, told, *more):
+        for words in (["trace", scene, "--particles", "--method", method],
+                      ["run", "--scenario", scene, "--no-timing", "--method", method],
+                      ["compare", method, method.replace("rk4", "heun"), "--scenario", scene],
+                      ["advise", scene, "--metric", "volume-error", "--error", "0.1", "--method", method]):
+            self.ask(*words, *more, code=2, told=told)
+            self.assertFalse(os.path.exists(self.path("atwood-out/store.db")))
+
+    def test_a_kernel_wider_than_half_the_period_is_refused_before_any_cell(self):
+        self.path("scene.toml", SCENE)
+        told = ["`vortices`", "0.65 m at a spacing of 0.25 m, more than half the period of 1 m along x",
+                "a spacing of at most 0.1923 m"]
+        self.refused_before_any_cell("scene.toml", "atwood/rk4+sph", told)
+        self.refused_before_any_cell("scene.toml", "atwood/rk4+sph{smoothing=2.1}", ["0.525 m at a spacing of 0.125 m"],
+                                     "--spacing", "0.125")
+        self.refused_before_any_cell("scene.toml", "atwood/rk4+polynomial", ["the support of the fits is 0.775 m"])
+        # Some spacing of a glob's methods fits: the others are cells that say so.
+        out = self.ask("run", "--scenario", "scene.toml", "--method", "atwood/heu*+sph", "--sound-speed", "10", "--no-timing",
+                       "--spacing", "0.25", "--spacing", "0.125", "--json", code=[0, 1]).stdout
+        status = [r for r in json.loads(out)["rows"] if r["metric"] == "status"]
+        self.assertEqual([(r["status"], r["spacing_m"]) for r in status], [("unsupported", 0.25)])
+
+    def test_a_free_surface_wants_degree_2(self):
+        self.ask("trace", "elliptic-drop", "--method", "atwood/rk4+polynomial", "--particles", code=2,
+                 told=["degree=4, the default, of +polynomial has no free surface", "expected degree=2"])
+
+    def test_scenes_that_cannot_be_simulated_are_refused_with_the_figure(self):
+        still = SCENE.replace('kind = "closed-form"', 'kind = "none"').replace('solution = "taylor-green"\n', "")
+        slab = """
+[[body]]
+name = "slab"
+fixed = true
+shape.box = { half_extents_m = [0.1, 0.15, 0.1] }
+position_m = [0.5, 0.5, 0]
+[[fluid_boundary]]
+body = "slab"
+"""
+        fine = still.replace("spacings_m = [0.25, 0.125, 0.0625, 0.03125]", "spacings_m = [0.0625]")
+        self.path("slab.toml", fine + slab)
+        self.refused_before_any_cell("slab.toml", "atwood/rk4+sph",
+                                     ["`slab` is 0.2 m thick and leaks at a spacing of 0.125 m", "0.25 m"], "--spacing", "0.125")
+        self.path("silent.toml", SCENE.replace("sound_speeds_m_per_s = [10, 20]", "sound_speeds_m_per_s = [0]"))
+        self.refused_before_any_cell("silent.toml", "atwood/rk4+sph", ["`sound_speeds_m_per_s` in [run] is 0"])
+        self.path("scene.toml", SCENE)
+        self.refused_before_any_cell("scene.toml", "atwood/rk4+sph", ["1 m along x is 3.33333 spacings of 0.3 m"],
+                                     "--spacing", "0.3")
+
+    def test_a_number_that_is_not_finite_ends_the_engine_s_run_with_where_and_when(self):
+        self.path("huge.toml", SCENE.replace('initial = "taylor-green"', "velocity_gradient_per_s = [[1e308, 0], [0, -1e308]]")
+                  .replace('kind = "closed-form"', 'kind = "none"').replace('solution = "taylor-green"\n', ""))
+        told = self.ask("trace", "huge.toml", "--method", "atwood/rk4+sph", "--particles", "--spacing", "0.125", code=1)
+        self.assertRegex(told.stderr, r"particle 0 of `water` is not finite at t = 0.005 s; it was at \[0.07\d*, 0.08\d*\] m")
+
     def test_words_that_make_no_sense(self):
         self.trace("--particles", "--probes", code=2)
         self.trace("-o", "csv:x", code=2, told=["expected vtk:DIR"])
