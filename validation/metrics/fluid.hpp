@@ -72,6 +72,19 @@ double kernel_support_m(const Settings& response, double spacing_m, bool free_su
 // The row `neighbours` of a run's last sample; none for a support of 0 or a run that did not end well.
 std::vector<Row> neighbour_rows(const Scene& scene, const Recording& run, double support_m);
 
+// Rows of work of the terms that do not keep the energy: work-by-diffusion, -shift, -viscosity, -walls, each where the
+// method (`response`: "sph{...}" with all settings) and the scene have the term, and energy-unaccounted. Their powers
+// are computed from the samples (reference/fluid_truth/powers.hpp) and integrated over them by Simpson's rule; the bar
+// is its difference to the trapezoidal rule. Where the samples are too few for the motion, energy-unaccounted alone,
+// which says so. None for other responses, density=summation, bodies that move, body
+// accelerations, buoyancy, more than 50 000 particles, and runs that did not end well.
+std::vector<Row> fluid_work_rows(const Scene& scene, const Recording& run, const std::string& response);
+// The integral over equal intervals of length h, and the same by the trapezoidal rule.
+struct Integral {
+  double simpson = 0, trapezoid = 0;
+};
+Integral integral_of(const std::vector<double>& values, double h);
+
 // Value of a probe, in its unit; NaN: nothing of the fluid is there, or the probe is of another kind of recording.
 //   pressure, velocity (its norm)  the linear function that fits the particles within three spacings best, weights of
 //                                  Wendland C2: exact for linear fields, also beside walls

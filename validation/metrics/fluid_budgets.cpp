@@ -56,14 +56,9 @@ Wide kinetic_energy_of(const std::vector<double>& masses, const Sample& sample) 
   return kinetic;
 }
 
-struct Energies {
-  Wide kinetic = 0, elastic = 0, potential = 0, heat = 0;
-  Wide total() const { return kinetic + elastic + potential + heat; }
-};
-
-Energies energies_of(const Scene& scene, const std::vector<int>& fluids, const std::vector<double>& masses,
-                     const Sample& sample) {
-  Energies e;
+FluidEnergies energies_of(const Scene& scene, const std::vector<int>& fluids, const std::vector<double>& masses,
+                          const Sample& sample) {
+  FluidEnergies e;
   e.kinetic = kinetic_energy_of(masses, sample);
   const WideVec g{Wide(scene.gravity_m_per_s2[0]), Wide(scene.gravity_m_per_s2[1]), Wide(scene.gravity_m_per_s2[2])};
   for (std::size_t i = 0; i < sample.particles.size(); ++i) {
@@ -171,13 +166,27 @@ std::vector<Row> fluid_status_rows(const Scenario& scenario, const Recording& ru
   return {};
 }
 
+std::vector<FluidEnergies> fluid_energies(const Scene& scene, const std::vector<Sample>& samples) {
+  const std::vector<double> masses = masses_of(scene);
+  const std::vector<int> fluids = fluid_of_particles(scene);
+  std::vector<FluidEnergies> all;
+  for (const Sample& sample : samples) all.push_back(energies_of(scene, fluids, masses, sample));
+  return all;
+}
+
+Wide fluid_energy_scale(const std::vector<FluidEnergies>& energies) {
+  Wide scale = 0;
+  for (const FluidEnergies& e : energies)
+    scale = std::max(scale,
+                     e.kinetic + fabsq(e.potential - energies[0].potential) + fabsq(e.elastic - energies[0].elastic));
+  return scale;
+}
+
 void append_fluid_energy(const Scenario& scenario, const FieldAtParticles& exact, const Recording& run,
                          std::vector<Row>& rows) {
   const Scene& scene = scenario.scene;
   const std::vector<double> masses = masses_of(scene);
-  const std::vector<int> fluids = fluid_of_particles(scene);
-  std::vector<Energies> all;
-  for (const Sample& sample : run.values) all.push_back(energies_of(scene, fluids, masses, sample));
+  const std::vector<FluidEnergies> all = fluid_energies(scene, run.values);
   if (exact.outcome.status == Status::ok && exact.known.velocity && exact.samples.size() == run.values.size()) {
     std::vector<Wide> truth;
     Wide bar = 0, scale = 0;
@@ -200,11 +209,9 @@ void append_fluid_energy(const Scenario& scenario, const FieldAtParticles& exact
   }
   const std::string open = open_budget(scene);
   if (open.empty()) {
-    Wide scale = 0, largest = 0;
-    for (const Energies& e : all) {
-      scale = std::max(scale, e.kinetic + fabsq(e.potential - all[0].potential) + fabsq(e.elastic - all[0].elastic));
-      largest = std::max(largest, fabsq(e.total() - all[0].total()));
-    }
+    const Wide scale = fluid_energy_scale(all);
+    Wide largest = 0;
+    for (const FluidEnergies& e : all) largest = std::max(largest, fabsq(e.total() - all[0].total()));
     if (scale > 0)
       rows.push_back(row("energy-budget", static_cast<double>(largest / scale), 0,
                          "kinetic " + format_measure(static_cast<double>(all.back().kinetic), 0) + ", elastic " +

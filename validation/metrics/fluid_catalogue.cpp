@@ -47,6 +47,23 @@ std::vector<MetricInfo> fluid_metrics() {
        "Largest |E - E0| over the samples. E is the sum of kinetic energy, elastic energy (the integral of p / rho^2), "
        "potential energy and heat. Divided by the largest kinetic energy plus the largest change of potential and elastic "
        "energy. Only where nothing else takes or gives energy."},
+      {"work-by-diffusion", "1",
+       "Work of the density's diffusion (+sph{density_diffusion}) over the run, over the scale of energy-budget; positive "
+       "where the fluid gains energy. Its power is computed from the particles of each sample by the reference's sums, the "
+       "integral is Simpson's rule over the samples, and the bar is its difference to the trapezoidal rule."},
+      {"work-by-shift", "1",
+       "The same of the motion relative to the fluid that keeps particles in order (+sph{shift}), with its fluxes."},
+      {"work-by-viscosity", "1",
+       "The same of viscosity, among particles and at walls, less the heat that viscous_heat makes of it; what walls that "
+       "move drag is in it."},
+      {"work-by-walls", "1",
+       "The same of the rest that walls do: the pressure of their points, which is extrapolated from the fluid, and heat "
+       "through them."},
+      {"energy-unaccounted", "1",
+       "|E - E0 - work| at the end, over the scale of energy-budget: what neither the plain pairs of particles nor the rows "
+       "of work account for: the error of the steps, and that of the integral. More than a fifth of the works: the samples "
+       "are too few for the motion (sound, for instance), and rows of work are left out. Only for +sph with "
+       "density=continuity and bodies that rest, without body accelerations and buoyancy."},
       {"neighbours", "1",
        "Mean number of other particles within the support of the method's kernel, at the end, walls not counted. The "
        "reason has the support."},

@@ -20,6 +20,15 @@ std::vector<Row> fluid_status_rows(const Scenario& scenario, const Recording& ru
 void append_semi_discrete(const Truth& truth, const Recording& run, const std::vector<double>& masses,
                           std::vector<Row>& rows);
 
+// Energies of a fluid [J], in two dimensions per metre of depth.
+struct FluidEnergies {
+  Wide kinetic = 0, elastic = 0, potential = 0, heat = 0;
+  Wide total() const { return kinetic + elastic + potential + heat; }
+};
+std::vector<FluidEnergies> fluid_energies(const Scene& scene, const std::vector<Sample>& samples);
+// What changes of the energy are divided by: the largest kinetic energy and change of potential and elastic energy.
+Wide fluid_energy_scale(const std::vector<FluidEnergies>& energies);
+
 // kinetic-energy-error against the exact field, energy-budget, volume-error.
 void append_fluid_energy(const Scenario& scenario, const FieldAtParticles& exact, const Recording& run,
                          std::vector<Row>& rows);

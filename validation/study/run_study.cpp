@@ -315,6 +315,7 @@ MeasuredRecord StudyRun::measured_fluid(const Cell& cell, const std::string& has
   for (Row& row :
        neighbour_rows(scene, recording, kernel_support_m(settings, scene.fluids.front().spacing_m, free_surface)))
     record.rows.push_back(std::move(row));
+  for (Row& row : fluid_work_rows(scene, recording, response)) record.rows.push_back(std::move(row));
   const bool stepping = cell.scenario->truth.kind == TruthKind::semi_discrete;
   const Outcome& outcome = stepping ? truths.semi_discrete.outcome : truths.exact.outcome;
   if (outcome.status != Status::ok && cell.scenario->truth.kind != TruthKind::none &&

@@ -209,6 +209,41 @@ TEST_CASE("a budget that something from outside feeds is not told") {
   CHECK(std::isnan(value_of(measure_fluid(s, fluid_truths(s, run, kNoField, kNoTruth), run), "energy-budget")));
 }
 
+TEST_CASE("integrals over samples: Simpson's rule is exact for cubics, of any number of intervals from 2 on") {
+  for (const int intervals : {2, 3, 4, 5, 7, 40}) {
+    INFO(intervals);
+    std::vector<double> values;
+    const double h = 2.0 / intervals;
+    for (int k = 0; k <= intervals; ++k) values.push_back(1 + std::pow(h * k, 3));
+    const Integral found = integral_of(values, h);
+    CHECK(found.simpson == Approx(2 + 4).epsilon(1e-14));
+    CHECK(found.trapezoid == Approx(6 + h * h).epsilon(1e-12));  // h^2 / 12 (f'(2) - f'(0))
+  }
+  CHECK(integral_of({1, 3}, 0.5).simpson == 1);
+  CHECK(integral_of({}, 0.5).simpson == 0);
+}
+
+TEST_CASE("rows of work: what a term takes is accounted for") {
+  Scenario s = four_particles();
+  Recording run = still(s);
+  const std::string plain = "sph{kernel=wendland-c2,smoothing=1.3,density_diffusion=", term = "0.1,shift=0}";
+  for (Sample& sample : run.values) sample.particles[0].density_kg_per_m3 = 1010;
+  CHECK(fluid_work_rows(s.scene, run, plain + "0,shift=0}").empty());
+  CHECK(fluid_work_rows(s.scene, run, "polynomial{degree=2}").empty());
+  // Every state has the same power P < 0: the work is 2 s of it. A recording that loses as much accounts for it.
+  const std::vector<Row> still_rows = fluid_work_rows(s.scene, run, plain + term);
+  REQUIRE(still_rows.size() == 1);  // the energy of these samples never changes
+  CHECK(still_rows[0].metric == "energy-unaccounted");
+  CHECK(still_rows[0].reason.find("do not resolve the motion") != std::string::npos);
+  const double lost = still_rows[0].value * 3;  // of a kinetic energy of 3 J
+  CHECK(lost > 0);
+  ParticleSample& end = run.values.back().particles[1];  // 2 kg at 1 m/s
+  end.v_m_per_s[0] = std::sqrt(1 - lost);
+  const std::vector<Row> rows = fluid_work_rows(s.scene, run, plain + term);
+  CHECK(value_of(rows, "work-by-diffusion") == Approx(-lost / 3).epsilon(1e-10));
+  CHECK(value_of(rows, "energy-unaccounted") < 1e-12);
+}
+
 TEST_CASE("how particles lie") {
   const Scenario s = four_particles();
   Recording run = still(s);

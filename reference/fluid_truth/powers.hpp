@@ -1,0 +1,43 @@
+// Power of the terms of `+sph` (docs/fluids.md) that give or take energy, in one state of the particles.
+//
+// With E = sum m (v^2 / 2 + e(rho) + C T - g . x), e' = p / rho^2, the rate f of the particles' equations changes E by
+// grad E . f. The power of a term is the difference of this number with and without the term, taken away in this order:
+//   diffusion   density_diffusion
+//   shift       the motion relative to the fluid and its fluxes
+//   viscosity   fluid and walls, less the heat that `viscous_heat` makes of it; of walls that move, what they drag
+//   walls       what is left of the boundaries: their pressure and their heat
+// The sums of pairs that remain keep the energy, so that without a body acceleration and buoyancy the four are the
+// whole of dE / dt.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocol/sample.hpp"
+#include "scene/scene.hpp"
+
+namespace atwood {
+
+// [W]; in two dimensions per metre of depth. Positive: the fluid's energy grows.
+struct FluidPowers {
+  double diffusion = 0, shift = 0, viscosity = 0, walls = 0;
+};
+
+class FluidPowersOf {
+ public:
+  // `response`: "sph{...}" with all settings. `unsupported` says why there are no powers: another response, a density
+  // by summation, bodies that move, and what the semi-discrete truth does not cover.
+  FluidPowersOf(const Scene& scene, const std::string& response);
+  ~FluidPowersOf();
+  const std::string& unsupported() const { return unsupported_; }
+  // Of the particles of a sample at t.
+  FluidPowers at(double t_s, const std::vector<ParticleSample>& particles) const;
+
+ private:
+  struct Systems;
+  std::unique_ptr<Systems> systems_;
+  std::string unsupported_;
+};
+
+}  // namespace atwood
