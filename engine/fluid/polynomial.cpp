@@ -27,8 +27,6 @@ std::string scene_fault(const Scene& scene, const PolynomialOptions& options) {
   const auto number = [](double x) { return format_double(x); };
   if (options.degree != 2 && options.degree != 4)
     return "+polynomial fits polynomials of degree 2 or 4, not " + std::to_string(options.degree);
-  if (options.degree == 4 && scene.domain.dimensions == 3)
-    return "+polynomial fits polynomials of degree 2 in three dimensions; degree 4 is for two";
   if (!(options.smoothing > 0)) return "+polynomial needs a smoothing above 0, not " + number(options.smoothing);
   const Fluid& fluid = scene.fluids.front();
   const std::string whose = " of the fluid `" + fluid.name + "`";

@@ -290,7 +290,8 @@ void PolynomialFits<S>::fit(const Neighbours<S>& lists, const S* records, const 
   };
   if (dimensions == 2 && degree == 2) run(fit_blocks<2, 2, S>);
   else if (dimensions == 2) run(fit_blocks<2, 4, S>);
-  else run(fit_blocks<3, 2, S>);
+  else if (degree == 2) run(fit_blocks<3, 2, S>);
+  else run(fit_blocks<3, 4, S>);
 }
 
 template struct PolynomialFits<float>;

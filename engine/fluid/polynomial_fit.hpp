@@ -38,7 +38,7 @@ template <class S> struct Fit {
 
 template <class S> struct PolynomialFits {
   KernelShape shape = KernelShape::wendland_c2;
-  int dimensions = 2, degree = 2, fields = 3;  // degree 4: in two dimensions; fields = d + 1, or d + 2 with temperature
+  int dimensions = 2, degree = 2, fields = 3;  // fields = d + 1, or d + 2 with temperature
   S spacing{};                                 // D
   VectorWidth width = widest_vectors();
   bool lane_by_lane = false;  // the reference
