@@ -98,6 +98,7 @@ Solution elliptic_drop();
 Solution hydrostatic();
 Solution square_patch();
 Solution ritter();
+Solution floating();
 Solution couette_thermal();
 Solution viscous_heating();
 Solution mms_2d();

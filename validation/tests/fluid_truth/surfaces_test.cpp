@@ -163,6 +163,33 @@ TEST_CASE("Ritter's dam: the equations of shallow water, no bound") {
   CHECK_THROWS_WITH(whole.at(5, {{1, 0, 0}}), Catch::Contains("back of the reservoir"));
 }
 
+TEST_CASE("A body that floats: the fluid carries its weight, the floor that of both") {
+  Scenario scenario = fluid_scenario("floating", 0, 0);
+  scenario.scene.gravity_m_per_s2 = {0, -10, 0};
+  Fluid& fluid = scenario.scene.fluids[0];
+  fluid.initial.name = "hydrostatic";
+  fluid.particles.mass_kg = {300, 500};
+  const auto add = [&](const char* name, bool fixed, const Shape& shape) {
+    Body& body = scenario.scene.bodies.emplace_back();
+    body.name = name, body.fixed = fixed, body.shape = shape, body.mass_kg = fixed ? 0 : 80;
+    scenario.scene.fluid_boundaries.push_back(
+        {static_cast<int>(scenario.scene.bodies.size()) - 1, Slip::no_slip, {}, {}});
+    scenario.scene.probes.push_back(
+        {name, ProbeKind::force_on_body, {}, static_cast<int>(scenario.scene.bodies.size()) - 1});
+  };
+  add("cube", false, Box{{0.2, 0.25, 0.2}});
+  add("floor", true, Plane{{0, 1, 0}, 0});
+  const FluidField field = fluid_field_of(scenario);
+  REQUIRE(field.outcome.reason == "");
+  CHECK_FALSE(field.known.velocity);
+  const FieldSample at = field.at(1, {{0.5, 0.5, 0}});
+  REQUIRE(at.probes.size() == 2);
+  CHECK(d(at.probes[0]->value) == 800);
+  CHECK(d(at.probes[1]->value) == 8800);
+  scenario.scene.bodies[0].mass_kg = 4 * 0.2 * 0.25 * 1000 + 1;
+  CHECK(fluid_field_of(scenario).outcome.reason.find("`cube` sinks") != std::string::npos);
+}
+
 TEST_CASE("Bars of exact fields are round-off and more than nothing") {
   const Scenario scenario = fluid_scenario("taylor-green");
   const FluidField field = fluid_field_of(scenario);
