@@ -20,7 +20,8 @@ bool is_among(const Names& names, const std::string& metric) {
 bool needs_field(const std::string& metric) {
   static const Names others{"space-error", "time-error",          "kinetic-energy-error",
                             "front-error", "front-delayed-error", "front-speed-error"};
-  for (const char* quantity : {"velocity-l", "pressure-l", "density-l", "temperature-l"})
+  for (const char* quantity : {"velocity-l", "pressure-l", "density-l", "temperature-l", "velocity-grid-l",
+                               "pressure-grid-l", "density-grid-l", "temperature-grid-l"})
     if (metric.starts_with(quantity)) return true;
   return is_among(others, metric);
 }

@@ -44,11 +44,16 @@ struct FluidTruths {
   FieldAtParticles compressible;        // of the weakly compressible equations, at the run's particles
   Truth semi_discrete;                  // the particles' own equations; no values: not asked for, or refused
   FieldAtParticles compressible_there;  // the field that the space error is against, at the particles of semi_discrete
+  FieldAtParticles on_grid;             // of the scene's truth on comparison_grid(), at the end alone
   bool model = false;                   // `compressible` is another field than `exact`
 };
 // Asks for what the scene's truth can tell. Without a truth everything stays empty and not ok.
 FluidTruths fluid_truths(const Scenario& scenario, const Recording& run, const AskField& ask,
                          const std::function<Truth()>& semi_discrete);
+
+// Points of a regular grid as wide as the spacing, at the centres of its cells: of scenes whose fluids are boxes that
+// fill a domain which is periodic along every axis and at least six spacings long. Empty: another scene.
+std::vector<FieldPosition> comparison_grid(const Scene& scene);
 
 // As measure(), for a scene with fluids.
 std::vector<Row> measure_fluid(const Scenario& scenario, const FluidTruths& truths, const Recording& run);

@@ -19,6 +19,16 @@ std::vector<MetricInfo> fluid_metrics() {
                (norm.name == std::string("linf") ? "" : ", with the particles' masses m") +
                ". One row at the end, and one with a time at every sample; the reason has the norm of the exact "
                "field."});
+  for (const char* field : {"velocity", "pressure", "density", "temperature"})
+    for (const char* norm : {"l1", "l2", "linf"})
+      all.push_back(
+          {std::string(field) + "-grid-" + norm, "1",
+           "Error of the " + std::string(field) +
+               " on a regular grid of the fluid's spacing at the end, where the fluid fills a domain that is periodic "
+               "along every axis. Values of the particles are interpolated by moving least squares of degree 4 "
+               "(neighbours within three spacings, weights (1 - s)^4 (1 + 4 s)). Norms over the points, of the exact "
+               "field's own. The bar is the same norm of the interpolation's own error: of the exact field's values at the "
+               "particles."});
   const std::vector<MetricInfo> others = {
       {"model-error", "1",
        "Error due to compressibility: u_c - u at the particles' positions. u is the exact velocity of the "

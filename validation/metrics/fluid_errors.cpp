@@ -176,7 +176,7 @@ void append_parts(const FluidTruths& truths, const Recording& run, const std::ve
 FluidTruths fluid_truths(const Scenario& scenario, const Recording& run, const AskField& ask,
                          const std::function<Truth()>& semi_discrete) {
   FluidTruths truths;
-  for (FieldAtParticles* field : {&truths.exact, &truths.compressible, &truths.compressible_there})
+  for (FieldAtParticles* field : {&truths.exact, &truths.compressible, &truths.compressible_there, &truths.on_grid})
     field->outcome.status = Status::unsupported;
   truths.semi_discrete.outcome.status = Status::unsupported;
   const TruthSpec& truth = scenario.truth;
@@ -195,6 +195,8 @@ FluidTruths fluid_truths(const Scenario& scenario, const Recording& run, const A
   const bool stepping = truth.kind == TruthKind::semi_discrete;
   const bool named = !truth.solution.empty();
   if (!stepping || named) truths.exact = ask(stepping ? TruthKind::closed_form : truth.kind, t_s, here);
+  if (const auto grid = comparison_grid(scenario.scene); !grid.empty() && truths.exact.outcome.status == Status::ok)
+    truths.on_grid = ask(stepping ? TruthKind::closed_form : truth.kind, {t_s.back()}, {grid});
   const bool closed = stepping || truth.kind == TruthKind::closed_form;
   if (closed && named && truths.exact.outcome.status == Status::ok) {
     truths.compressible = ask(TruthKind::weakly_compressible, t_s, here);
@@ -221,6 +223,7 @@ std::vector<Row> measure_fluid(const Scenario& scenario, const FluidTruths& trut
       for (std::size_t k = 1; k < run.values.size() && exact.known.*quantity.known; ++k)
         append_norms(scenario, quantity, masses, run.values[k], exact.samples[k], k + 1 == run.values.size(),
                      exact.source, rows);
+  metrics::append_grid_norms(scenario, truths, run, rows);
   append_parts(truths, run, masses, rows);
   metrics::append_semi_discrete(truths.semi_discrete, run, masses, rows);
   metrics::append_fluid_energy(scenario, exact, run, rows);

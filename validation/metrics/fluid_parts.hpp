@@ -36,6 +36,9 @@ void append_fluid_energy(const Scenario& scenario, const FieldAtParticles& exact
 void append_fluid_momenta(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
 // particle-order, spacing-min, speed-max.
 void append_fluid_order(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
+// velocity-grid-l1 and the other norms on comparison_grid(), at the end.
+void append_grid_norms(const Scenario& scenario, const FluidTruths& truths, const Recording& run,
+                       std::vector<Row>& rows);
 // front-error and probe-error, where the truth knows the probe.
 void append_probes(const Scenario& scenario, const FieldAtParticles& exact, const Recording& run,
                    std::vector<Row>& rows);

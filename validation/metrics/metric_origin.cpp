@@ -22,6 +22,7 @@ const std::string nonsmooth = "Acary, Brogliato, Numerical Methods for Nonsmooth
 const std::string impacts = "Stronge, Impact Mechanics (2000)";
 const std::string joints = "Featherstone, Rigid Body Dynamics Algorithms (2008)";
 const std::string particles = "Monaghan, Rep. Prog. Phys. 68 (2005) 1703";
+const std::string moving_fit = "Lancaster, Salkauskas, Math. Comp. 37 (1981) 141";
 const std::string dam_break = "Martin, Moyce, Philos. Trans. R. Soc. A 244 (1952) 312";
 const std::string here = "here";
 const std::string iterations = "Kelley, Iterative Methods for Linear and Nonlinear Equations (1995)";
@@ -248,6 +249,18 @@ const Origins& other_origins() {
       {"temperature-l1", {"sum m |f - f*| / sum m |f*|", particles + " (sums over particles as integrals)"}},
       {"temperature-l2", {"sqrt(sum m |f - f*|^2 / sum m |f*|^2)", particles + " (sums over particles as integrals)"}},
       {"temperature-linf", {"max |f - f*| / max |f*|", here}},
+      {"velocity-grid-l1", {"sum_g |I f - f*| / sum_g |f*|, I moving least squares of degree 4", moving_fit}},
+      {"velocity-grid-l2", {"sqrt(sum_g |I f - f*|^2 / sum_g |f*|^2), I as in velocity-grid-l1", moving_fit}},
+      {"velocity-grid-linf", {"max_g |I f - f*| / max_g |f*|, I as in velocity-grid-l1", moving_fit}},
+      {"pressure-grid-l1", {"sum_g |I f - f*| / sum_g |f*|, I as in velocity-grid-l1", moving_fit}},
+      {"pressure-grid-l2", {"sqrt(sum_g |I f - f*|^2 / sum_g |f*|^2), I as in velocity-grid-l1", moving_fit}},
+      {"pressure-grid-linf", {"max_g |I f - f*| / max_g |f*|, I as in velocity-grid-l1", moving_fit}},
+      {"density-grid-l1", {"sum_g |I f - f*| / sum_g |f*|, I as in velocity-grid-l1", moving_fit}},
+      {"density-grid-l2", {"sqrt(sum_g |I f - f*|^2 / sum_g |f*|^2), I as in velocity-grid-l1", moving_fit}},
+      {"density-grid-linf", {"max_g |I f - f*| / max_g |f*|, I as in velocity-grid-l1", moving_fit}},
+      {"temperature-grid-l1", {"sum_g |I f - f*| / sum_g |f*|, I as in velocity-grid-l1", moving_fit}},
+      {"temperature-grid-l2", {"sqrt(sum_g |I f - f*|^2 / sum_g |f*|^2), I as in velocity-grid-l1", moving_fit}},
+      {"temperature-grid-linf", {"max_g |I f - f*| / max_g |f*|, I as in velocity-grid-l1", moving_fit}},
       {"model-error", {"sum m |u_c(x) - u(x)| / sum m |u(x)|", here}},
       {"space-error", {"sum m |V - u_c(X)| / sum m |u|", here}},
       {"time-error", {"sum m |(v - u_c(x)) - (V - u_c(X))| / sum m |u|", here}},

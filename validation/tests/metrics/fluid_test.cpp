@@ -117,6 +117,52 @@ TEST_CASE("norms of fields: weighted by the masses, over the exact field's own")
   CHECK(timed == 2);
 }
 
+TEST_CASE("norms on a grid: polynomials of degree 4 have no error of interpolation, others the bar") {
+  for (const int d : {2, 3}) {
+    Scenario s = four_particles();
+    s.scene.domain = {d, {1, 1, d == 2 ? 0.0 : 1.0}};
+    Fluid& fluid = s.scene.fluids[0];
+    fluid.region = BoxRegion{{0, 0, 0}, {1, 1, d == 2 ? 0.0 : 1.0}};
+    fluid.spacing_m = 0.1;
+    fluid.arrangement = Arrangement::disturbed;
+    fluid.disturbance = 0.2;
+    place_particles(s.scene);
+    Recording run = still(s);
+    const std::vector<FieldPosition> grid = comparison_grid(s.scene);
+    REQUIRE(grid.size() == (d == 2 ? 100 : 1000));
+    CHECK(static_cast<double>(grid[0][0]) == Approx(0.05));
+    CHECK(static_cast<double>(grid[0][2]) == Approx(d == 2 ? 0 : 0.05));
+    // The pressure 1000 + wave, a period of which has 10 particles; the velocity 2 everywhere. The run's pressure is
+    // 1 % larger and its velocity off by 0.5.
+    const auto pressure = [](const FieldPosition& x) {
+      return 1000 +
+             100 * std::sin(2 * M_PI * static_cast<double>(x[0])) * std::cos(2 * M_PI * static_cast<double>(x[1]));
+    };
+    const AskField ask = [&](TruthKind kind, const std::vector<Wide>& t_s,
+                             const std::vector<std::vector<FieldPosition>>& at) {
+      if (kind != TruthKind::closed_form) return kNoField(kind, t_s, at);
+      FieldAtParticles made = field(2, t_s, at);
+      for (std::size_t k = 0; k < at.size(); ++k)
+        for (std::size_t i = 0; i < at[k].size(); ++i) made.samples[k].values[i].pressure_Pa = pressure(at[k][i]);
+      return made;
+    };
+    for (Sample& sample : run.values)
+      for (ParticleSample& p : sample.particles)
+        p.v_m_per_s = {2, 0.5, 0}, p.pressure_Pa = 1.01 * pressure({p.p_m[0], p.p_m[1], p.p_m[2]});
+    const std::vector<Row> rows = measure_fluid(s, fluid_truths(s, run, ask, kNoTruth), run);
+    CHECK(value_of(rows, "velocity-grid-l1") == Approx(0.25).epsilon(1e-10));
+    CHECK(value_of(rows, "velocity-grid-linf") == Approx(0.25).epsilon(1e-10));
+    CHECK(value_of(rows, "pressure-grid-l1") == Approx(0.01).epsilon(0.02));
+    CHECK(value_of(rows, "pressure-grid-linf") < 0.012);
+    for (const Row& row : rows) {
+      if (row.metric == "velocity-grid-l2") CHECK(row.truth_bar < 1e-12);
+      if (row.metric == "pressure-grid-l2") CHECK((row.truth_bar > 1e-7 && row.truth_bar < 1e-3));
+    }
+    CHECK(std::isnan(value_of(rows, "temperature-grid-l1")));
+  }
+  CHECK(comparison_grid(four_particles().scene).empty());  // no period
+}
+
 TEST_CASE("an exact field of zero: relative to the fluid's own scale") {
   const Scenario s = four_particles();
   const Recording run = still(s);  // 1 m/s everywhere; the sound speed is 10
