@@ -1,6 +1,7 @@
 // bench.json: the figures, goals and tables of `atwood bench`, which reports show.
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "benchmarks/bench_file.hpp"
@@ -65,8 +66,12 @@ void keep(const std::string& path, const json& document) {
 
 double real(const json& object, const char* key) {
   const auto found = object.find(key);
-  return found != object.end() && found->is_number() ? found->get<double>() : std::nan("");
+  if (found == object.end()) return std::nan("");
+  if (*found == "inf") return std::numeric_limits<double>::infinity();
+  return found->is_number() ? found->get<double>() : std::nan("");
 }
+
+json number(double value) { return std::isinf(value) ? json("inf") : json(value); }  // NaN becomes null
 
 json to_json(const GoalEntrant& e) {
   if (e.method.empty()) return nullptr;
@@ -78,7 +83,7 @@ json to_json(const GoalEntrant& e) {
           {"evaluations", e.evaluations},
           {"ns_per_step", e.ns_per_step},
           {"accurate", e.accurate},
-          {"last_quarter", e.last_quarter}};  // NaN becomes null
+          {"last_quarter", number(e.last_quarter)}};  // NaN becomes null
 }
 
 json to_json(const std::vector<GoalEntrant>& entrants) {

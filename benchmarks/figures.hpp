@@ -37,8 +37,9 @@ struct GoalEntrant {
   double seconds = 0, evaluations = 0;  // of the run; NaN: not timed or not counted
   double ns_per_step = 0;
   bool accurate = false;  // reaches the wanted error
-  // The largest error over the last quarter of the run, of a figure at its end; NaN: not measured. Ours may not be more
-  // than kCancelled times the goal's error: it would reach the goal where its error passes through zero.
+  // The largest error over the last quarter of the run, of a figure at its end; infinity: some state there is not
+  // finite; NaN: not measured. Ours may not be more than kCancelled times the goal's error: it would reach the goal
+  // where its error passes through zero.
   double last_quarter = std::numeric_limits<double>::quiet_NaN();
   double floor = std::numeric_limits<double>::quiet_NaN();  // accuracy_floor() of the error; NaN: not known
 };

@@ -330,8 +330,10 @@ void GoalRun::add_close(const Goal& goal, const std::vector<Candidate>& candidat
       const bool of_side = side == Side::ours ? c.side == side : is_rival(c.side);
       const bool is_best = c.entrant.method == best->method && c.entrant.steps == best->steps;
       if (!of_side || is_best || !c.entrant.accurate || !(cost(c.entrant) <= most)) continue;
-      result.close.push_back(c.entrant);
-      result.close.back().last_quarter = quarter.error(*c.cell);
+      GoalEntrant entrant = c.entrant;
+      entrant.last_quarter = quarter.error(*c.cell);
+      if (side == Side::ours && entrant.last_quarter > kCancelled * goal.error) continue;
+      result.close.push_back(entrant);
     }
   }
   std::stable_sort(result.close.begin(), result.close.end(), [&](const GoalEntrant& a, const GoalEntrant& b) {
@@ -344,6 +346,8 @@ void GoalRun::add_close(const Goal& goal, const std::vector<Candidate>& candidat
 std::string shortfall(const Goal& goal, const GoalEntrant& ours, const std::string& refusal) {
   if (ours.method.empty()) return "none of our candidate methods ran" + (refusal.empty() ? "" : ": " + refusal);
   if (!ours.accurate && std::isfinite(goal.low)) return fmt::format("{:.4g} is outside", ours.error);
+  if (!ours.accurate && ours.error <= goal.error && std::isinf(ours.last_quarter))
+    return "a state over the last quarter of the run is not finite";
   if (!ours.accurate && ours.error <= goal.error)
     return fmt::format(
         "the error over the last quarter of the run is {:.3g} times that of the goal, at most {:.3g} is "

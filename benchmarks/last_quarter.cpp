@@ -12,6 +12,7 @@ namespace atwood {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 bool is_error_at_end(const std::string& metric) { return metric.starts_with("error-") && metric.ends_with("-end"); }
 
@@ -40,9 +41,9 @@ double LastQuarter::error(const Cell& cell) {
   const Recording run = run_once(workers_[static_cast<std::size_t>(cell.worker)], cell.method, cell.scenario->scene,
                                  plan, study_.cell_limit_s);
   const std::size_t count = static_cast<std::size_t>(samples) + 1;
-  if (run.outcome.status != Status::ok || run.values.size() != count || truth.values.size() != count ||
-      truth.bars.size() != count)
-    return kNone;
+  if (truth.values.size() != count || truth.bars.size() != count) return kNone;
+  if (run.outcome.status == Status::diverged || run.outcome.status == Status::not_finite) return kUnbounded;
+  if (run.outcome.status != Status::ok || run.values.size() != count) return kNone;
   double most = kNone;
   Scenario until = *cell.scenario;
   until.samples = 1;
@@ -56,8 +57,11 @@ double LastQuarter::error(const Cell& cell) {
     Recording there;
     there.outcome = run.outcome;
     there.values = ends_at(run.values, k);
-    for (const Row& row : measure(until, here, there))
-      if (row.metric == goal_.metric && row.body.empty() && !row.t_s && !(row.value <= most)) most = row.value;
+    for (const Row& row : measure(until, here, there)) {
+      const bool is_figure = row.metric == goal_.metric && row.body.empty() && !row.t_s;
+      if (row.status == Status::not_finite || (is_figure && !std::isfinite(row.value))) return kUnbounded;
+      if (is_figure && !(row.value <= most)) most = row.value;
+    }
   }
   return most;
 }

@@ -18,7 +18,7 @@ std::string line(const char* who, const GoalEntrant& entrant) {
   std::string figures;
   const auto add = [&](const std::string& text) { figures += (figures.empty() ? "" : ", ") + text; };
   if (std::isfinite(entrant.error)) add(fmt::format("error {}", format_measure(entrant.error, entrant.bar, 2)));
-  if (std::isfinite(entrant.last_quarter)) add(fmt::format("{:.2g} over the last quarter", entrant.last_quarter));
+  if (!std::isnan(entrant.last_quarter)) add(last_quarter_words(entrant.last_quarter));
   if (std::isfinite(entrant.evaluations)) add(fmt::format("{:.0f} evaluations", entrant.evaluations));
   if (std::isfinite(entrant.seconds)) add(time_words(entrant.seconds));
   if (std::isfinite(entrant.ns_per_step))

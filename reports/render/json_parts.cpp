@@ -116,7 +116,7 @@ void append_entrant(JsonText& json, const GoalEntrant& entrant) {
       .number(entrant.seconds, 6);
   json.member_number("evaluations", entrant.evaluations).key("ns_per_step").number(entrant.ns_per_step, 6);
   json.key("accurate").boolean(entrant.accurate);
-  if (std::isfinite(entrant.last_quarter)) json.key("last_quarter").number(entrant.last_quarter, 6);
+  if (!std::isnan(entrant.last_quarter)) json.key("last_quarter").number(entrant.last_quarter, 6);
   if (std::isfinite(entrant.floor)) json.key("floor").number(entrant.floor, 3);
   json.end_object();
 }

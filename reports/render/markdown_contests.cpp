@@ -83,8 +83,7 @@ std::string entrant_words(const GoalEntrant& entrant) {
                                                   ? fmt::format(", {} steps", entrant.steps)
                                                   : "");
   if (std::isfinite(entrant.error)) words += ": " + format_measure(entrant.error, entrant.bar, 2);
-  if (std::isfinite(entrant.last_quarter))
-    words += fmt::format(" ({:.2g} over the last quarter)", entrant.last_quarter);
+  if (!std::isnan(entrant.last_quarter)) words += " (" + last_quarter_words(entrant.last_quarter) + ")";
   if (std::isfinite(entrant.evaluations)) words += fmt::format(", {:.0f} evaluations", entrant.evaluations);
   if (std::isfinite(entrant.seconds)) words += ", " + time_words(entrant.seconds);
   if (std::isfinite(entrant.ns_per_step)) words += fmt::format(", {:.4g} ns per step", entrant.ns_per_step);
@@ -92,6 +91,10 @@ std::string entrant_words(const GoalEntrant& entrant) {
 }
 
 }  // namespace
+
+std::string last_quarter_words(double error) {
+  return std::isfinite(error) ? fmt::format("{:.2g} over the last quarter", error) : "not finite over the last quarter";
+}
 
 std::string machine_words(const MachineState& machine) {
   std::string words = fmt::format("{} of {} timings interrupted", machine.interrupted, machine.timings);

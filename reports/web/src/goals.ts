@@ -19,7 +19,7 @@ function figures(entrant: GoalEntrant | null, unit: string): Child {
   const bar = real(entrant.bar);
   if (Number.isFinite(error)) parts.push(`error ${bar > 0 && error < 3 * bar ? withBar(error, bar) : figure(error, 3)} ${unitWord(unit)}`.trim());
   const quarter = real(entrant.last_quarter);
-  if (Number.isFinite(quarter)) parts.push(`${figure(quarter, 2)} over the last quarter`);
+  if (!Number.isNaN(quarter)) parts.push(`${Number.isFinite(quarter) ? figure(quarter, 2) : 'not finite'} over the last quarter`);
   if (Number.isFinite(evaluations)) parts.push(`${evaluations} evaluations`);
   if (Number.isFinite(time)) parts.push(seconds(time));
   if (Number.isFinite(step)) parts.push(`${figure(step, 4)} ns${entrant.steps ? ' per step' : ''}`);

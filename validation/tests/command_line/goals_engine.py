@@ -1,0 +1,79 @@
+#!/usr/bin/env -S python3 -B
+"""An engine for goals: bodies fly straight on, with the error `off` [m] after the start. `nan_at` and `inf_at`: the sample
+whose position is no number. A timed run takes `work` [ms] of its processor; while less than `crowd` of them were asked, a
+second process takes half of that processor."""
+import json
+import os
+import signal
+import sys
+import time
+
+METHOD = {"id": "known/straight", "doc": "Known errors.",
+          "settings": {"off": 0.0, "nan_at": -1, "inf_at": -1, "work": 0.0, "crowd": 0}}
+timed = {}
+
+
+def put(line):
+    print(json.dumps(line), flush=True)
+
+
+def settings_of(method):
+    settings = dict(METHOD["settings"])
+    if "{" in method:
+        for pair in method.split("{")[1].rstrip("}").split(","):
+            name, value = pair.split("=")
+            settings[name] = float(value)
+    return settings
+
+
+def busy_for(ms):
+    begun, used = time.perf_counter_ns(), time.process_time()
+    while time.process_time() - used < 1e-3 * ms:
+        pass
+    return time.perf_counter_ns() - begun
+
+
+def time_passes(request, settings):
+    count = timed[request["method"]] = timed.get(request["method"], 0) + 1
+    if count > settings["crowd"]:
+        return [max(1000 * request["steps"], busy_for(settings["work"]))] * request["repeats"]
+    other = os.fork()  # on the same processor, to which a timed engine is bound
+    if other == 0:
+        while True:
+            pass
+    try:
+        return [busy_for(settings["work"])] * request["repeats"]
+    finally:
+        os.kill(other, signal.SIGKILL)
+        os.waitpid(other, 0)
+
+
+def run(request):
+    settings, cell = settings_of(request["method"]), request["cell"]
+    busy = []
+    if request["pass"] == "timing":
+        busy = time_passes(request, settings)
+    else:
+        for k in range(request["samples"] + 1):
+            t = request["t_end_s"] * k / request["samples"]
+            rows = []
+            for body in request["scene"]["bodies"]:
+                p, v = body["position_m"], body["velocity_m_per_s"]
+                x = [p[i] + v[i] * t + (settings["off"] if k > 0 and i == 0 else 0) for i in range(3)]
+                for word in ("nan", "inf"):
+                    if settings[word + "_at"] == k:
+                        x[0] = word
+                rows.append(x + body["orientation_wxyz"] + v + [0, 0, 0])
+            put({"cell": cell, "t_s": t, "bodies": rows})
+    put({"cell": cell, "done": {"status": "ok", "reason": "", "steps_taken": request["steps"],
+                                "rate_evaluations": request["steps"], "busy_ns": busy}})
+
+
+for line in sys.stdin:
+    request = json.loads(line)
+    if request["request"] == "hello":
+        put({"protocol": 1, "engine": "known", "version": "1", "scalar": "double", "fingerprint": "1", "methods": [METHOD]})
+    elif request["request"] == "run":
+        run(request)
+    else:
+        put({"cell": request["cell"], "done": {"status": "unsupported", "reason": "runs alone"}})

@@ -1,0 +1,77 @@
+"""Goals through the built program, on an engine whose errors and times are known."""
+import base64
+import json
+import os
+import re
+import sys
+import unittest
+import zlib
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from case import Case  # noqa: E402
+
+ENGINE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "goals_engine.py")
+SCENE = """id = "straight"
+title = "A stone that flies straight on"
+claim = "It does."
+[run]
+t_end_s = 1.0
+steps = [64]
+samples = 1
+[world]
+gravity_m_per_s2 = [0, 0, 0]
+[[body]]
+name = "stone"
+mass_kg = 2.0
+position_m = [0, 0, 1]
+velocity_m_per_s = [1, 0, 2]
+[truth]
+kind = "extended"
+"""
+GOAL = """[[goal]]
+id = "{id}"
+scenario = "{scene}"
+metric = "error-position-end"
+error = 1e-6
+{asked}
+steps = [64]
+methods = {methods}
+"""
+
+
+class Goals(Case):
+    def setUp(self):
+        super().setUp()
+        self.scene = self.path("straight.toml", SCENE)
+
+    def goals(self, *goals, words=("--no-timing",)):
+        """The results of goals, each (id, requirement, methods)."""
+        text = "".join(GOAL.format(id=id, scene=self.scene, asked=asked, methods=json.dumps(methods)) for id, asked, methods in goals)
+        self.told = self.ask("bench", "goals", "--goals", self.path("goals.toml", text), "--engine", ENGINE, "--json", *words)
+        return {goal["id"]: goal for goal in json.loads(self.told.stdout)["goals"]}
+
+    def kept(self):
+        with open(self.path("atwood-out/bench.json")) as file:
+            return {goal["id"]: goal for goal in json.load(file)["goals"]}
+
+    def test_a_state_that_is_not_finite_over_the_last_quarter_reaches_no_goal(self):
+        # 64 samples: 50 and 63 are in the last quarter, 40 is before it. The end itself is right.
+        asked = "evaluations = 100"
+        goals = self.goals(*((name, asked, ["known/straight{%s}" % setting]) for name, setting in
+                             (("right", "off=1e-7"), ("nan", "nan_at=50"), ("inf", "inf_at=63"), ("before", "nan_at=40"))))
+        self.assertEqual({name: goal["reached"] for name, goal in goals.items()},
+                         {"right": True, "nan": False, "inf": False, "before": True})
+        self.assertAlmostEqual(goals["right"]["ours"]["last_quarter"], 1e-7, delta=1e-12)
+        for name in ("nan", "inf"):
+            self.assertEqual(goals[name]["ours"]["last_quarter"], "inf")
+            self.assertFalse(goals[name]["ours"]["accurate"])
+            self.assertIn("not finite", goals[name]["why"])
+            self.assertEqual(self.kept()[name]["ours"]["last_quarter"], "inf")
+        # One that stays finite takes its place, however much it costs; those that do not are not close to it.
+        chosen = self.goals(("both", asked, ["known/straight{nan_at=50}", "known/straight{off=1e-7}"]))["both"]
+        self.assertEqual(chosen["ours"]["method"], "known/straight{off=1e-7}")
+        self.assertNotIn("close", chosen)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
