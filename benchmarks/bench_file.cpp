@@ -93,11 +93,8 @@ json to_json(const std::vector<GoalEntrant>& entrants) {
 }
 
 json to_json(const MachineState& machine) {
-  return {{"timings", machine.timings},
-          {"interrupted", machine.interrupted},
-          {"repeated", machine.repeated},
-          {"ghz_low", machine.ghz_low},
-          {"ghz_high", machine.ghz_high}};
+  return {{"timings", machine.timings}, {"interrupted", machine.interrupted}, {"repeated", machine.repeated},
+          {"ghz_low", machine.ghz_low}, {"ghz_high", machine.ghz_high},       {"again", machine.again}};
 }
 
 GoalEntrant entrant_from(const json& j) {
@@ -121,7 +118,8 @@ MachineState machine_from(const json& goal, const char* key) {
   const json j = goal.value(key, json());
   if (!j.is_object()) return {};
   const auto count = [&](const char* name) { return j.value(name, std::int64_t{0}); };
-  return {count("timings"), count("interrupted"), count("repeated"), real(j, "ghz_low"), real(j, "ghz_high")};
+  return {count("timings"),   count("interrupted"), count("repeated"),
+          real(j, "ghz_low"), real(j, "ghz_high"),  count("again")};
 }
 
 }  // namespace

@@ -49,11 +49,17 @@ struct MachineState {
   std::int64_t timings = 0, interrupted = 0;  // interrupted: the worker had to wait for its processor
   std::int64_t repeated = 0;                  // timed again for this reason
   double ghz_low = std::numeric_limits<double>::quiet_NaN(), ghz_high = ghz_low;  // clock rate, over the rounds
+  std::int64_t again = 0;  // how often the whole goal was timed again, since the machine was busy (calmest.hpp)
 };
-// Whether figures may be too long: a tenth of the timings was interrupted, or the clock rate differs by a tenth.
-inline bool busy(const MachineState& machine) {
-  return 10 * machine.interrupted > machine.timings || machine.ghz_high > 1.1 * machine.ghz_low;
+// The share of the timings that was interrupted in tenths, or the spread of the clock rate in tenths of the lowest; the
+// larger. Above 1 the machine is called busy, and times may be too long.
+inline double unrest(const MachineState& machine) {
+  const double of_timings =
+      machine.timings > 0 ? 10 * static_cast<double>(machine.interrupted) / static_cast<double>(machine.timings) : 0;
+  const double of_clock = 10 * (machine.ghz_high / machine.ghz_low - 1);
+  return of_clock > of_timings ? of_clock : of_timings;
 }
+inline bool busy(const MachineState& machine) { return unrest(machine) > 1; }
 struct GoalResult {
   std::string id, title, scenario, metric, unit;
   double wanted_error = 0;  // NaN: none

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "benchmarks/calmest.hpp"
 #include "benchmarks/goal_variants.hpp"
 #include "benchmarks/last_quarter.hpp"
 #include "benchmarks/rates.hpp"
@@ -148,7 +149,8 @@ class GoalRun {
   std::vector<Candidate> measured(const Goal& goal, const Scenario& scenario, bool with_rivals,
                                   std::vector<Cell>& cells);
   void take_variants(const Goal& goal, const Scenario& scenario, std::vector<Candidate>& candidates);
-  void time(const Goal& goal, std::vector<Candidate>& candidates);
+  std::vector<Candidate*> choose(const Goal& goal, Side side, std::vector<Candidate>& candidates);
+  MachineState time(const Goal& goal, std::vector<Candidate>& candidates);
   const Candidate* best_of_ours(const Goal& goal, Side side, std::vector<Candidate>& candidates, LastQuarter& quarter);
   void add_close(const Goal& goal, const std::vector<Candidate>& candidates, LastQuarter& quarter, GoalResult& result);
   Contender contender(const Candidate& candidate) const {
@@ -240,61 +242,72 @@ void ask_by_rivals(Goal& goal, std::vector<Candidate>& candidates) {
   for (Candidate& c : candidates) c.entrant.accurate = is_rival(c.side) || c.entrant.error <= goal.error;
 }
 
-void GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
-  std::vector<Candidate*> chosen;
+// Those of one side that are timed in turns: the quickest accurate ones, or else the most accurate one.
+std::vector<Candidate*> GoalRun::choose(const Goal& goal, Side side, std::vector<Candidate>& candidates) {
   const bool by_evaluations = goal.budget_kind == "evaluations", by_step = goal.budget_kind == "ns_per_step";
-  for (const Side side : {Side::ours, Side::rival, Side::uncounted, Side::library, Side::same_rate}) {
-    std::vector<Candidate*> own;
+  std::vector<Candidate*> own;
+  for (Candidate& c : candidates) {
+    if (c.side == side && c.entrant.accurate) own.push_back(&c);
+  }
+  if (own.empty()) {  // none reaches the error: take the most accurate one
+    Candidate* nearest = nullptr;
     for (Candidate& c : candidates) {
-      if (c.side == side && c.entrant.accurate) own.push_back(&c);
+      if (c.side == side && (nearest == nullptr || c.entrant.error < nearest->entrant.error)) nearest = &c;
     }
-    if (own.empty()) {  // none reaches the error: take the most accurate one
-      Candidate* nearest = nullptr;
-      for (Candidate& c : candidates) {
-        if (c.side == side && (nearest == nullptr || c.entrant.error < nearest->entrant.error)) nearest = &c;
-      }
-      if (nearest != nullptr) own.push_back(nearest);
-    }
-    if (by_evaluations) {  // times are reported too
-      std::erase_if(own, [&](const Candidate* c) { return own.size() > 1 && !std::isfinite(c->entrant.evaluations); });
-    } else {
-      for (Candidate* c : own) c->entrant.seconds = stopwatch_.seconds(contender(*c));
-      std::erase_if(own, [](const Candidate* c) { return !std::isfinite(c->entrant.seconds); });
-    }
-    const auto first_cost = [&](const Candidate& c) {
-      if (by_evaluations) return c.entrant.evaluations;
-      return by_step ? c.entrant.seconds / static_cast<double>(c.entrant.steps) : c.entrant.seconds;
-    };
-    std::vector<std::pair<double, Candidate*>> ranked;
-    for (Candidate* c : own) ranked.emplace_back(first_cost(*c), c);
-    std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    if (goal.limit_s > 0) {  // runs of minutes are timed once
-      for (Candidate* c : own) {
-        c->times_s = {c->entrant.seconds};
-        c->entrant.ns_per_step = 1e9 * c->entrant.seconds / static_cast<double>(c->entrant.steps);
-      }
-      continue;
-    }
-    for (Candidate* c : own) c->entrant.seconds = kNotMeasured;
-    for (std::size_t i = 0; i < std::min(ranked.size(), kMaxTimed); ++i)
-      if (i < kTimed || ranked[i].first <= kMaxTimeRatio * ranked[0].first) chosen.push_back(ranked[i].second);
+    if (nearest != nullptr) own.push_back(nearest);
+  }
+  if (goal.limit_s > 0) return own;  // runs of minutes are timed once
+  if (by_evaluations) {              // times are reported too
+    std::erase_if(own, [&](const Candidate* c) { return own.size() > 1 && !std::isfinite(c->entrant.evaluations); });
+  } else {
+    for (Candidate* c : own) c->entrant.seconds = stopwatch_.seconds(contender(*c));
+    std::erase_if(own, [](const Candidate* c) { return !std::isfinite(c->entrant.seconds); });
+  }
+  const auto first_cost = [&](const Candidate& c) {
+    if (by_evaluations) return c.entrant.evaluations;
+    return by_step ? c.entrant.seconds / static_cast<double>(c.entrant.steps) : c.entrant.seconds;
+  };
+  std::vector<std::pair<double, Candidate*>> ranked;
+  for (Candidate* c : own) ranked.emplace_back(first_cost(*c), c);
+  std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (Candidate* c : own) c->entrant.seconds = kNotMeasured;
+  std::vector<Candidate*> chosen;
+  for (std::size_t i = 0; i < std::min(ranked.size(), kMaxTimed); ++i)
+    if (i < kTimed || ranked[i].first <= kMaxTimeRatio * ranked[0].first) chosen.push_back(ranked[i].second);
+  return chosen;
+}
+
+// Times the chosen ones in turns, all of it again while the machine is busy and the goal judges times.
+MachineState GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
+  std::vector<Candidate*> chosen;
+  for (const Side side : {Side::ours, Side::rival, Side::uncounted, Side::library, Side::same_rate}) {
+    const std::vector<Candidate*> of_side = choose(goal, side, candidates);
+    chosen.insert(chosen.end(), of_side.begin(), of_side.end());
   }
   std::vector<Contender> contenders;
-  for (Candidate* c : chosen) {
-    c->entrant.seconds = stopwatch_.seconds(contender(*c));
-    contenders.push_back(contender(*c));
-  }
   double round_s = 0;
-  for (const Contender& c : contenders) round_s += std::isfinite(c.expected_s) ? c.expected_s : 0;
-  const int rounds = round_s > 2 ? 3 : kRounds;
-  for (const auto& round : stopwatch_.in_turns(contenders, rounds)) {
+  for (Candidate* c : chosen) {
+    if (goal.limit_s == 0) c->entrant.seconds = stopwatch_.seconds(contender(*c));
+    contenders.push_back(contender(*c));
+    round_s += std::isfinite(c->entrant.seconds) ? c->entrant.seconds : 0;
+  }
+  const int rounds = goal.limit_s > 0 ? 1 : round_s > 2 ? 3 : kRounds;
+  const auto take_turns = [&] {
+    stopwatch_.take_machine();
+    std::vector<std::vector<double>> times = stopwatch_.in_turns(contenders, rounds);
+    return Measured<std::vector<std::vector<double>>>{std::move(times), stopwatch_.take_machine()};
+  };
+  const bool judges_times = goal.budget_kind == "seconds" || goal.budget_kind == "ns_per_step" || goal.times_faster > 0;
+  const auto measured = judges_times ? calmest(take_turns) : take_turns();
+  for (const auto& round : measured.figures) {
     for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i]->times_s.push_back(round[i]);
   }
   for (Candidate* c : chosen) {
     c->entrant.seconds = median_time(c->times_s);
-    if (method_family(c->entrant.method) == c->entrant.method)
+    if (goal.limit_s > 0 || method_family(c->entrant.method) == c->entrant.method)
       c->entrant.ns_per_step = 1e9 * c->entrant.seconds / static_cast<double>(c->entrant.steps);
   }
+  return measured.machine;
 }
 
 Candidate* best(std::vector<Candidate>& candidates, Side side, const std::string& kind) {
@@ -387,8 +400,7 @@ GoalResult GoalRun::run(const Goal& asked) {
   if (variant_count(goal) > 1) take_variants(goal, scenario, candidates);
   if (goal.error_ratio > 0) ask_by_rivals(goal, candidates);
   result.wanted_error = goal.error;
-  if (setup_.study.timing && !goal.metric.starts_with("order-")) time(goal, candidates);
-  result.machine = stopwatch_.machine();
+  if (setup_.study.timing && !goal.metric.starts_with("order-")) result.machine = time(goal, candidates);
   LastQuarter quarter(goal, workers_, setup_.study);
   const Candidate* ours = best_of_ours(goal, Side::ours, candidates, quarter);
   const Candidate* rival = best(candidates, Side::rival, goal.budget_kind);

@@ -1,5 +1,8 @@
 #include "benchmarks/programs.hpp"
 
+#include <fmt/format.h>
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -7,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "benchmarks/bench_file.hpp"
+#include "benchmarks/stopwatch.hpp"
 #include "scene/files.hpp"
 #include "validation/study/process.hpp"
 
@@ -71,13 +75,37 @@ std::vector<BenchFigure> run_benchmarks(const std::string& bin_dir, const std::s
   for (const std::string& executable : benchmark_programs(bin_dir)) {
     notice(fs::path(executable).filename().string());
     std::vector<std::string> words{executable, "--benchmark_format=json", "--benchmark_repetitions=5",
-                                   "--benchmark_min_time=0.02"};
+                                   fmt::format("--benchmark_min_time={}", kTimingS)};
     if (!filter.empty()) words.push_back("--benchmark_filter=" + filter);
     const auto text = capture(words);
     if (text.find('{') == std::string::npos) continue;  // no benchmark of this executable matches
     collect(text.substr(text.find('{')), figures);
   }
   return figures;
+}
+
+Measured<std::vector<BenchFigure>> calmest_benchmarks(const std::string& bin_dir, const std::string& filter) {
+  return calmest([&] {
+    const auto ended = [] {
+      rusage used{};
+      getrusage(RUSAGE_CHILDREN, &used);
+      return used;
+    };
+    const auto seconds = [](const rusage& used) {
+      return static_cast<double>(used.ru_utime.tv_sec) + 1e-6 * static_cast<double>(used.ru_utime.tv_usec);
+    };
+    Measured<std::vector<BenchFigure>> measured;
+    const rusage before = ended();
+    const double ghz = clock_rate_ghz();
+    measured.figures = run_benchmarks(bin_dir, filter, [](const std::string&) {});
+    const double ghz_after = clock_rate_ghz();
+    const rusage after = ended();
+    MachineState& machine = measured.machine;
+    machine.timings = std::llround((seconds(after) - seconds(before)) / kTimingS);
+    machine.interrupted = std::min<std::int64_t>(after.ru_nivcsw - before.ru_nivcsw, machine.timings);
+    machine.ghz_low = std::min(ghz, ghz_after), machine.ghz_high = std::max(ghz, ghz_after);
+    return measured;
+  });
 }
 
 std::vector<BenchTable> measure_broad_phases(const std::string& bin_dir) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/calmest.hpp"
 #include "benchmarks/figures.hpp"
 
 namespace atwood {
@@ -16,6 +17,11 @@ std::vector<std::string> benchmark_programs(const std::string& bin_dir);
 // program; `notice` is called with each program's name. std::runtime_error where one fails.
 std::vector<BenchFigure> run_benchmarks(const std::string& bin_dir, const std::string& filter,
                                         const std::function<void(const std::string&)>& notice);
+
+// The same, and what else ran on the machine meanwhile, in timings of kTimingS of the benchmarks' processor time. Taken
+// again while it was busy (calmest.hpp).
+inline constexpr double kTimingS = 0.02;  // the least duration of a repetition
+Measured<std::vector<BenchFigure>> calmest_benchmarks(const std::string& bin_dir, const std::string& filter);
 
 // The tables that atwood-broad-phases prints. InputError where it is not built.
 std::vector<BenchTable> measure_broad_phases(const std::string& bin_dir);

@@ -33,13 +33,22 @@ double clock_rate_ghz() {
 
 namespace {
 
-// How often the system took the processor away from this process; 0 where the system does not say.
-std::int64_t times_interrupted(pid_t process) {
-  std::ifstream status("/proc/" + std::to_string(process) + "/status");
+// How often the system took the processor away from this process, and how long it waited for one; 0 and NaN where the
+// system does not say.
+struct Waits {
+  std::int64_t times = 0;
+  double seconds = std::numeric_limits<double>::quiet_NaN();
+};
+Waits waits_of(pid_t process) {
+  Waits waits;
+  const std::string folder = "/proc/" + std::to_string(process);
+  std::ifstream status(folder + "/status");
   const std::string name = "nonvoluntary_ctxt_switches:";
   for (std::string line; std::getline(status, line);)
-    if (line.starts_with(name)) return std::stoll(line.substr(name.size()));
-  return 0;
+    if (line.starts_with(name)) waits.times = std::stoll(line.substr(name.size()));
+  std::int64_t run_ns = 0, wait_ns = 0;
+  if (std::ifstream(folder + "/schedstat") >> run_ns >> wait_ns) waits.seconds = 1e-9 * static_cast<double>(wait_ns);
+  return waits;
 }
 
 }  // namespace
@@ -55,14 +64,17 @@ WorkerClient& Stopwatch::client(const Contender& contender) {
 
 double Stopwatch::seconds(const Contender& contender) {
   constexpr int most = 3;
-  constexpr double long_s = 0.05;  // such runs are interrupted on any machine
+  constexpr double long_s = 0.05, long_wait = 0.01;  // a long run is interrupted on any machine
   double taken_s = 0;
   for (int attempt = 1; attempt <= most; ++attempt) {
     const pid_t process = client(contender).process_id();
-    const std::int64_t before = process > 0 ? times_interrupted(process) : 0;
+    const Waits before = process > 0 ? waits_of(process) : Waits{};
     taken_s = once(contender);
     ++machine_.timings;
-    if (process == 0 || client(contender).process_id() != process || times_interrupted(process) == before) break;
+    if (process == 0 || client(contender).process_id() != process) break;
+    const Waits after = waits_of(process);
+    if (after.times == before.times) break;
+    if (taken_s >= long_s && after.seconds - before.seconds <= long_wait * taken_s) break;
     ++machine_.interrupted;
     if (attempt == most || !(contender.expected_s < long_s)) break;
     ++machine_.repeated;

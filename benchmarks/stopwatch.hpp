@@ -34,11 +34,13 @@ class Stopwatch {
   explicit Stopwatch(double limit_s) : limit_s_(limit_s) {}
   void allow(double limit_s) { limit_s_ = limit_s; }
   // Median seconds of one run over repeats of about 2 ms in total; NaN where it failed. Taken again, at most twice,
-  // where the worker had to wait for its processor. Throws Interrupted.
+  // where the worker had to wait for its processor; a run of 50 ms or more, which other programs interrupt on any
+  // machine, is taken once, and counts as interrupted where it waited for more than a hundredth of its time. Throws
+  // Interrupted.
   double seconds(const Contender& contender);
   // Times [s], rounds x contenders: every contender once per round, in order.
   std::vector<std::vector<double>> in_turns(const std::vector<Contender>& contenders, int rounds);
-  const MachineState& machine() const { return machine_; }  // since the stopwatch was made
+  MachineState take_machine() { return std::exchange(machine_, {}); }  // since the last call, or the start
 
  private:
   WorkerClient& client(const Contender& contender);

@@ -31,7 +31,9 @@ struct Law {
 
 std::string last_quarter_words(double error);            // "2e-10 over the last quarter"; infinity: "not finite .."
 std::string machine_words(const MachineState& machine);  // "3 of 150 timings interrupted, 2.9 to 3.1 GHz"
-std::string goal_words(const GoalResult& goal);          // "error-state-end 2e-10 in 40 us"
+// Which goals were timed again, and which remained on a busy machine; empty: none.
+std::string busy_words(const std::vector<GoalResult>& goals);
+std::string goal_words(const GoalResult& goal);                // "error-state-end 2e-10 in 40 us"
 std::string goals_text(const std::vector<GoalResult>& goals);  // for a terminal: asked, reached, the best of each side
 
 // A library's own claim beside what its method does, problem by problem (the study `audit`). A method's order is a

@@ -63,9 +63,12 @@ GoalResult run_or_say_why(const GoalSetup& setup, const Goal& goal, bool strict)
 }
 
 // The benchmarks of one goal in processes of their own: a figure does not depend on which other goals are measured.
-std::vector<BenchFigure> figures_of(const Place& place, const Options& options, const Goal& goal) {
-  if (options.no_timing) return {};
-  return run_benchmarks(place.worker_dir, benchmark_filter(goal), [](const std::string&) {});
+GoalResult run_benchmark_goal(const Place& place, const Options& options, const Goal& goal) {
+  if (options.no_timing) return judge_figure(goal, {});
+  const auto measured = calmest_benchmarks(place.worker_dir, benchmark_filter(goal));
+  GoalResult result = judge_figure(goal, measured.figures);
+  result.machine = measured.machine;
+  return result;
 }
 
 }  // namespace
@@ -87,7 +90,7 @@ int command_goals(const Place& place, const Options& options) {
       notice("goal " + goal.id);
       if (goal.table == "broad-phases" && tables.empty()) tables = measure_broad_phases(place.worker_dir);
       if (!goal.table.empty()) results.push_back(judge_table(goal, tables));
-      else if (!goal.benchmark.empty()) results.push_back(judge_figure(goal, figures_of(place, options, goal)));
+      else if (!goal.benchmark.empty()) results.push_back(run_benchmark_goal(place, options, goal));
       else results.push_back(run_or_say_why(setup, goal, !options.goals_file.empty()));
     }
   } catch (const Interrupted&) {

@@ -60,6 +60,7 @@ std::string goals_text(const std::vector<GoalResult>& goals) {
     if (!goal.why.empty()) text += fmt::format("    missing    {}\n", goal.why);
   }
   const auto reached = std::count_if(goals.begin(), goals.end(), [](const GoalResult& goal) { return goal.reached; });
+  if (const std::string words = busy_words(goals); !words.empty()) text += words + "\n";
   return text + fmt::format("{} of {} goals reached\n", reached, goals.size());
 }
 

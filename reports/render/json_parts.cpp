@@ -125,7 +125,7 @@ void append_machine(JsonText& json, const MachineState& machine) {
   json.begin_object().inline_from_here().member_integer("timings", machine.timings);
   json.member_integer("interrupted", machine.interrupted).member_integer("repeated", machine.repeated);
   json.key("ghz_low").number(machine.ghz_low, 4).key("ghz_high").number(machine.ghz_high, 4);
-  json.key("busy").boolean(busy(machine)).end_object();
+  json.member_integer("again", machine.again).key("busy").boolean(busy(machine)).end_object();
 }
 
 }  // namespace

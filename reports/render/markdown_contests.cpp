@@ -99,6 +99,23 @@ std::string last_quarter_words(double error) {
 std::string machine_words(const MachineState& machine) {
   std::string words = fmt::format("{} of {} timings interrupted", machine.interrupted, machine.timings);
   if (std::isfinite(machine.ghz_low)) words += fmt::format(", {:.2f} to {:.2f} GHz", machine.ghz_low, machine.ghz_high);
+  if (machine.again > 0) words += fmt::format(", the calmest of {}", 1 + machine.again);
+  return words;
+}
+
+std::string busy_words(const std::vector<GoalResult>& goals) {
+  std::string again, still;
+  const auto add = [](std::string& list, const GoalResult& goal) {
+    list += fmt::format("{}`{}` ({})", list.empty() ? "" : ", ", goal.id, machine_words(goal.machine));
+  };
+  for (const GoalResult& goal : goals) {
+    if (busy(goal.machine)) add(still, goal);
+    else if (goal.machine.again > 0) add(again, goal);
+  }
+  std::string words;
+  if (!again.empty()) words += "Timed again, since the machine was busy at first: " + again + ".";
+  if (!still.empty())
+    words += (words.empty() ? "" : " ") + fmt::format("Timed on a busy machine, times may be too long: {}.", still);
   return words;
 }
 
@@ -140,17 +157,13 @@ std::string dominance_section(const std::vector<Dominance>& tables) {
 
 // What interrupted the timings of all goals, and which of them were timed on a busy machine.
 static std::string machine_sentences(const std::vector<GoalResult>& goals) {
-  std::string busy_ones;
   std::int64_t timings = 0, interrupted = 0, repeated = 0;
-  for (const GoalResult& goal : goals) {
+  for (const GoalResult& goal : goals)
     timings += goal.machine.timings, interrupted += goal.machine.interrupted, repeated += goal.machine.repeated;
-    if (busy(goal.machine))
-      busy_ones += fmt::format("{}`{}` ({})", busy_ones.empty() ? "" : ", ", goal.id, machine_words(goal.machine));
-  }
   if (timings == 0) return "";
   std::string words =
       fmt::format("{} of {} timings were interrupted, {} of them taken again.", interrupted, timings, repeated);
-  if (!busy_ones.empty()) words += " Timed on a busy machine: " + busy_ones + ".";
+  if (const std::string of_goals = busy_words(goals); !of_goals.empty()) words += " " + of_goals;
   return words + "\n\n";
 }
 

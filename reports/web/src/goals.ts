@@ -37,7 +37,7 @@ function side(best: GoalEntrant | null, goal: Goal, ours: boolean): Child {
 function machineWords(goal: Goal): Child {
   const machine = goal.machine;
   if (!machine) return null;
-  const words = `${machine.interrupted} of ${machine.timings} timings interrupted, ${figure(real(machine.ghz_low), 3)} to ${figure(real(machine.ghz_high), 3)} GHz`;
+  const words = `${machine.interrupted} of ${machine.timings} timings interrupted, ${figure(real(machine.ghz_low), 3)} to ${figure(real(machine.ghz_high), 3)} GHz${machine.again ? `, the calmest of ${machine.again + 1}` : ''}`;
   return h('span', { class: machine.busy ? 'short' : 'soft' }, h('br'), machine.busy ? `${words}: a busy machine, times may be too long` : words);
 }
 

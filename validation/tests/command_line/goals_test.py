@@ -72,6 +72,26 @@ class Goals(Case):
         self.assertEqual(chosen["ours"]["method"], "known/straight{off=1e-7}")
         self.assertNotIn("close", chosen)
 
+    def test_a_goal_is_timed_again_while_the_machine_is_busy(self):
+        # Whatever else runs here: each timing of `always` has a second process on its processor, and so have the first 40 of
+        # `first`. A timing is taken up to three times, 15 rounds of them are up to 45 timings.
+        asked, method = 'time = "1 s"', "known/straight{crowd=%d,work=6}"
+        goals = self.goals(("always", asked, [method % 1e9]), ("first", asked, [method % 40]), words=())
+        always, first = goals["always"]["machine"], goals["first"]["machine"]
+        self.assertEqual(always["again"], 2)
+        self.assertTrue(always["busy"])
+        self.assertGreater(10 * always["interrupted"], 9 * always["timings"])
+        self.assertEqual(always["timings"], 45)  # of one measurement, not of all three
+        self.assertIn(first["again"], (1, 2))
+        self.assertLessEqual(first["interrupted"] / first["timings"], always["interrupted"] / always["timings"])
+        self.assertEqual(self.kept()["always"]["machine"]["again"], 2)
+        told = self.ask("bench", "goals", "--goals", "goals.toml", "--goal", "always", "--engine", ENGINE).stdout
+        self.assertRegex(" ".join(told.split()), r"Timed on a busy machine, times may be too long: `always` \(\d+ of 45 timings "
+                                                 r"interrupted, [0-9.]+ to [0-9.]+ GHz, the calmest of 3\)")
+        # Where no time is judged none is taken again.
+        kept = self.goals(("kept", "evaluations = 100", [method % 1e9]), words=())["kept"]
+        self.assertEqual(kept["machine"]["again"], 0)
+
 
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
