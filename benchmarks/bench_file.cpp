@@ -83,7 +83,8 @@ json to_json(const GoalEntrant& e) {
           {"evaluations", e.evaluations},
           {"ns_per_step", e.ns_per_step},
           {"accurate", e.accurate},
-          {"last_quarter", number(e.last_quarter)}};  // NaN becomes null
+          {"last_quarter", number(e.last_quarter)},
+          {"floor", e.floor}};  // NaN becomes null
 }
 
 json to_json(const std::vector<GoalEntrant>& entrants) {
@@ -99,11 +100,11 @@ json to_json(const MachineState& machine) {
 
 GoalEntrant entrant_from(const json& j) {
   if (!j.is_object()) return {};
-  return {j.value("method", ""),  j.value("steps", std::int64_t{0}),
-          real(j, "error"),       real(j, "bar"),
-          real(j, "seconds"),     real(j, "evaluations"),
-          real(j, "ns_per_step"), j.value("accurate", false),
-          real(j, "last_quarter")};
+  return {j.value("method", ""),   j.value("steps", std::int64_t{0}),
+          real(j, "error"),        real(j, "bar"),
+          real(j, "seconds"),      real(j, "evaluations"),
+          real(j, "ns_per_step"),  j.value("accurate", false),
+          real(j, "last_quarter"), real(j, "floor")};
 }
 
 GoalEntrant entrant_from(const json& goal, const char* key) { return entrant_from(goal.value(key, json())); }

@@ -35,10 +35,7 @@ std::string goals_text(const std::vector<GoalResult>& goals) {
     text += fmt::format("{}  {}\n    asked      {}\n", goal.reached ? "reached    " : "NOT REACHED", goal.title,
                         goal_words(goal));
     text += line("ours", goal.ours) + line("rival", goal.rival);
-    if (std::isfinite(goal.ours.floor))
-      text +=
-          fmt::format("    floor      error {:.2g} by rounding the initial state alone (condition x unit round-off)\n",
-                      goal.ours.floor);
+    if (std::isfinite(goal.ours.floor)) text += fmt::format("    floor      {}\n", floor_words(goal.ours.floor));
     for (const GoalEntrant& entrant : goal.close) text += line("within 20%", entrant);
     if (!goal.uncounted.method.empty()) text += line("uncounted", goal.uncounted);
     if (std::isfinite(goal.ratio)) {

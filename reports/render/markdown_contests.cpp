@@ -96,6 +96,10 @@ std::string last_quarter_words(double error) {
   return std::isfinite(error) ? fmt::format("{:.2g} over the last quarter", error) : "not finite over the last quarter";
 }
 
+std::string floor_words(double error) {
+  return fmt::format("error {:.2g} by rounding the initial state alone (condition x unit round-off)", error);
+}
+
 std::string machine_words(const MachineState& machine) {
   std::string words = fmt::format("{} of {} timings interrupted", machine.interrupted, machine.timings);
   if (std::isfinite(machine.ghz_low)) words += fmt::format(", {:.2f} to {:.2f} GHz", machine.ghz_low, machine.ghz_high);
@@ -194,7 +198,8 @@ std::string goals_section(const std::vector<GoalResult>& goals) {
     out += fmt::format("| {} | {} | {} | {}{} | {} | {} |\n", escape_markdown_cell(goal.title),
                        escape_markdown_cell(goal_words(goal)), goal.reached ? "reached" : "**not reached**",
                        entrants_words(goal.ours, goal, true),
-                       goal.why.empty() ? "" : "; " + escape_markdown_cell(goal.why),
+                       (std::isfinite(goal.ours.floor) ? "; floor: " + floor_words(goal.ours.floor) : "") +
+                           (goal.why.empty() ? "" : "; " + escape_markdown_cell(goal.why)),
                        entrants_words(goal.rival, goal, false), ratio_words(goal));
   }
   return out + "\n" + machine_sentences(goals);

@@ -25,7 +25,7 @@ export interface RanMethod { id: string; engine: string; settings: Record<string
 export interface Bench {
   name: string; scenario: string; method: string; steps: number; ns_per_step_median: Loose; ns_per_step_p95: Loose;
 }
-export interface GoalEntrant { method: string; steps: number; error: Loose; bar: Loose; seconds: Loose; evaluations: Loose; ns_per_step: Loose; accurate: boolean; last_quarter?: Loose }
+export interface GoalEntrant { method: string; steps: number; error: Loose; bar: Loose; seconds: Loose; evaluations: Loose; ns_per_step: Loose; accurate: boolean; last_quarter?: Loose; floor?: Loose }
 export interface Goal {
   id: string; title: string; scenario: string; metric: string; unit: string; wanted_error: Loose; budget_kind: string; budget: Loose; reached: boolean;
   ours: GoalEntrant | null; rival: GoalEntrant | null; uncounted: GoalEntrant | null; ratio: Loose; ratio_low: Loose; ratio_high: Loose; why: string; wanted_ratio?: number; low?: Loose; high?: Loose;

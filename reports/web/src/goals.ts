@@ -34,6 +34,13 @@ function side(best: GoalEntrant | null, goal: Goal, ours: boolean): Child {
   return h('span', {}, figures(best, goal.unit), near.length ? h('span', { class: 'soft' }, h('br'), `within 20 %: ${near.map((e) => `${e.method}${e.steps ? `, ${rungWords(e.method, e.steps)}` : ''}`).join('; ')}`) : null);
 }
 
+// The error that rounding the initial state to double makes alone: no method in double is reliably more accurate.
+function floorWords(goal: Goal): Child {
+  const floor = real(goal.ours?.floor);
+  if (!Number.isFinite(floor)) return null;
+  return h('span', { class: 'soft' }, h('br'), `floor: error ${figure(floor, 2)} ${unitWord(goal.unit)}`.trim() + ' by rounding the initial state alone (condition \u00d7 unit round-off)');
+}
+
 function machineWords(goal: Goal): Child {
   const machine = goal.machine;
   if (!machine) return null;
@@ -49,7 +56,7 @@ export function goals(report: Report): HTMLElement | null {
     const interval = low < high ? ` [${figure(low, 3)}, ${figure(high, 3)}]` : '';
     return h('tr', {}, h('td', {}, h('span', { class: `badge ${goal.reached ? 'pass' : 'fail'}` }, goal.reached ? '\u2713 reached' : '\u2717 not reached')),
       h('td', { class: 'wide' }, goal.title, h('br'), h('span', { class: 'soft' }, asked(goal)), goal.why ? h('span', { class: 'short' }, h('br'), goal.why) : null, machineWords(goal)),
-      h('td', { class: 'wide' }, side(goal.ours, goal, true)), h('td', { class: 'wide' }, side(goal.rival, goal, false)),
+      h('td', { class: 'wide' }, side(goal.ours, goal, true), floorWords(goal)), h('td', { class: 'wide' }, side(goal.rival, goal, false)),
       h('td', { class: ratio < 1 ? 'number short' : 'number' }, Number.isFinite(ratio) ? `${figure(ratio, 3)}${interval}` : '\u2013'));
   };
   const uncounted = report.goals.filter((g) => g.uncounted);

@@ -365,10 +365,14 @@ class Goals(Case):
             kept_goals = json.load(file)["goals"]
         self.assertGreater(kept_goals[0]["machine"]["timings"], 15)
         self.assertAlmostEqual(kept_goals[0]["ours"]["last_quarter"] / easy["ours"]["last_quarter"], 1, places=5)
-        # The report of a run shows them.
+        # The report of a run shows them, with the floor of double beside an error at the end.
         self.expect(self.run_in("run", *SMALL, "-o", "json:r.json"), 0)
         with open(self.path("r.json")) as file:
-            self.assertEqual([g["id"] for g in json.load(file)["goals"]], ["easy", "hard", "kept"])
+            shown = json.load(file)["goals"]
+        self.assertEqual([g["id"] for g in shown], ["easy", "hard", "kept"])
+        self.assertTrue(1e-16 < easy["ours"]["floor"] < 1e-12)
+        self.assertEqual(shown[0]["ours"]["floor"], easy["ours"]["floor"])
+        self.assertNotIn("floor", shown[2]["ours"])
 
     def test_an_error_that_vanishes_at_the_end_alone_reaches_no_goal(self):
         # Near a turning point an error of the phase, 6e-4 here, changes the position by its square only.

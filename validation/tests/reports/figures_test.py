@@ -418,6 +418,24 @@ def folds_long_tables(browser, folder, web):
     check(where.index("tables") > where.index("scenes") and where.index("tables") > where.index("plots"), f"tables stand before the scenes: {where}")
 
 
+def goals(browser, folder, web):
+    report = tumbling()
+    entrant = lambda method, **more: {"method": method, "steps": 60, "error": 3e-12, "bar": 0, "seconds": 1e-4, "evaluations": 2600, "ns_per_step": NAN,
+                                      "accurate": True, **more}
+    goal = lambda name, ours: {"id": name, "title": name, "scenario": "tumble", "metric": "error-state-end", "unit": "m", "wanted_error": 2e-11,
+                               "budget_kind": "seconds", "budget": 1e-3, "reached": True, "ours": ours, "rival": None, "uncounted": None, "ratio": NAN,
+                               "ratio_low": NAN, "ratio_high": NAN, "why": ""}
+    machine = {"timings": 40, "interrupted": 7, "repeated": 5, "ghz_low": 2.6, "ghz_high": 3.1, "again": 2, "busy": True}
+    report.data["goals"] = [{**goal("known", entrant("atwood/radau15:1e-12", floor=4.4e-13)), "machine": machine},
+                            goal("no condition", entrant("atwood/rk4")), goal("wild", entrant("atwood/rk4", last_quarter="inf"))]
+    opens(browser, folder, "goals", report, web)
+    told = browser.run("return [...document.querySelectorAll('#goals tbody tr')].map(row => row.innerText.replace(/\\s+/g, ' '))")
+    floor = "floor: error 4.4e-13 m by rounding the initial state alone (condition \u00d7 unit round-off)"
+    check([floor in row for row in told] == [True, False, False], f"the floor beside a goal: {told}")
+    check("the calmest of 3: a busy machine" in told[0], f"a goal that was timed again: {told[0]}")
+    check("not finite over the last quarter" in told[2], f"a state that is not finite: {told[2]}")
+
+
 def main():
     found = programs()
     if not found:
@@ -440,7 +458,7 @@ def main():
                 test(browser, folder, report, web)
                 print("ok:", test.__name__)
             silence(browser, path)
-            for test in (fluid, dependent, beside_truth, bibtex, narrow, whole_when_loaded, folds_long_tables, prints):
+            for test in (fluid, dependent, beside_truth, bibtex, narrow, whole_when_loaded, folds_long_tables, goals, prints):
                 test(browser, folder, web)
                 print("ok:", test.__name__)
     except AssertionError as error:
