@@ -247,6 +247,7 @@ Outcome run_sph(const MethodId& id, const Scene& asked, const Plan& plan, const 
 
 // ---- +polynomial ----------------------------------------------------------------------------------------------------
 constexpr int kSpectrumDimension = 40;
+constexpr double kRoughSpectrum = 0.05;  // a residual above it is printed beside the bound
 
 // Why equal steps would be unstable at the start of the run; empty: they are not.
 std::string unstable_at_start(const MethodId& id, const Scene& scene, const PolynomialOptions& options,
@@ -260,9 +261,14 @@ std::string unstable_at_start(const MethodId& id, const Scene& scene, const Poly
   for (int i = layout.velocities(); i < layout.densities(); ++i) scale[i] = fluid.sound_speed_m_per_s;
   for (int i = layout.densities(); i < layout.temperatures(); ++i) scale[i] = fluid.density_kg_per_m3;
   for (int i = layout.nodes(); i < layout.size(); ++i) scale[i] = fluid.spacing_m;
-  const auto modes = extremal_eigenvalues(particles.system(), 0, y.data(), scale, kSpectrumDimension);
-  return instability_message(id.scheme, id.overrides, modes, plan.t_end_s / static_cast<double>(plan.steps),
-                             plan.steps);
+  const Spectrum modes = extremal_eigenvalues(particles.system(), 0, y.data(), scale, kSpectrumDimension);
+  if (modes.eigenvalues.empty())
+    return "the rates at the start, or the eigenvalues of their derivative, are not finite: no step is known to be stable";
+  const std::string why = instability_message(id.scheme, id.overrides, modes.eigenvalues,
+                                              plan.t_end_s / static_cast<double>(plan.steps), plan.steps);
+  const bool rough = modes.residual > kRoughSpectrum;
+  return why.empty() || !rough ? why
+                               : why + "; estimated to " + format_double(std::round(100 * modes.residual)) + " % of it";
 }
 
 template <class S>

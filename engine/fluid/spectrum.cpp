@@ -31,8 +31,8 @@ struct Derivative {
 
 }  // namespace
 
-std::vector<std::complex<double>> extremal_eigenvalues(System<double>& system, double t_s, const double* y,
-                                                       const std::vector<double>& scale, int dimension) {
+Spectrum extremal_eigenvalues(System<double>& system, double t_s, const double* y, const std::vector<double>& scale,
+                              int dimension) {
   const int n = system.size, most = std::min(dimension, n);
   Derivative derivative{system, t_s, y, scale, Vector(n), Vector(n), Vector(n)};
   system.rate(t_s, y, derivative.rate.data());
@@ -60,10 +60,15 @@ std::vector<std::complex<double>> extremal_eigenvalues(System<double>& system, d
     if (!(remainder > 1e-12 * H.col(steps - 1).norm())) break;  // an invariant subspace
     basis.col(steps) = w / remainder;
   }
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(H.topLeftCorner(steps, steps), false);
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(H.topLeftCorner(steps, steps));
   if (solver.info() != Eigen::Success) return {};
   const auto& values = solver.eigenvalues();
-  return {values.data(), values.data() + values.size()};
+  Spectrum spectrum{{values.data(), values.data() + values.size()}};
+  Eigen::Index largest = 0;
+  const double modulus = values.cwiseAbs().maxCoeff(&largest);
+  const auto vector = solver.eigenvectors().col(largest);
+  if (modulus > 0) spectrum.residual = H(steps, steps - 1) * std::abs(vector(steps - 1)) / (modulus * vector.norm());
+  return spectrum;
 }
 
 }  // namespace atwood::fluid

@@ -92,11 +92,16 @@ TEST_CASE("extremal eigenvalues of a matrix whose spectrum is known") {
   std::vector<double> y(60, 0.0), scale(60, 1.0);
   scale[0] = 1e3;
   bool decay = false, oscillation = false;
-  for (const std::complex<double>& lambda : extremal_eigenvalues(system, 0, y.data(), scale, 20)) {
+  const Spectrum spectrum = extremal_eigenvalues(system, 0, y.data(), scale, 20);
+  CHECK(spectrum.residual < 1e-6);
+  CHECK(extremal_eigenvalues(system, 0, y.data(), scale, 2).residual > 1e-3);  // known to no more
+  for (const std::complex<double>& lambda : spectrum.eigenvalues) {
     decay = decay || std::abs(lambda + 200.0) < 1e-3;
     oscillation = oscillation || std::abs(lambda - std::complex<double>(-1, 50)) < 1e-3;
     CHECK(std::abs(lambda) < 200.001);
   }
   CHECK(decay);
   CHECK(oscillation);
+  system.rate_of = [](void*, double, const double*, double* dydt) { std::fill(dydt, dydt + 60, std::nan("")); };
+  CHECK(extremal_eigenvalues(system, 0, y.data(), scale, 20).eigenvalues.empty());
 }
