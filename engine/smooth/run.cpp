@@ -88,19 +88,20 @@ template <class S> bool trial_step(Run<S>& run, S t_s, S h_s) {
   if (!step(t_s, h_s, s.y, s.y_new)) return false;
   if (constraints == nullptr || !(constraints->least_pivot() < constraints->typical_pivot() / S(20))) return true;
   run.middle_y.resize(s.y.size());
-  const auto in_two = [&](S part) {
+  // False: a step was not solved, or its stages come no farther from the singular configuration than `distance`.
+  const auto in_two = [&](S part, S distance) {
     constraints->reset_pivots();
-    return step(t_s, part * h_s, s.y, run.middle_y) && step(t_s + part * h_s, h_s - part * h_s, run.middle_y, s.y_new);
+    return step(t_s, part * h_s, s.y, run.middle_y) && constraints->least_pivot() > distance &&
+           step(t_s + part * h_s, h_s - part * h_s, run.middle_y, s.y_new) && constraints->least_pivot() > distance;
   };
-  S most = constraints->least_pivot(), best = S(1);
+  S farthest = constraints->least_pivot(), best = S(1);
   for (const double part : {0.5, 0.382, 0.618, 0.3, 0.7, 0.45, 0.55}) {
-    if (!in_two(S(part))) continue;
+    if (!in_two(S(part), farthest)) continue;
     if (!(constraints->least_pivot() < constraints->typical_pivot() / S(20))) return true;
-    if (!(constraints->least_pivot() > most)) continue;
-    most = constraints->least_pivot();
+    farthest = constraints->least_pivot();
     best = S(part);
   }
-  return best < S(1) ? in_two(best) : step(t_s, h_s, s.y, s.y_new);
+  return best < S(1) ? in_two(best, S(0)) : step(t_s, h_s, s.y, s.y_new);
 }
 
 // The step up to the first event of a stop in it, which is resolved: `taken` becomes the fraction of h_s up to there.
