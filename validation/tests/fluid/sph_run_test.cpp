@@ -173,6 +173,9 @@ TEST_CASE("the kernel's smoothness bounds the order in time: a method of order 8
   CHECK(cubic < 3.3);
   CHECK(cubic > 2.7);
   CHECK(order("wendland-c2") == Approx(4).margin(0.3));
+  // Its errors are below round-off in doubles, and its support of three smoothing lengths fits half the period.
+  const std::string quintic = "dop853+sph@long-double{kernel=quintic,smoothing=0.8}";
+  CHECK(mean_order(quintic, quintic, {.across = 6, .spacing_m = 1.0 / 6}, 0.05, 24) == Approx(5).margin(0.4));
 }
 
 TEST_CASE("a scheme claims an order for fluids exactly if it steps one") {
