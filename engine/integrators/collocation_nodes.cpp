@@ -1,7 +1,10 @@
 #include "integrators/collocation_nodes.hpp"
 
 #include <algorithm>
+#include <map>
+#include <mutex>
 #include <stdexcept>
+#include <utility>
 
 namespace atwood {
 namespace {
@@ -71,7 +74,7 @@ Quad integral(const std::vector<Quad>& c, int j, Quad end, const std::vector<Qua
   return total * end / Quad(2);
 }
 
-CollocationTableau collocation(int s, int mix) {
+CollocationTableau make_collocation(int s, int mix) {
   const std::vector<Quad> x = zeros(s, 0);
   std::vector<Quad> w(s);  // w_k = 2 / ((1 - x_k^2) P_s'(x_k)^2)   (Abramowitz, Stegun, 25.4.29)
   for (int k = 0; k < s; ++k) {
@@ -84,6 +87,17 @@ CollocationTableau collocation(int s, int mix) {
     for (int j = 0; j < s; ++j) tableau.a.push_back(integral(tableau.c, j, tableau.c[i], x, w));
   for (int j = 0; j < s; ++j) tableau.b.push_back(integral(tableau.c, j, Quad(1), x, w));
   return tableau;
+}
+
+// Each table is made once a process, by the first run whose method needs it: every run makes its stepper anew, and
+// Newton's method in quad takes longer than a short run.
+CollocationTableau collocation(int s, int mix) {
+  static std::mutex one_at_a_time;
+  static std::map<std::pair<int, int>, CollocationTableau> made;
+  const std::lock_guard<std::mutex> lock(one_at_a_time);
+  auto place = made.find({s, mix});
+  if (place == made.end()) place = made.emplace(std::pair{s, mix}, make_collocation(s, mix)).first;
+  return place->second;
 }
 
 }  // namespace

@@ -8,9 +8,9 @@ namespace atwood {
 namespace {
 
 // The integral over [0, 1] of the Lagrange polynomial that is 1 at first - j and 0 at the other points first,
-// first - 1, ... first - count + 1; Gauss's formula of `count` points is exact for it.
-Quad weight(int first, int count, int j) {
-  const CollocationTableau points = gauss_collocation(count);
+// first - 1, ... first - count + 1; Gauss's formula of `count` points, here on [0, 1], is exact for it.
+Quad weight(const CollocationTableau& points, int first, int j) {
+  const int count = points.stages;
   Quad total = Quad(0);
   for (int p = 0; p < count; ++p) {
     Quad value = points.b[p];
@@ -30,14 +30,16 @@ Quad binomial(int n, int k) {
 }  // namespace
 
 MultistepTable adams_bashforth(int order) {
+  const CollocationTableau points = gauss_collocation(order);
   MultistepTable table{order, {}, {}, Quad(0), {}, {}};
-  for (int j = 0; j < order; ++j) table.rate.push_back(weight(0, order, j));
+  for (int j = 0; j < order; ++j) table.rate.push_back(weight(points, 0, j));
   return table;
 }
 
 MultistepTable adams_moulton(int order) {
-  MultistepTable table{order, {}, {}, weight(1, order, 0), {}, {}};
-  for (int j = 1; j < order; ++j) table.rate.push_back(weight(1, order, j));
+  const CollocationTableau points = gauss_collocation(order);
+  MultistepTable table{order, {}, {}, weight(points, 1, 0), {}, {}};
+  for (int j = 1; j < order; ++j) table.rate.push_back(weight(points, 1, j));
   table.guess_rate = adams_bashforth(order - 1).rate;
   return table;
 }
