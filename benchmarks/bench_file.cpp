@@ -196,7 +196,8 @@ std::vector<GoalResult> read_goal_results(const std::string& path) {
                      real(g, "low"),
                      real(g, "high"),
                      entrants_from(g, "close"),
-                     machine_from(g, "machine")});
+                     machine_from(g, "machine"),
+                     g.value("left_out", std::vector<std::string>{})});
   }
   return goals;
 }
@@ -246,7 +247,8 @@ void keep_bench(const std::string& path, const Provenance& provenance, const std
                                    {"low", g.low},
                                    {"high", g.high},
                                    {"close", to_json(g.close)},
-                                   {"machine", to_json(g.machine)}});
+                                   {"machine", to_json(g.machine)},
+                                   {"left_out", g.left_out}});
     }
   }
   keep(path, document);

@@ -5,6 +5,7 @@ add_library(atwood_benchmarks STATIC
   ${PROJECT_SOURCE_DIR}/benchmarks/bench_file.cpp
   ${PROJECT_SOURCE_DIR}/benchmarks/fluid_budget.cpp
   ${PROJECT_SOURCE_DIR}/benchmarks/frame_budget.cpp
+  ${PROJECT_SOURCE_DIR}/benchmarks/goal_candidates.cpp
   ${PROJECT_SOURCE_DIR}/benchmarks/goal_figures.cpp
   ${PROJECT_SOURCE_DIR}/benchmarks/goal_run.cpp
   ${PROJECT_SOURCE_DIR}/benchmarks/goal_variants.cpp

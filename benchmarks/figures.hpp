@@ -44,6 +44,7 @@ struct GoalEntrant {
   double floor = std::numeric_limits<double>::quiet_NaN();  // accuracy_floor() of the error; NaN: not known
 };
 inline constexpr double kCancelled = 10;
+inline constexpr double kMostEvaluations = 10;  // of a rival, in those of its engine's cheapest rung
 // What else ran on the machine while a goal was timed.
 struct MachineState {
   std::int64_t timings = 0, interrupted = 0;  // interrupted: the worker had to wait for its processor
@@ -81,6 +82,8 @@ struct GoalResult {
   std::vector<GoalEntrant> close =
       {};                     // other candidates that reach the error at up to 1.2 times their side's best cost
   MachineState machine = {};  // no timings: nothing was timed
+  // Rivals' rungs that were not run: coarser ones of the same method cost many times what their engine's cheapest does.
+  std::vector<std::string> left_out = {};
 };
 
 }  // namespace atwood

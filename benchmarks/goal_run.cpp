@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "benchmarks/calmest.hpp"
+#include "benchmarks/goal_candidates.hpp"
 #include "benchmarks/goal_variants.hpp"
 #include "benchmarks/last_quarter.hpp"
 #include "benchmarks/rates.hpp"
@@ -23,55 +23,12 @@ namespace {
 // that took at most kMaxTimeRatio times as long as the quickest.
 constexpr std::size_t kTimed = 5, kMaxTimed = 12;
 constexpr double kMaxTimeRatio = 1.3;
+// What costs more than kFar times the quickest of ours is timed in kFarRounds rounds; of a side that is as far, its
+// quickest and those within kMaxTimeRatio of it: another digit of such a ratio tells nothing. A first timing of more
+// than kLong seconds is not repeated before the rounds.
+constexpr double kFar = 10, kLong = 0.01;
+constexpr int kFarRounds = 5;
 constexpr double kClose = 1.2;  // those within this factor of their side's best cost are printed
-
-// `library`: a rival that evaluates the reference's rate; `same_rate`: our method with that rate.
-enum class Side { ours, rival, uncounted, library, same_rate };
-
-bool is_rival(Side side) { return side == Side::rival || side == Side::library; }
-
-struct Candidate {
-  Side side = Side::ours;
-  const Cell* cell = nullptr;
-  GoalEntrant entrant;
-  std::vector<double> times_s;  // one per round
-};
-
-// The ids that globs and ":tol" stand for.
-std::vector<std::string> spelled_out(const std::vector<std::string>& patterns, const std::vector<double>& tolerances) {
-  std::vector<std::string> methods;
-  for (const std::string& pattern : patterns) {
-    const std::size_t at = pattern.find(":tol");
-    if (at == std::string::npos) methods.push_back(pattern);
-    else
-      for (const double rtol : tolerances)
-        methods.push_back(pattern.substr(0, at) + ":" + format_double(rtol) + pattern.substr(at + 4));
-  }
-  return methods;
-}
-
-std::vector<Cell> plan_goal(const Goal& goal, const Scenario& scenario, const std::vector<std::string>& patterns,
-                            bool rivals, const std::vector<Worker>& workers, const std::string& cpu) {
-  Study study{goal.id, {}};
-  StudyCells equal, adaptive;
-  for (const std::string& method : spelled_out(patterns, goal.tolerances)) {
-    (method_family(method) == method ? equal : adaptive).methods.push_back(method);
-  }
-  equal.scenarios = adaptive.scenarios = {"*"};
-  equal.repeats = adaptive.repeats = 0;
-  // A ladder of spacings takes its steps from the scenario, refined with the spacing.
-  if (goal.spacings_m.size() < 2) equal.steps = rivals && !goal.rival_steps.empty() ? goal.rival_steps : goal.steps;
-  equal.spacings_m = adaptive.spacings_m = goal.spacings_m;
-  if (goal.sound_speed_m_per_s > 0)
-    equal.sound_speeds_m_per_s = adaptive.sound_speeds_m_per_s = {goal.sound_speed_m_per_s};
-  adaptive.steps = {goal.first_steps * goal.samples / std::max<std::int64_t>(1, goal.samples)};
-  adaptive.steps[0] -= adaptive.steps[0] % goal.samples;
-  adaptive.steps[0] = std::max(adaptive.steps[0], goal.samples);
-  if (!equal.methods.empty() && !goal.steps.empty()) study.cells.push_back(equal);
-  if (!adaptive.methods.empty()) study.cells.push_back(adaptive);
-  if (study.cells.empty()) return {};
-  return plan_cells(study, {scenario}, workers, cpu);
-}
 
 // Whether a row is the figure that a goal judges: of the whole run, or at an instant. Orders are of the method's
 // ladder. Probes have a row each, of which the worst is judged.
@@ -125,19 +82,6 @@ bool better(const GoalEntrant& a, const GoalEntrant& b, const std::string& kind)
   return kind.empty() ? a.error < b.error : x < y;
 }
 
-// Our candidates with the reference's rate, where a library is among the rivals and times are compared.
-std::vector<std::string> twins_beside_libraries(const Goal& goal) {
-  const bool beside = std::any_of(goal.rivals.begin(), goal.rivals.end(),
-                                  [](const std::string& rival) { return is_library(engine_of(rival)); });
-  if (!beside || goal.budget_kind == "evaluations") return {};
-  std::vector<std::string> twins;
-  for (const std::string& method : goal.methods) {
-    if (engine_of(method) == "atwood" && method.find('+') == std::string::npos)
-      twins.push_back("atwood-same-rate" + method.substr(method.find('/')));
-  }
-  return twins;
-}
-
 class GoalRun {
  public:
   explicit GoalRun(const GoalSetup& setup)
@@ -149,7 +93,7 @@ class GoalRun {
   std::vector<Candidate> measured(const Goal& goal, const Scenario& scenario, bool with_rivals,
                                   std::vector<Cell>& cells);
   void take_variants(const Goal& goal, const Scenario& scenario, std::vector<Candidate>& candidates);
-  std::vector<Candidate*> choose(const Goal& goal, Side side, std::vector<Candidate>& candidates);
+  std::vector<Candidate*> choose(const Goal& goal, Side side, std::vector<Candidate>& candidates, double& quickest);
   MachineState time(const Goal& goal, std::vector<Candidate>& candidates);
   const Candidate* best_of_ours(const Goal& goal, Side side, std::vector<Candidate>& candidates, LastQuarter& quarter);
   void add_close(const Goal& goal, const std::vector<Candidate>& candidates, LastQuarter& quarter, GoalResult& result);
@@ -165,48 +109,51 @@ class GoalRun {
   const GoalSetup& setup_;
   const std::vector<Worker>& workers_;
   Stopwatch stopwatch_;
-  std::string refusal_;  // why the first of our candidates that did not run did not
+  std::string refusal_;                // why the first of our candidates that did not run did not
+  std::vector<std::string> left_out_;  // rungs that were not run (CostlyRungs)
 };
 
 std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scenario, bool with_rivals,
                                          std::vector<Cell>& cells) {
-  std::map<std::string, Side> sides;
-  const std::vector<std::string> twins = twins_beside_libraries(goal);
-  for (const auto& [side, patterns] : {std::pair{Side::uncounted, &goal.uncounted},
-                                       {Side::ours, &goal.methods},
-                                       {Side::rival, &goal.rivals},
-                                       {Side::same_rate, &twins}}) {
-    if (patterns->empty() || (side == Side::rival && !with_rivals)) continue;
-    for (Cell& cell :
-         plan_goal(goal, scenario, *patterns, side == Side::rival, workers_, setup_.study.provenance.cpu)) {
-      if (sides.emplace(cell.method + " " + std::to_string(cell.plan.steps), side).second)
-        cells.push_back(std::move(cell));
-    }
-  }
   StudyOptions how = setup_.study;
   how.timing = false;
   how.cell_limit_s = std::max(how.cell_limit_s, goal.limit_s);
   how.truth_limit_s = std::max(how.truth_limit_s, 6 * goal.limit_s);
   how.purpose = "goals";
-  const StudyResult result = run_study(cells, workers_, how);
-  setup_.end_progress();
-  if (result.interrupted) throw Interrupted{};
   std::vector<Candidate> candidates;
-  std::set<std::string> failed;
-  for (const Row& row : result.rows) {
-    if (row.metric != "status" || row.status == Status::ok) continue;
-    const std::string key = row.method + " " + std::to_string(row.steps);
-    failed.insert(key);
-    if (refusal_.empty() && sides.at(key) == Side::ours) refusal_ = to_string(row.status) + ": " + row.reason;
-  }
-  for (const Cell& cell : cells) {
-    const std::string key = cell.method + " " + std::to_string(cell.plan.steps);
-    if (cell.worker < 0 || failed.contains(key)) continue;
-    GoalEntrant entrant = entrant_of(cell, result.rows, goal);
-    if (!goal.metric.empty() && !std::isfinite(entrant.error)) continue;
-    const Side side = sides.at(key);
-    candidates.push_back(
-        {side == Side::rival && is_library(engine_of(cell.method)) ? Side::library : side, &cell, entrant, {}});
+  CostlyRungs costly;
+  for (const std::vector<PlannedCell>& wave :
+       plan_waves(goal, scenario, with_rivals, workers_, setup_.study.provenance.cpu)) {
+    std::vector<Cell> asked;
+    std::vector<Side> sides;
+    for (const PlannedCell& planned : wave) {
+      if (variant_count(goal) == 1 && costly.leaves_out(planned)) {
+        left_out_.push_back(planned.cell.method);
+        continue;
+      }
+      asked.push_back(planned.cell);
+      sides.push_back(planned.side);
+    }
+    if (asked.empty()) continue;
+    const StudyResult result = run_study(asked, workers_, how);
+    setup_.end_progress();
+    if (result.interrupted) throw Interrupted{};
+    std::map<std::string, const Row*> failed;
+    for (const Row& row : result.rows)
+      if (row.metric == "status" && row.status != Status::ok)
+        failed.emplace(row.method + " " + std::to_string(row.steps), &row);
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+      const auto failure = failed.find(asked[i].method + " " + std::to_string(asked[i].plan.steps));
+      if (failure != failed.end() && refusal_.empty() && sides[i] == Side::ours)
+        refusal_ = to_string(failure->second->status) + ": " + failure->second->reason;
+      if (asked[i].worker < 0 || failure != failed.end()) continue;
+      GoalEntrant entrant = entrant_of(asked[i], result.rows, goal);
+      costly.note(entrant);
+      if (!goal.metric.empty() && !std::isfinite(entrant.error)) continue;
+      const Side side = sides[i] == Side::rival && is_library(engine_of(asked[i].method)) ? Side::library : sides[i];
+      cells.push_back(asked[i]);
+      candidates.push_back({side, &cells.back(), entrant, {}});
+    }
   }
   return candidates;
 }
@@ -242,8 +189,10 @@ void ask_by_rivals(Goal& goal, std::vector<Candidate>& candidates) {
   for (Candidate& c : candidates) c.entrant.accurate = is_rival(c.side) || c.entrant.error <= goal.error;
 }
 
-// Those of one side that are timed in turns: the quickest accurate ones, or else the most accurate one.
-std::vector<Candidate*> GoalRun::choose(const Goal& goal, Side side, std::vector<Candidate>& candidates) {
+// Those of one side that are timed in turns: the quickest accurate ones, or else the most accurate one. `quickest`: the
+// first cost of the quickest of ours, which is set where the side is ours.
+std::vector<Candidate*> GoalRun::choose(const Goal& goal, Side side, std::vector<Candidate>& candidates,
+                                        double& quickest) {
   const bool by_evaluations = goal.budget_kind == "evaluations", by_step = goal.budget_kind == "ns_per_step";
   std::vector<Candidate*> own;
   for (Candidate& c : candidates) {
@@ -260,6 +209,7 @@ std::vector<Candidate*> GoalRun::choose(const Goal& goal, Side side, std::vector
   if (by_evaluations) {              // times are reported too
     std::erase_if(own, [&](const Candidate* c) { return own.size() > 1 && !std::isfinite(c->entrant.evaluations); });
   } else {
+    if (goal.budget_kind == "seconds") leave_cheap(own);
     for (Candidate* c : own) c->entrant.seconds = stopwatch_.seconds(contender(*c));
     std::erase_if(own, [](const Candidate* c) { return !std::isfinite(c->entrant.seconds); });
   }
@@ -270,34 +220,44 @@ std::vector<Candidate*> GoalRun::choose(const Goal& goal, Side side, std::vector
   std::vector<std::pair<double, Candidate*>> ranked;
   for (Candidate* c : own) ranked.emplace_back(first_cost(*c), c);
   std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  for (Candidate* c : own) c->entrant.seconds = kNotMeasured;
+  if (side == Side::ours && !ranked.empty()) quickest = ranked[0].first;
+  const bool far = !ranked.empty() && ranked[0].first > kFar * quickest;
   std::vector<Candidate*> chosen;
   for (std::size_t i = 0; i < std::min(ranked.size(), kMaxTimed); ++i)
-    if (i < kTimed || ranked[i].first <= kMaxTimeRatio * ranked[0].first) chosen.push_back(ranked[i].second);
+    if (i < (far ? 1 : kTimed) || ranked[i].first <= kMaxTimeRatio * ranked[0].first)
+      chosen.push_back(ranked[i].second);
+  for (Candidate* c : own)
+    if (std::find(chosen.begin(), chosen.end(), c) == chosen.end()) c->entrant.seconds = kNotMeasured;
   return chosen;
 }
 
 // Times the chosen ones in turns, all of it again while the machine is busy and the goal judges times.
 MachineState GoalRun::time(const Goal& goal, std::vector<Candidate>& candidates) {
   std::vector<Candidate*> chosen;
+  double quickest = kNotMeasured, quickest_s = kNotMeasured;
   for (const Side side : {Side::ours, Side::rival, Side::uncounted, Side::library, Side::same_rate}) {
-    const std::vector<Candidate*> of_side = choose(goal, side, candidates);
-    chosen.insert(chosen.end(), of_side.begin(), of_side.end());
+    for (Candidate* c : choose(goal, side, candidates, quickest)) {
+      // again where the first time, which includes the start of a process, gave no number of repeats
+      if (goal.limit_s == 0 && !(c->entrant.seconds > kLong)) c->entrant.seconds = stopwatch_.seconds(contender(*c));
+      if (side == Side::ours && !(quickest_s <= c->entrant.seconds)) quickest_s = c->entrant.seconds;
+      chosen.push_back(c);
+    }
   }
+  const auto is_far = [&](const Candidate& c) { return c.entrant.seconds > kFar * quickest_s; };
   std::vector<Contender> contenders;
   double round_s = 0;
-  for (Candidate* c : chosen) {
-    if (goal.limit_s == 0) c->entrant.seconds = stopwatch_.seconds(contender(*c));
+  for (const Candidate* c : chosen) {
     contenders.push_back(contender(*c));
-    round_s += std::isfinite(c->entrant.seconds) ? c->entrant.seconds : 0;
+    if (is_far(*c)) contenders.back().most_rounds = kFarRounds;
+    else round_s += std::isfinite(c->entrant.seconds) ? c->entrant.seconds : 0;
   }
-  const int rounds = goal.limit_s > 0 ? 1 : round_s > 2 ? 3 : kRounds;
+  const bool judges_times = goal.budget_kind == "seconds" || goal.budget_kind == "ns_per_step" || goal.times_faster > 0;
+  const int rounds = goal.limit_s > 0 ? 1 : round_s > 2 ? 3 : judges_times ? kRounds : kFarRounds;
   const auto take_turns = [&] {
     stopwatch_.take_machine();
     std::vector<std::vector<double>> times = stopwatch_.in_turns(contenders, rounds);
     return Measured<std::vector<std::vector<double>>>{std::move(times), stopwatch_.take_machine()};
   };
-  const bool judges_times = goal.budget_kind == "seconds" || goal.budget_kind == "ns_per_step" || goal.times_faster > 0;
   const auto measured = judges_times ? calmest(take_turns) : take_turns();
   for (const auto& round : measured.figures) {
     for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i]->times_s.push_back(round[i]);
@@ -400,6 +360,7 @@ GoalResult GoalRun::run(const Goal& asked) {
   if (variant_count(goal) > 1) take_variants(goal, scenario, candidates);
   if (goal.error_ratio > 0) ask_by_rivals(goal, candidates);
   result.wanted_error = goal.error;
+  result.left_out = left_out_;
   if (setup_.study.timing && !goal.metric.starts_with("order-")) result.machine = time(goal, candidates);
   LastQuarter quarter(goal, workers_, setup_.study);
   const Candidate* ours = best_of_ours(goal, Side::ours, candidates, quarter);

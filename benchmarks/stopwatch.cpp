@@ -108,7 +108,9 @@ std::vector<std::vector<double>> Stopwatch::in_turns(const std::vector<Contender
     const double ghz = clock_rate_ghz();
     if (!(machine_.ghz_low <= ghz)) machine_.ghz_low = ghz;
     if (!(machine_.ghz_high >= ghz)) machine_.ghz_high = ghz;
-    for (const Contender& contender : contenders) times.back().push_back(seconds(contender));
+    for (const Contender& contender : contenders)
+      times.back().push_back(round < contender.most_rounds ? seconds(contender)
+                                                           : std::numeric_limits<double>::quiet_NaN());
   }
   return times;
 }

@@ -2,6 +2,7 @@
 // threads. Changes of the machine (clock rate, temperature, other load) then affect all of them equally.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -20,8 +21,9 @@ struct Contender {
   const Scene* scene = nullptr;
   Plan plan;
   double expected_s = 0;  // of one run; 0: unknown
-  double evaluations =
-      0;  // of the run whose error is known; 0 or NaN: unknown. A timed run with another number is rejected
+  // Of the run whose error is known; 0 or NaN: unknown. A timed run with another number is rejected.
+  double evaluations = 0;
+  int most_rounds = std::numeric_limits<int>::max();  // it takes part in the first so many
 };
 
 // A method that names its threads is not pinned: they would share one processor.
@@ -38,7 +40,7 @@ class Stopwatch {
   // machine, is taken once, and counts as interrupted where it waited for more than a hundredth of its time. Throws
   // Interrupted.
   double seconds(const Contender& contender);
-  // Times [s], rounds x contenders: every contender once per round, in order.
+  // Times [s], rounds x contenders: every contender once per round, in order; NaN: it did not take part, or failed.
   std::vector<std::vector<double>> in_turns(const std::vector<Contender>& contenders, int rounds);
   MachineState take_machine() { return std::exchange(machine_, {}); }  // since the last call, or the start
 

@@ -29,8 +29,10 @@ struct Law {
   std::string unit;
 };
 
-std::string last_quarter_words(double error);            // "2e-10 over the last quarter"; infinity: "not finite .."
-std::string floor_words(double error);                   // what accuracy_floor() says of a goal's error
+std::string last_quarter_words(double error);  // "2e-10 over the last quarter"; infinity: "not finite .."
+std::string floor_words(double error);         // what accuracy_floor() says of a goal's error
+// "58 finer rungs of 9 methods, whose coarser ones cost more than 10 times .."
+std::string left_out_words(const GoalResult& goal);
 std::string machine_words(const MachineState& machine);  // "3 of 150 timings interrupted, 2.9 to 3.1 GHz"
 // Which goals were timed again, and which remained on a busy machine; empty: none.
 std::string busy_words(const std::vector<GoalResult>& goals);

@@ -51,6 +51,7 @@ std::string goals_text(const std::vector<GoalResult>& goals) {
                                 goal.same_rate_ratio, goal.same_rate_low, goal.same_rate_high)
                   : "";
     }
+    if (!goal.left_out.empty()) text += fmt::format("    left out   {}\n", left_out_words(goal));
     if (goal.machine.timings > 0)
       text += fmt::format("    machine    {}{}\n", machine_words(goal.machine),
                           busy(goal.machine) ? ": a busy machine, times may be too long" : "");

@@ -196,6 +196,11 @@ void append_goals(JsonText& json, const std::vector<GoalResult>& goals) {
       for (const GoalEntrant& entrant : goal.close) append_entrant(json, entrant);
       json.end_array();
     }
+    if (!goal.left_out.empty()) {
+      json.key("left_out").begin_array().inline_from_here();
+      for (const std::string& method : goal.left_out) json.text(method);
+      json.end_array();
+    }
     if (goal.machine.timings > 0) append_machine(json.key("machine"), goal.machine);
     json.member("why", goal.why).end_object();
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <set>
 
 #include "text.hpp"
 
@@ -98,6 +99,15 @@ std::string last_quarter_words(double error) {
 
 std::string floor_words(double error) {
   return fmt::format("error {:.2g} by rounding the initial state alone (condition x unit round-off)", error);
+}
+
+std::string left_out_words(const GoalResult& goal) {
+  std::set<std::string> families;
+  for (const std::string& method : goal.left_out) families.insert(method_family(method));
+  return fmt::format(
+      "{} finer rungs of {} rivals' methods, whose coarser ones need more than {:.0f} times the evaluations of their "
+      "engine's cheapest that reaches the error",
+      goal.left_out.size(), families.size(), kMostEvaluations);
 }
 
 std::string machine_words(const MachineState& machine) {
@@ -202,7 +212,11 @@ std::string goals_section(const std::vector<GoalResult>& goals) {
                            (goal.why.empty() ? "" : "; " + escape_markdown_cell(goal.why)),
                        entrants_words(goal.rival, goal, false), ratio_words(goal));
   }
-  return out + "\n" + machine_sentences(goals);
+  std::string left_out;
+  for (const GoalResult& goal : goals)
+    if (!goal.left_out.empty()) left_out += fmt::format("Left out of `{}`: {}. ", goal.id, left_out_words(goal));
+  if (!left_out.empty()) left_out += "\n\n";
+  return out + "\n" + left_out + machine_sentences(goals);
 }
 
 }  // namespace atwood

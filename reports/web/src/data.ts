@@ -29,7 +29,7 @@ export interface GoalEntrant { method: string; steps: number; error: Loose; bar:
 export interface Goal {
   id: string; title: string; scenario: string; metric: string; unit: string; wanted_error: Loose; budget_kind: string; budget: Loose; reached: boolean;
   ours: GoalEntrant | null; rival: GoalEntrant | null; uncounted: GoalEntrant | null; ratio: Loose; ratio_low: Loose; ratio_high: Loose; why: string; wanted_ratio?: number; low?: Loose; high?: Loose;
-  close?: GoalEntrant[]; machine?: { timings: number; interrupted: number; repeated: number; ghz_low: Loose; ghz_high: Loose; again?: number; busy: boolean };
+  close?: GoalEntrant[]; machine?: { timings: number; interrupted: number; repeated: number; ghz_low: Loose; ghz_high: Loose; again?: number; busy: boolean }; left_out?: string[];
 }
 export interface Reached { family: string; method: string; steps: number; error: Loose; cost: Loose; at_bar?: boolean; coarsest?: boolean; spacing_m?: Loose; sound_speed_m_per_s?: Loose }
 export interface Contest { asked: Loose; contenders: number; ranked: Reached[]; to_next?: { value: Loose; low: Loose; high: Loose; pairs: number } }

@@ -48,6 +48,11 @@ function machineWords(goal: Goal): Child {
   return h('span', { class: machine.busy ? 'short' : 'soft' }, h('br'), machine.busy ? `${words}: a busy machine, times may be too long` : words);
 }
 
+function leftOutWords(goal: Goal): Child {
+  if (!goal.left_out?.length) return null;
+  return h('span', { class: 'soft' }, h('br'), `left out: ${goal.left_out.length} finer rungs whose coarser ones need more than 10 times the evaluations of their engine\u2019s cheapest that reaches the error`);
+}
+
 export function goals(report: Report): HTMLElement | null {
   if (!report.goals.length) return null;
   const reached = report.goals.filter((g) => g.reached).length;
@@ -56,7 +61,7 @@ export function goals(report: Report): HTMLElement | null {
     const interval = low < high ? ` [${figure(low, 3)}, ${figure(high, 3)}]` : '';
     return h('tr', {}, h('td', {}, h('span', { class: `badge ${goal.reached ? 'pass' : 'fail'}` }, goal.reached ? '\u2713 reached' : '\u2717 not reached')),
       h('td', { class: 'wide' }, goal.title, h('br'), h('span', { class: 'soft' }, asked(goal)), goal.why ? h('span', { class: 'short' }, h('br'), goal.why) : null, machineWords(goal)),
-      h('td', { class: 'wide' }, side(goal.ours, goal, true), floorWords(goal)), h('td', { class: 'wide' }, side(goal.rival, goal, false)),
+      h('td', { class: 'wide' }, side(goal.ours, goal, true), floorWords(goal)), h('td', { class: 'wide' }, side(goal.rival, goal, false), leftOutWords(goal)),
       h('td', { class: ratio < 1 ? 'number short' : 'number' }, Number.isFinite(ratio) ? `${figure(ratio, 3)}${interval}` : '\u2013'));
   };
   const uncounted = report.goals.filter((g) => g.uncounted);

@@ -1,7 +1,8 @@
 #!/usr/bin/env -S python3 -B
 """An engine for goals: bodies fly straight on, with the error `off` [m] after the start. `nan_at` and `inf_at`: the sample
 whose position is no number. A timed run takes `work` [ms] of its processor; while less than `crowd` of them were asked, a
-second process takes half of that processor."""
+second process takes half of that processor. `known/steep` takes a tolerance: its error is five times that, and its number of
+evaluations a power of it, `order`."""
 import json
 import os
 import signal
@@ -10,6 +11,7 @@ import time
 
 METHOD = {"id": "known/straight", "doc": "Known errors.",
           "settings": {"off": 0.0, "nan_at": -1, "inf_at": -1, "work": 0.0, "crowd": 0}}
+STEEP = {**METHOD, "id": "known/steep", "adaptive": True, "settings": {**METHOD["settings"], "order": 2.0}}
 timed = {}
 
 
@@ -18,7 +20,7 @@ def put(line):
 
 
 def settings_of(method):
-    settings = dict(METHOD["settings"])
+    settings = dict(STEEP["settings"])
     if "{" in method:
         for pair in method.split("{")[1].rstrip("}").split(","):
             name, value = pair.split("=")
@@ -27,10 +29,10 @@ def settings_of(method):
 
 
 def busy_for(ms):
-    begun, used = time.perf_counter_ns(), time.process_time()
+    used = time.process_time()
     while time.process_time() - used < 1e-3 * ms:
         pass
-    return time.perf_counter_ns() - begun
+    return round(1e6 * ms)
 
 
 def time_passes(request, settings):
@@ -50,7 +52,10 @@ def time_passes(request, settings):
 
 def run(request):
     settings, cell = settings_of(request["method"]), request["cell"]
-    busy = []
+    busy, evaluations = [], request["steps"]
+    if ":" in request["method"]:
+        rtol = float(request["method"].split(":")[1].split("{")[0])
+        settings["off"], evaluations = 5 * rtol, round(100 * (1e-3 / rtol) ** (1 / settings["order"]))
     if request["pass"] == "timing":
         busy = time_passes(request, settings)
     else:
@@ -66,13 +71,13 @@ def run(request):
                 rows.append(x + body["orientation_wxyz"] + v + [0, 0, 0])
             put({"cell": cell, "t_s": t, "bodies": rows})
     put({"cell": cell, "done": {"status": "ok", "reason": "", "steps_taken": request["steps"],
-                                "rate_evaluations": request["steps"], "busy_ns": busy}})
+                                "rate_evaluations": evaluations, "busy_ns": busy}})
 
 
 for line in sys.stdin:
     request = json.loads(line)
     if request["request"] == "hello":
-        put({"protocol": 1, "engine": "known", "version": "1", "scalar": "double", "fingerprint": "1", "methods": [METHOD]})
+        put({"protocol": 1, "engine": "known", "version": "1", "scalar": "double", "fingerprint": "1", "methods": [METHOD, STEEP]})
     elif request["request"] == "run":
         run(request)
     else:

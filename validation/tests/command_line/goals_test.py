@@ -92,6 +92,31 @@ class Goals(Case):
         kept = self.goals(("kept", "evaluations = 100", [method % 1e9]), words=())["kept"]
         self.assertEqual(kept["machine"]["again"], 0)
 
+    def test_rungs_that_cannot_be_the_cheapest_are_left_out_and_named(self):
+        # Of the tolerances 1e-4 to 1e-11 the first four always run. Order 8 reaches 1e-6 with 316 evaluations at 1e-7; order 2
+        # needs 10 000 there, so its four finer rungs, up to a million, need not run. Ours are never left out.
+        tolerances = [10.0**-k for k in range(4, 12)]
+        asked = "evaluations = 1000\ntolerances = %s\nfirst_steps = 64\n" % json.dumps(tolerances)
+        rivals = 'rivals = ["known/steep:tol{order=8}", "known/steep:tol{order=2}"]'
+        goal = self.goals(("steep", asked + rivals, ["known/steep:tol{order=2,nan_at=-2}"]))["steep"]
+        self.assertEqual(goal["left_out"], ["known/steep:1e-%02d{order=2}" % k for k in range(8, 12)])
+        self.assertEqual((goal["rival"]["method"], goal["rival"]["evaluations"]), ("known/steep:1e-07{order=8}", 316))
+        self.assertEqual((goal["ours"]["method"], goal["ours"]["evaluations"]), ("known/steep:1e-07{order=2,nan_at=-2}", 10000))
+        self.assertEqual(self.kept()["steep"]["left_out"], goal["left_out"])
+        told = self.ask("bench", "goals", "--goals", "goals.toml", "--engine", ENGINE, "--no-timing").stdout
+        self.assertIn("left out 4 finer rungs of 1 rivals' methods", " ".join(told.split()))
+
+    def test_what_costs_ten_times_as_much_is_timed_in_fewer_rounds(self):
+        # Two of ours of 1 ms, 2 + 15 rounds each; five rivals, 20 to 24 ms: each once, then the quickest and those within
+        # 1.3 times of it, 5 rounds of them.
+        rivals = "rivals = %s" % json.dumps(["known/straight{off=1e-8,work=%d}" % ms for ms in (20, 22, 40, 50, 60)])
+        goal = self.goals(("far", 'time = "1 s"\n' + rivals, ["known/straight{off=%s,work=1}" % off for off in ("1e-8", "1e-9")]),
+                          words=())["far"]
+        self.assertEqual(goal["rival"]["method"], "known/straight{off=1e-8,work=20}")
+        self.assertAlmostEqual(goal["ratio"], 20, places=4)
+        if goal["machine"]["repeated"] == 0:
+            self.assertEqual(goal["machine"]["timings"], 2 * 15 + 2 * 5)
+
 
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
