@@ -66,7 +66,7 @@ Spectrum extremal_eigenvalues(System<double>& system, double t_s, const double* 
   Spectrum spectrum{{values.data(), values.data() + values.size()}};
   Eigen::Index largest = 0;
   const double modulus = values.cwiseAbs().maxCoeff(&largest);
-  const auto vector = solver.eigenvectors().col(largest);
+  const Eigen::VectorXcd vector = solver.eigenvectors().col(largest);
   if (modulus > 0) spectrum.residual = H(steps, steps - 1) * std::abs(vector(steps - 1)) / (modulus * vector.norm());
   return spectrum;
 }
