@@ -58,7 +58,7 @@ bool pinned(const std::string& method) { return method.find("threads") == std::s
 WorkerClient& Stopwatch::client(const Contender& contender) {
   const bool pin = pinned(contender.method);
   std::unique_ptr<WorkerClient>& held = clients_[{contender.worker->path, pin}];
-  if (!held) held = std::make_unique<WorkerClient>(contender.worker->command, pin, contender.worker->foreign);
+  if (!held) held = std::make_unique<WorkerClient>(*contender.worker, pin);
   return *held;
 }
 
