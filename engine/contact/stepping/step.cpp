@@ -1,6 +1,7 @@
 // One step of "+impulse": the increments of the motion without contacts, collision detection, and the substeps
 // (world.hpp). Also the bodies' rows, from and to the state as the model lays it out.
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 
 #include "contact/stepping/contact_points.hpp"
@@ -191,31 +192,49 @@ template <class S> bool sweeps_to_convergence(const World<S>& world) {
   return true;
 }
 
-// Largest component of the change of a surface velocity by the last sweep, m/s.
-template <class S> S largest_change(const World<S>& world) {
-  const BodyRows<S>& bodies = world.bodies;
-  S most{};
-  for (int i = 0; i < bodies.count; ++i)
-    for (int c = 0; c < 3; ++c) {
-      const S rotation = world.geometry[i].bounding_radius *
-                         (bodies.velocity[i].at[3 + c] - bodies.velocity_before_sweep[i].at[3 + c]);
-      if (bodies.moves[i])
-        most = real::max(most, real::max(real::abs(bodies.velocity[i].at[c] - bodies.velocity_before_sweep[i].at[c]),
-                                         real::abs(rotation)));
-    }
+// The largest of `largest_of(first, last)` over shares of the bodies, at least 0: the same for any number of threads,
+// since real::max takes no NaN.
+template <class S, class F> S largest_over_bodies(World<S>& world, const F& largest_of) {
+  std::atomic<S> most{};
+  for_bodies(world, [&](int first, int last) {
+    const S own = largest_of(first, last);
+    S seen = most.load(std::memory_order_relaxed);
+    while (seen < own && !most.compare_exchange_weak(seen, own, std::memory_order_relaxed)) continue;
+  });
   return most;
+}
+
+// Largest component of the change of a surface velocity by the last sweep, m/s.
+template <class S> S largest_change(World<S>& world) {
+  const BodyRows<S>& bodies = world.bodies;
+  return largest_over_bodies(world, [&](int first, int last) {
+    S most{};
+    for (int i = first; i < last; ++i)
+      for (int c = 0; c < 3; ++c) {
+        const S rotation = world.geometry[i].bounding_radius *
+                           (bodies.velocity[i].at[3 + c] - bodies.velocity_before_sweep[i].at[3 + c]);
+        if (bodies.moves[i])
+          most = real::max(most, real::max(real::abs(bodies.velocity[i].at[c] - bodies.velocity_before_sweep[i].at[c]),
+                                           real::abs(rotation)));
+      }
+    return most;
+  });
 }
 
 // Adds the sweeps of a substep to the run's tallies. `change`: largest change of a surface velocity in the last sweep
 // [m/s]; the residual is its ratio to what gravity gives in a substep or to the largest velocity, whichever is larger.
 template <class S> void report_sweeps(World<S>& world, int sweeps, S change) {
   const BodyRows<S>& bodies = world.bodies;
-  S scale = norm(world.gravity_W) * world.sub_s;
-  for (int i = 0; i < bodies.count; ++i)
-    for (int c = 0; c < 6 && bodies.moves[i]; ++c) {
-      const S speed = real::abs(bodies.velocity[i].at[c]);
-      scale = real::max(scale, c < 3 ? speed : world.geometry[i].bounding_radius * speed);
-    }
+  const S fastest = largest_over_bodies(world, [&](int first, int last) {
+    S most{};
+    for (int i = first; i < last; ++i)
+      for (int c = 0; c < 6 && bodies.moves[i]; ++c) {
+        const S speed = real::abs(bodies.velocity[i].at[c]);
+        most = real::max(most, c < 3 ? speed : world.geometry[i].bounding_radius * speed);
+      }
+    return most;
+  });
+  const S scale = real::max(norm(world.gravity_W) * world.sub_s, fastest);
   const S residual = change == S(0) ? change : change / scale;
   world.model->system().solvers.add(
       IterativeSolver::contact_sweeps,

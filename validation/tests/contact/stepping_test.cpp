@@ -234,6 +234,10 @@ TEST_CASE("+impulse: the same bits for any number of threads, again and again") 
       const Recorded other = run(euler + threads, scene, plan);
       INFO(id << threads);
       CHECK(same_bits(one.samples.back(), other.samples.back()));
+      // how the sweeps ended is measured over all bodies, by shares of them
+      const SolveTally &swept = one.outcome.solvers.at("contact-sweeps"),
+                       &by_shares = other.outcome.solvers.at("contact-sweeps");
+      CHECK(swept.residual_max == by_shares.residual_max);
     }
   }
 }
