@@ -16,7 +16,7 @@ inline constexpr int kNodes = kRadauNodes;
 // at once, whose contraction differs more from one step to the next); where changes among the last places no longer
 // shrink; or in failure.
 template <class S> struct SweepEnd {
-  S enough, contraction, before = S(0);
+  S enough, contraction, before = S(0), earlier = S(0);  // changes of the last sweep, and of the one before it
   int sweeps = 0;
   SolveEnd ended = SolveEnd::capped;
   S left = S(0);
@@ -43,7 +43,8 @@ template <class S> struct SweepEnd {
       ended = SolveEnd::stagnated;
       return true;
     }
-    if (sweeps > 9 && now > before) return true;
+    if (sweeps > 9 && now > before && now > earlier) return true;  // of alternate sweeps one may grow for a while
+    earlier = before;
     before = now;
     return sweeps == most_sweeps;
   }

@@ -6,6 +6,7 @@
 #include "joints/mass_matrix.hpp"
 #include "joints/planar_rates.hpp"
 #include "mechanisms.hpp"
+#include "scene/files.hpp"
 
 namespace atwood::testing {
 namespace {
@@ -519,6 +520,17 @@ TEST_CASE("methods step mechanisms exactly where they claim an order") {
   }
   CHECK(steps == 56);
   CHECK(refuses == 36);
+}
+
+// Of its first step, which has no prediction, the changes of alternate sweeps grow once on their way to round-off.
+TEST_CASE("radau15 solves the first step of a rope of twenty links") {
+  const Scenario rope = read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/rope-20-balls.toml");
+  for (const int steps : {240, 1280}) {
+    const Outcome outcome = atwood_engine().run(parse_method_id("atwood/radau15"), rope.scene, {10, steps, 1}, {}, 0);
+    INFO(outcome.reason);
+    CHECK(outcome.status == Status::ok);
+    CHECK(outcome.solvers.at("implicit-stages").capped == 0);
+  }
 }
 
 TEST_CASE("what a tree cannot be is refused by name") {
