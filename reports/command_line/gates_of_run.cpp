@@ -225,7 +225,9 @@ SiftedGates sift_gates(const Place& place, const Options& options, const Selecti
   for (const Gate& gate : gates) {
     // A trace that is checked belongs to no study: gates that do not match it are left out.
     if (!gate.named || selection.study.empty()) {
-      if (!left_out_of_catalogue(options, selection, kept, gate)) sifted.judged.push_back(gate);
+      if (left_out_of_catalogue(options, selection, kept, gate)) continue;
+      sifted.judged.push_back(gate);
+      sifted.judged.back().partial = selection.narrowed && (has_glob(gate.scenario) || has_glob(gate.method));
       continue;
     }
     if (!gate.study.empty() && gate.study != selection.study) {

@@ -240,7 +240,8 @@ void judge_ladders(const Gate& gate, std::span<const Ladder> ladders, const Riva
 }
 
 // Once all rows were judged. Where the truth of a scene is unsupported, its cells run but have no errors: the gate is
-// `not_run` there, also if it judged other scenes. One verdict per scene. A gate without any row is `not_run`.
+// `not_run` there, also if it judged other scenes. One verdict per scene. A gate without any row is `not_run`, unless
+// it is partial and all its cells ended ok.
 void conclude_gate(const Gate& gate, const GateProgress& progress, std::vector<Verdict>& verdicts) {
   bool judged = progress.judged;
   for (const auto& [scenario, row] : progress.refused) {
@@ -257,6 +258,7 @@ void conclude_gate(const Gate& gate, const GateProgress& progress, std::vector<V
   }
   if (judged) return;
   if (progress.unsupported && !progress.other) return;  // an unsupported cell, or an engine that is not built
+  if (gate.partial && progress.ended.empty()) return;   // a narrowed run, whose cells do not have this metric
   Verdict v;
   v.gate = gate;
   v.scenario = gate.scenario;

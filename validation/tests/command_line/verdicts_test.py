@@ -106,6 +106,11 @@ class Unmatched(Verdicts):
             extra = ["--no-timing"] if command == "run" else []
             self.expect(self.run_in(command, *SMALL, "--tolerances", path, *extra), 0, "1 gate: 1 pass", "4 gates left out by the filter.")
 
+    def test_a_gate_on_all_scenes_says_nothing_of_one_without_its_figure(self):
+        words = ["contact", "--scenario", "bounce-e0", "--method", "atwood/*"]
+        self.expect(self.run_in("run", *words, "--no-timing"), 0, "0 not run")
+        self.expect(self.run_in("gate", *words), 0, "0 not run")
+
     def test_without_a_filter_of_a_study_of_ones_own(self):
         study = self.path("s.toml", 'id = "mine"\n[[cells]]\nscenarios = ["kepler-e0.6"]\nmethods = ["atwood/rk4"]\nsteps = [960]\ntiming = false\n')
         path = self.path("g.toml", gate())

@@ -127,6 +127,21 @@ TEST_CASE("judge: NaN fails, failed cells fail, and a gate without rows is not_r
   CHECK(judged(gate_of(Gate::Kind::within, 3.9, 4.2, "order-position"), {blown}) == Judgement::not_run);
 }
 
+TEST_CASE("judge: a gate whose globs reach beyond a narrowed run says nothing where the run has no such figure") {
+  Gate partial = gate_of(Gate::Kind::max, 0, 2);
+  partial.partial = true;
+  const auto verdicts = [&](std::vector<Row> rows) { return judge(std::vector<Gate>{partial}, rows); };
+  CHECK(verdicts({row_of("error-velocity-end", 1)}).empty());
+  CHECK(judged(partial, {row_of("error-position-end", 1)}) == Judgement::pass);
+  CHECK(judged(partial, {row_of("error-position-end", 3)}) == Judgement::fail);
+  Row blown = row_of("status", 0);
+  blown.status = Status::diverged;
+  CHECK(judged(partial, {blown}) == Judgement::fail);
+  partial.kind = Gate::Kind::within;
+  partial.metric = "order-position";
+  CHECK(judged(partial, {blown}) == Judgement::not_run);
+}
+
 TEST_CASE("judge: unsupported and not built cells give no verdict, unless another cell was run") {
   Row refused = row_of("status", 0);
   refused.status = Status::unsupported;
