@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <regex>
+#include <sstream>
 
 #include "benchmarks/bench_file.hpp"
 #include "benchmarks/stopwatch.hpp"
@@ -69,22 +71,35 @@ std::vector<std::string> benchmark_programs(const std::string& bin_dir) {
   return programs;
 }
 
-std::vector<BenchFigure> run_benchmarks(const std::string& bin_dir, const std::string& filter,
+std::vector<std::string> benchmark_programs(const std::string& bin_dir, const std::string& filter) {
+  // As Google Benchmark reads it. A program without a match would say so on standard error, so it is not run.
+  const std::regex pattern(filter, std::regex::extended | std::regex::nosubs);
+  std::vector<std::string> programs = benchmark_programs(bin_dir);
+  std::erase_if(programs, [&](const std::string& program) {
+    std::istringstream names(capture({program, "--benchmark_list_tests"}));
+    for (std::string name; std::getline(names, name);)
+      if (std::regex_search(name, pattern)) return false;
+    return true;
+  });
+  return programs;
+}
+
+std::vector<BenchFigure> run_benchmarks(const std::vector<std::string>& programs, const std::string& filter,
                                         const std::function<void(const std::string&)>& notice) {
   std::vector<BenchFigure> figures;
-  for (const std::string& executable : benchmark_programs(bin_dir)) {
-    notice(fs::path(executable).filename().string());
-    std::vector<std::string> words{executable, "--benchmark_format=json", "--benchmark_repetitions=5",
+  for (const std::string& program : programs) {
+    notice(fs::path(program).filename().string());
+    std::vector<std::string> words{program, "--benchmark_format=json", "--benchmark_repetitions=5",
                                    fmt::format("--benchmark_min_time={}", kTimingS)};
     if (!filter.empty()) words.push_back("--benchmark_filter=" + filter);
     const auto text = capture(words);
-    if (text.find('{') == std::string::npos) continue;  // no benchmark of this executable matches
     collect(text.substr(text.find('{')), figures);
   }
   return figures;
 }
 
 Measured<std::vector<BenchFigure>> calmest_benchmarks(const std::string& bin_dir, const std::string& filter) {
+  const std::vector<std::string> programs = benchmark_programs(bin_dir, filter);
   return calmest([&] {
     const auto ended = [] {
       rusage used{};
@@ -97,7 +112,7 @@ Measured<std::vector<BenchFigure>> calmest_benchmarks(const std::string& bin_dir
     Measured<std::vector<BenchFigure>> measured;
     const rusage before = ended();
     const double ghz = clock_rate_ghz();
-    measured.figures = run_benchmarks(bin_dir, filter, [](const std::string&) {});
+    measured.figures = run_benchmarks(programs, filter, [](const std::string&) {});
     const double ghz_after = clock_rate_ghz();
     const rusage after = ended();
     MachineState& machine = measured.machine;

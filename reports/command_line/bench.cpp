@@ -150,12 +150,13 @@ int command_bench(const Place& place, const Options& options) {
   if (options.input == "frame-budget") return command_frame_budget(place, options);
   if (benchmark_programs(place.worker_dir).empty())
     throw InputError("no benchmarks are here; `./atwood bench` in the project's folder builds them");
+  std::vector<std::string> programs;
   try {
-    const std::regex filter(options.input, std::regex::extended | std::regex::nosubs);  // as Google Benchmark reads it
+    programs = benchmark_programs(place.worker_dir, options.input);
   } catch (const std::regex_error& error) {
     throw InputError(fmt::format("bench {}: not a regular expression: {}", options.input, error.what()));
   }
-  const std::vector<BenchFigure> figures = run_benchmarks(place.worker_dir, options.input, notice);
+  const std::vector<BenchFigure> figures = run_benchmarks(programs, options.input, notice);
   if (figures.empty()) throw InputError(fmt::format("no benchmark matches `{}`", options.input));
   keep_bench(bench_path(options), place.provenance, &figures, nullptr);
   if (options.json) {
