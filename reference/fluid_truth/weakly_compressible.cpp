@@ -15,8 +15,8 @@ using namespace fluid_truth;
 namespace {
 
 constexpr int kPoints[] = {17, 25, 37, 55, 81};
-constexpr double kTarget = 1e-7;  // of the largest speed: differences below it need no more points
-constexpr double kTolerance = 1e-11, kLoose = 1e-8;
+constexpr double kTarget = 1e-8;  // of the largest speed: differences below it need no more points
+constexpr double kTolerance = 1e-12, kLoose = 1e-9;
 constexpr double kStretches = 16;
 
 double narrow(Wide value) { return static_cast<double>(value); }
