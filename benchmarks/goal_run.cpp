@@ -68,6 +68,13 @@ GoalEntrant entrant_of(const Cell& cell, const std::vector<Row>& rows, const Goa
   return entrant;
 }
 
+// Why a run that ended ok has no number for the goal: what its figure says.
+std::string why_no_figure(const Cell& cell, const std::vector<Row>& rows, const Goal& goal) {
+  for (const Row& row : rows)
+    if (row.method == cell.method && is_figure(row, goal) && !row.reason.empty()) return row.metric + ", " + row.reason;
+  return goal.metric + " was not measured";
+}
+
 double cost_of(const GoalEntrant& entrant, const std::string& kind) {
   return kind == "evaluations" ? entrant.evaluations : kind == "ns_per_step" ? entrant.ns_per_step : entrant.seconds;
 }
@@ -109,7 +116,7 @@ class GoalRun {
   const GoalSetup& setup_;
   const std::vector<Worker>& workers_;
   Stopwatch stopwatch_;
-  std::string refusal_;                // why the first of our candidates that did not run did not
+  std::string refusal_;                // why the first of our candidates without a figure has none
   std::vector<std::string> left_out_;  // rungs that were not run (CostlyRungs)
 };
 
@@ -147,9 +154,14 @@ std::vector<Candidate> GoalRun::measured(const Goal& goal, const Scenario& scena
       if (failure != failed.end() && refusal_.empty() && sides[i] == Side::ours)
         refusal_ = to_string(failure->second->status) + ": " + failure->second->reason;
       if (asked[i].worker < 0 || failure != failed.end()) continue;
+      const bool of_ladder = goal.metric.starts_with("order-");  // all rungs have the one figure
+      if (of_ladder && !candidates.empty() && candidates.back().cell->method == asked[i].method) continue;
       GoalEntrant entrant = entrant_of(asked[i], result.rows, goal);
       costly.note(entrant);
-      if (!goal.metric.empty() && !std::isfinite(entrant.error)) continue;
+      if (!goal.metric.empty() && !std::isfinite(entrant.error)) {
+        if (sides[i] == Side::ours && refusal_.empty()) refusal_ = why_no_figure(asked[i], result.rows, goal);
+        continue;
+      }
       const Side side = sides[i] == Side::rival && is_library(engine_of(asked[i].method)) ? Side::library : sides[i];
       cells.push_back(asked[i]);
       candidates.push_back({side, &cells.back(), entrant, {}});
@@ -317,8 +329,10 @@ void GoalRun::add_close(const Goal& goal, const std::vector<Candidate>& candidat
 }
 
 std::string shortfall(const Goal& goal, const GoalEntrant& ours, const std::string& refusal) {
-  if (ours.method.empty()) return "none of our candidate methods ran" + (refusal.empty() ? "" : ": " + refusal);
-  if (!ours.accurate && std::isfinite(goal.low)) return fmt::format("{:.4g} is outside", ours.error);
+  if (ours.method.empty())
+    return "none of our candidate methods has a figure" + (refusal.empty() ? "" : ": " + refusal);
+  if (!ours.accurate && std::isfinite(goal.low))
+    return fmt::format("from {:.4g} to {:.4g} is not inside", ours.error - ours.bar, ours.error + ours.bar);
   if (!ours.accurate && ours.error <= goal.error && std::isinf(ours.last_quarter))
     return "a state over the last quarter of the run is not finite";
   if (!ours.accurate && ours.error <= goal.error)

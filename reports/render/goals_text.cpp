@@ -10,20 +10,21 @@
 namespace atwood {
 namespace {
 
-std::string line(const char* who, const GoalEntrant& entrant) {
+std::string line(const char* who, const GoalEntrant& entrant, const GoalResult& goal) {
   if (entrant.method.empty()) return fmt::format("    {:<10} none\n", who);
   std::string words = fmt::format("    {:<10} {}", who, entrant.method);
   if (entrant.steps > 0 && method_family(entrant.method) == entrant.method)
     words += fmt::format(", {} steps", entrant.steps);
   std::string figures;
   const auto add = [&](const std::string& text) { figures += (figures.empty() ? "" : ", ") + text; };
-  if (std::isfinite(entrant.error)) add(fmt::format("error {}", format_measure(entrant.error, entrant.bar, 2)));
+  if (std::isfinite(goal.low)) add(fmt::format("{:.4g} +/- {:.2g}", entrant.error, entrant.bar));
+  else if (std::isfinite(entrant.error)) add(fmt::format("error {}", format_measure(entrant.error, entrant.bar, 2)));
   if (!std::isnan(entrant.last_quarter)) add(last_quarter_words(entrant.last_quarter));
   if (std::isfinite(entrant.evaluations)) add(fmt::format("{:.0f} evaluations", entrant.evaluations));
   if (std::isfinite(entrant.seconds)) add(time_words(entrant.seconds));
   if (std::isfinite(entrant.ns_per_step))
     add(fmt::format("{:.4g} ns{}", entrant.ns_per_step, entrant.steps > 0 ? " per step" : ""));
-  if (!entrant.accurate) add("not accurate enough");
+  if (!entrant.accurate && !std::isfinite(goal.low)) add("not accurate enough");
   return words + ": " + figures + "\n";
 }
 
@@ -34,10 +35,10 @@ std::string goals_text(const std::vector<GoalResult>& goals) {
   for (const GoalResult& goal : goals) {
     text += fmt::format("{}  {}\n    asked      {}\n", goal.reached ? "reached    " : "NOT REACHED", goal.title,
                         goal_words(goal));
-    text += line("ours", goal.ours) + line("rival", goal.rival);
+    text += line("ours", goal.ours, goal) + line("rival", goal.rival, goal);
     if (std::isfinite(goal.ours.floor)) text += fmt::format("    floor      {}\n", floor_words(goal.ours.floor));
-    for (const GoalEntrant& entrant : goal.close) text += line("within 20%", entrant);
-    if (!goal.uncounted.method.empty()) text += line("uncounted", goal.uncounted);
+    for (const GoalEntrant& entrant : goal.close) text += line("within 20%", entrant, goal);
+    if (!goal.uncounted.method.empty()) text += line("uncounted", goal.uncounted, goal);
     if (std::isfinite(goal.ratio)) {
       const bool interval = std::isfinite(goal.ratio_low) && goal.ratio_low < goal.ratio_high;
       text += fmt::format("    ratio      {}the rival costs {:.3g} x ours{}\n",
@@ -45,7 +46,7 @@ std::string goals_text(const std::vector<GoalResult>& goals) {
                           interval ? fmt::format(" [{:.3g}, {:.3g}]", goal.ratio_low, goal.ratio_high) : "");
     }
     if (!goal.library.method.empty() && !goal.same_rate.method.empty()) {
-      text += line("same rate", goal.same_rate) + line("library", goal.library);
+      text += line("same rate", goal.same_rate, goal) + line("library", goal.library, goal);
       text += std::isfinite(goal.same_rate_ratio)
                   ? fmt::format("    ratio      at the same rate the library costs {:.3g} x ours [{:.3g}, {:.3g}]\n",
                                 goal.same_rate_ratio, goal.same_rate_low, goal.same_rate_high)

@@ -143,7 +143,7 @@ methods = ["known/vortices{{space=1.0}}"]
         self.assertAlmostEqual(goals["met"]["rival"]["error"], 2 * 0.25**2 * 1.25, delta=2e-6)
         self.assertAlmostEqual(goals["missed"]["ours"]["error"], 0.125**2 * 1.125, delta=1e-7)
         self.assertIn("times too large", goals["missed"]["why"])
-        self.assertIn("is outside", goals["no-order"]["why"])
+        self.assertIn("is not inside", goals["no-order"]["why"])
         for asked, word in (("seeds = 2\nrival_seeds = 3", "`rival_seeds`: expected at most `seeds`"),
                             ("rival_steps = [3]", "`rival_steps`: expected multiples of `samples`")):
             self.path("goals.toml", goal.format(id="odd", scene=scene, metric="velocity-l1", asked="error = 1\n" + asked))
