@@ -6,6 +6,7 @@
 #include "scene/joint_keys.hpp"
 #include "scene/loop_projection.hpp"
 #include "scene/mechanism.hpp"
+#include "scene/union_find.hpp"
 
 namespace atwood {
 namespace {
@@ -161,11 +162,6 @@ void check_inertia(Reading& r, const Mechanisms& mechanisms, const std::vector<i
   }
 }
 
-int find_root(std::vector<int>& parent, int i) {
-  while (parent[static_cast<std::size_t>(i)] != i) i = parent[static_cast<std::size_t>(i)];
-  return i;
-}
-
 // Bodies that ropes alone tie in a ring keep all their distances: their tensions have no solution, or many.
 void check_rope_cycles(Reading& r, const Mechanisms& mechanisms) {
   std::vector<int> parent(r.scene->bodies.size());
@@ -173,12 +169,11 @@ void check_rope_cycles(Reading& r, const Mechanisms& mechanisms) {
   for (std::size_t i = 0; i < r.scene->ropes.size(); ++i) {
     const auto [a, b] = r.scene->ropes[i].bodies;
     if (body_of(r, a).fixed || body_of(r, b).fixed) continue;
-    const int root_a = find_root(parent, a), root_b = find_root(parent, b);
-    if (root_a == root_b)
+    if (find_root(parent, a) == find_root(parent, b))
       fail(r, mechanisms.ropes[i]->find("bodies")->location,
            title("rope", r.scene->ropes[i].name) + " closes a cycle of ropes between `" + body_of(r, a).name +
                "` and `" + body_of(r, b).name + "`; expected ropes that make no cycle");
-    parent[static_cast<std::size_t>(root_a)] = root_b;
+    unite(parent, a, b);
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "scene/least_change.hpp"
 #include "scene/rope_path.hpp"
+#include "scene/union_find.hpp"
 
 namespace atwood {
 
@@ -42,19 +43,13 @@ struct Loops {
   Real size = 1;                         // [m]
 };
 
-int find_root(std::vector<int>& parent, int i) {
-  while (parent[static_cast<std::size_t>(i)] != i)
-    i = parent[static_cast<std::size_t>(i)] = parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(i)])];
-  return i;
-}
-
 std::vector<bool> involved_bodies(const Scene& scene) {
   const std::size_t n = scene.bodies.size();
   std::vector<int> parent(n);
   std::iota(parent.begin(), parent.end(), 0);
   const auto moves = [&](int b) { return b >= 0 && !scene.bodies[static_cast<std::size_t>(b)].fixed; };
   const auto join = [&](int a, int b) {
-    if (moves(a) && moves(b)) parent[static_cast<std::size_t>(find_root(parent, a))] = find_root(parent, b);
+    if (moves(a) && moves(b)) unite(parent, a, b);
   };
   for (const Joint& joint : scene.joints) join(joint.parent, joint.child);
   for (const Rope& rope : scene.ropes) join(rope.bodies[0], rope.bodies[1]);

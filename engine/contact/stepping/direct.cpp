@@ -13,7 +13,7 @@
 
 #include "contact/stepping/contact_points.hpp"
 #include "contact/stepping/mechanisms.hpp"
-#include "contact/stepping/union_find.hpp"
+#include "scene/union_find.hpp"
 
 namespace atwood::stepping {
 namespace {

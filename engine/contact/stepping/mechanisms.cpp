@@ -5,9 +5,9 @@
 
 #include "contact/stepping/contact_points.hpp"
 #include "contact/stepping/impact_prediction.hpp"
-#include "contact/stepping/union_find.hpp"
 #include "math/so3.hpp"
 #include "scene/mechanism.hpp"
+#include "scene/union_find.hpp"
 
 namespace atwood::stepping {
 namespace {

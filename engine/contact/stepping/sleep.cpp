@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "contact/stepping/contact_points.hpp"
-#include "contact/stepping/union_find.hpp"
+#include "scene/union_find.hpp"
 
 namespace atwood::stepping {
 namespace {
