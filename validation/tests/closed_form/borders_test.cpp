@@ -1,17 +1,13 @@
 // Near the limits of its validity a closed form refuses, or its bar contains the motions on both sides.
 #include <catch2/catch.hpp>
 
-#include "scene/files.hpp"
 #include "scenes.hpp"
+#include "validation/tests/catalogued.hpp"
 
 using namespace atwood;
 using namespace atwood::testing;
 
 namespace {
-
-Scenario catalogued(const std::string& id) {
-  return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
-}
 
 Body ground() {
   Body made = point("ground", 0, {0, 0, 0}, {0, 0, 0});

@@ -3,16 +3,12 @@
 #include <catch2/catch.hpp>
 
 #include "joint_scenes.hpp"
-#include "scene/files.hpp"
+#include "validation/tests/catalogued.hpp"
 
 using namespace atwood;
 using namespace atwood::testing;
 
 namespace {
-
-Scenario catalogued(const std::string& id) {
-  return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
-}
 
 double widest(const Truth& truth) {
   Wide bar = 0;

@@ -6,8 +6,8 @@
 #include <functional>
 
 #include "extended/extended.hpp"
-#include "scene/files.hpp"
 #include "scenes.hpp"
+#include "validation/tests/catalogued.hpp"
 
 using namespace atwood;
 using namespace atwood::testing;
@@ -225,7 +225,7 @@ TEST_CASE("A change of the scene is refused, has no effect, or gives the motion 
                          "penalty-linear",
                          "penalty-hertz",
                          "stack-10"}) {
-    Scenario base = read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
+    Scenario base = catalogued(id);
     base.t_end_s = std::min(base.t_end_s, 1.0);
     base.samples = 4;
     const Truth plain = closed_form_truth(base, 4);
@@ -264,7 +264,7 @@ TEST_CASE("A change of the scene is refused, has no effect, or gives the motion 
 TEST_CASE("Compliant pairs are refused by every closed form of rigid contact, by name") {
   for (const char* id : {"bounce-e0.5", "oblique", "slip-to-roll", "cradle-apart-1", "friction-cone-0", "struck-rod",
                          "stack-10", "card-house"}) {
-    Scenario given = read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
+    Scenario given = catalogued(id);
     for (PairLaw& pair : given.scene.pairs) pair.contact_law = ContactLaw::linear, pair.stiffness_N_per_m = 100;
     CHECK_THAT(closed_form_truth(given, 4).outcome.reason, Catch::Contains("the contact law `linear` between"));
     for (PairLaw& pair : given.scene.pairs) pair.contact_law = ContactLaw::hertz, pair.modulus_Pa = 1e5;

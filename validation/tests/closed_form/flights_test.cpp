@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "scene/files.hpp"
 #include "scenes.hpp"
+#include "validation/tests/catalogued.hpp"
 
 using namespace atwood;
 using namespace atwood::testing;
@@ -101,10 +101,6 @@ std::vector<Moving> march(const Scenario& given, int steps) {
     }
   }
   return now;
-}
-
-Scenario catalogued(const std::string& id) {
-  return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
 }
 
 double kinetic(const Scene& scene, const Sample& s) {

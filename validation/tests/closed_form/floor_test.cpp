@@ -2,8 +2,8 @@
 // straight lines.
 #include <catch2/catch.hpp>
 
-#include "scene/files.hpp"
 #include "scenes.hpp"
+#include "validation/tests/catalogued.hpp"
 
 using namespace atwood;
 using namespace atwood::testing;
@@ -46,10 +46,6 @@ Moving march(const Scene& scene, int at, const Vec3& n, double height, double t_
     now.p = plus(now.p, h, now.v);
   }
   return now;
-}
-
-Scenario catalogued(const std::string& id) {
-  return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
 }
 
 Vec3 narrow(const std::array<Wide, 3>& v) { return {double(v[0]), double(v[1]), double(v[2])}; }

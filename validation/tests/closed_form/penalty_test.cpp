@@ -2,17 +2,13 @@
 #include <catch2/catch.hpp>
 
 #include "closed_form/hertz_phase.hpp"
-#include "scene/files.hpp"
 #include "scenes.hpp"
+#include "validation/tests/catalogued.hpp"
 
 using namespace atwood;
 using namespace atwood::testing;
 
 namespace {
-
-Scenario catalogued(const std::string& id) {
-  return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
-}
 
 // Along x: the overlap of both, and the force on `right` (or the wall).
 double force(const PairLaw& law, double R, double d, double rate) {

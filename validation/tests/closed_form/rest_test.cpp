@@ -1,17 +1,13 @@
 // Scenes in equilibrium and others: the check of the solution `rest`, against statics by hand.
 #include <catch2/catch.hpp>
 
-#include "scene/files.hpp"
 #include "scenes.hpp"
+#include "validation/tests/catalogued.hpp"
 
 using namespace atwood;
 using namespace atwood::testing;
 
 namespace {
-
-Scenario catalogued(const std::string& id) {
-  return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
-}
 
 Body cube(const std::string& name, Real3 half, Real3 p) {
   const double m = 2;

@@ -1,8 +1,8 @@
 // The steady roll of a coin, against Newton's and Euler's equations in world axes with the touch's force as an unknown.
 #include <catch2/catch.hpp>
 
-#include "scene/files.hpp"
 #include "scenes.hpp"
+#include "validation/tests/catalogued.hpp"
 
 using namespace atwood;
 using namespace atwood::testing;
@@ -70,10 +70,6 @@ Vec3 turned_by(const std::array<Wide, 4>& q, const Vec3& v) {
 }
 Vec3 narrow(const std::array<Wide, 3>& v) { return {Real(v[0]), Real(v[1]), Real(v[2])}; }
 Real apart(const Vec3& a, const Vec3& b) { return std::sqrt(along(plus(a, -1, b), plus(a, -1, b))); }
-
-Scenario catalogued(const std::string& id) {
-  return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
-}
 
 std::string refusal(const Scenario& scenario) {
   const Truth truth = closed_form_truth(scenario, 1);

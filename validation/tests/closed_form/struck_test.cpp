@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "scene/files.hpp"
 #include "scenes.hpp"
+#include "validation/tests/catalogued.hpp"
 
 using namespace atwood;
 using namespace atwood::testing;
@@ -18,10 +18,6 @@ Vec3 times(const Vec3& a, const Vec3& b) {
 double along(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double length(const Vec3& a) { return std::sqrt(along(a, a)); }
 template <class V> Vec3 narrow(const V& v) { return {double(v[0]), double(v[1]), double(v[2])}; }
-
-Scenario catalogued(const std::string& id) {
-  return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
-}
 
 // bat, ball; both unturned, so body axes are the world's
 struct Struck {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "contact/stepping/run.hpp"
-#include "scene/files.hpp"
+#include "validation/tests/catalogued.hpp"
 
 namespace atwood::stepping_scenes {
 
@@ -37,9 +37,7 @@ inline Recorded run(const std::string& method, const Scene& scene, const Plan& p
   return recorded;
 }
 
-inline Scene catalogue(const std::string& id) {
-  return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml").scene;
-}
+inline Scene catalogue(const std::string& id) { return testing::catalogued(id).scene; }
 
 inline Body ball(const std::string& name, double mass_kg, double radius_m, const Real3& p, const Real3& v,
                  const Real3& w = {}) {

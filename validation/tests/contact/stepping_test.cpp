@@ -197,7 +197,7 @@ TEST_CASE("+impulse: a stack, a house of cards and a wall stand still, at a long
 
 TEST_CASE("+impulse: an impact within a substep acts on the contacts around it") {
   for (const auto& [id, steps] : {std::pair{"cradle-touching-3", 480}, std::pair{"cradle-unequal-apart", 60}}) {
-    const Scenario scenario = read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
+    const Scenario scenario = testing::catalogued(id);
     const Recorded r = run(euler, scenario.scene, {scenario.t_end_s, steps, 1});
     INFO(id);
     CHECK(total(scenario.scene, r.samples[1]).energy ==

@@ -6,14 +6,14 @@
 
 #include "closed_form/closed_form.hpp"
 #include "extended/extended.hpp"
-#include "scene/files.hpp"
+#include "validation/tests/catalogued.hpp"
 
 using namespace atwood;
 
 TEST_CASE("slopes, cradles, a thin wall: closed form and located impacts agree within their bars") {
   for (const char* id :
        {"slopes", "cradle-touching-3", "cradle-unequal-apart", "bullet-through-paper", "oblique-rough-dead"}) {
-    const Scenario given = read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
+    const Scenario given = testing::catalogued(id);
     const Truth exact = closed_form_truth(given, given.samples), located = extended_truth(given, given.samples);
     INFO(id << ": " << exact.outcome.reason << located.outcome.reason);
     REQUIRE(exact.outcome.status == Status::ok);

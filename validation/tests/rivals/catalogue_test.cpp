@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "scene/files.hpp"
 #include "under_test.hpp"
+#include "validation/tests/catalogued.hpp"
 
 namespace atwood::test {
 namespace {
@@ -27,7 +27,7 @@ bool asks_for_restitution(const Scene& scene) {
 TEST_CASE("every promised scenario runs") {
   const Engine engine = engine_under_test();
   for (const auto& id : kPromised) {
-    const Scenario scenario = read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
+    const Scenario scenario = testing::catalogued(id);
     for (const auto& scheme : {"default", "tuned"}) {
       // An explicit gyroscopic term blows up at the tumbling box's coarsest step.
       const bool fine = engine.name == "mujoco" || engine.name == "dart";

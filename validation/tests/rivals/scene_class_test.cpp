@@ -6,16 +6,14 @@
 
 #include "rivals/scene_class.hpp"
 #include "rivals/tuned.hpp"
-#include "scene/files.hpp"
+#include "validation/tests/catalogued.hpp"
 
 using namespace atwood;
 using namespace atwood::rivals;
 
 namespace {
 
-Scene catalogue_scene(const std::string& id) {
-  return read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml").scene;
-}
+Scene catalogue_scene(const std::string& id) { return testing::catalogued(id).scene; }
 
 }  // namespace
 

@@ -4,9 +4,9 @@
 
 #include "mechanism_scenes.hpp"
 #include "rivals/vector.hpp"
-#include "scene/files.hpp"
 #include "scenes.hpp"
 #include "simbody/simbody.hpp"
+#include "validation/tests/catalogued.hpp"
 
 namespace atwood::test {
 namespace {
@@ -243,7 +243,7 @@ TEST_CASE("every smooth scene promised for rivals runs") {
   for (const char* id : {"ballistic", "projectile-linear-drag", "projectile-quadratic-drag", "free-box-simple",
                          "free-box-complex", "symmetric-top", "dzhanibekov", "thrusters", "force-at-a-point",
                          "force-at-a-point-body", "frame-rate-30", "frame-rate-144", "frame-rate-jitter"}) {
-    const Scenario scenario = read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
+    const Scenario scenario = testing::catalogued(id);
     const Plan plan{scenario.t_end_s, scenario.steps.back(), scenario.samples, scenario.frame_ends_s};
     const Run end = run_with("default", scenario.scene, plan);
     INFO(id << ": " << end.outcome.reason);

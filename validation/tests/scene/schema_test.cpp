@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "scene/files.hpp"
+#include "validation/tests/catalogued.hpp"
 
 using nlohmann::json;
 
@@ -119,8 +119,7 @@ TEST_CASE("resolved scenes satisfy the schema; a wrong one does not") {
        {"thrusters", "bounce-e0.8", "oscillator-driven", "arenstorf", "lorenz", "projectile-quadratic-drag",
         "pendulum-1", "door-stop", "four-bar-2", "atwood-machine-heavy-pulley", "heavy-top-fast", "flyball-governor"}) {
     INFO(id);
-    const auto scenario =
-        atwood::read_scenario(std::string(ATWOOD_SOURCE_DIR) + "/validation/scenarios/" + id + ".toml");
+    const auto scenario = atwood::testing::catalogued(id);
     json value = json::parse(atwood::scenario_to_json(scenario));
     REQUIRE(valid(schema, schema["$defs"]["resolved_scenario"], value));
     value["scene"]["bodies"][0]["mas_kg"] = 1;
