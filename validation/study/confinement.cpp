@@ -147,17 +147,25 @@ std::string failure_of(const ConfinementMeans& means) {
   }
 }
 
-ConfinementMeans::Namespaces first_that_works(ConfinementMeans::Namespaces ConfinementMeans::*member,
-                                              std::string& why) {
+struct TriedNamespaces {
+  ConfinementMeans::Namespaces kind = ConfinementMeans::Namespaces::none;  // the first that works
+  std::string failure;                                                     // of the last tried; empty: it works
+};
+
+TriedNamespaces first_that_works(ConfinementMeans::Namespaces ConfinementMeans::*member) {
   using enum ConfinementMeans::Namespaces;
+  TriedNamespaces tried;
   for (const auto kind : {privileged, user}) {
     if (kind == privileged && geteuid() != 0) continue;
     ConfinementMeans only;
     only.*member = kind;
-    why = failure_of(only);
-    if (why.empty()) return kind;
+    tried.failure = failure_of(only);
+    if (tried.failure.empty()) {
+      tried.kind = kind;
+      break;
+    }
   }
-  return none;
+  return tried;
 }
 
 ConfinementMeans find_means() {
@@ -171,8 +179,10 @@ ConfinementMeans find_means() {
     means.no_landlock = failure_of(only);
     if (means.no_landlock.empty()) means.landlock_abi = abi;
   }
-  means.network = first_that_works(&ConfinementMeans::network, means.no_network);
-  means.mount = first_that_works(&ConfinementMeans::mount, means.no_mount);
+  const TriedNamespaces network = first_that_works(&ConfinementMeans::network),
+                        mount = first_that_works(&ConfinementMeans::mount);
+  means.network = network.kind, means.no_network = network.failure;
+  means.mount = mount.kind, means.no_mount = mount.failure;
   return means;
 }
 
