@@ -21,10 +21,26 @@ template <class S> struct Walls<S>::FluidLoad final : ForceTerm<S> {
 
 // The terms of one wall point in the rates of one particle.
 template <class S> struct Walls<S>::Touch {
-  Vec3<S> acceleration, surface;  // surface: V F x, the gradient of the wall's indicator, of boundaries with a flux
+  Vec3<S> acceleration;
   S density{}, heat{};
-  int boundary = 0;
 };
+
+namespace {
+
+// sum of D^d W over the points D (a, b, c), a = 1, 2, ..., b and c whole: a wall point beside a fluid on a lattice.
+template <class S> S lattice_beside(const Kernel<S>& kernel, int d, S spacing, S volume) {
+  const int reach = static_cast<int>(kernel.support / spacing) + 1, deep = d == 3 ? reach : 0;
+  S sum{};
+  for (int a = 1; a <= reach; ++a)
+    for (int b = -reach; b <= reach; ++b)
+      for (int c = -deep; c <= deep; ++c) sum += kernel.value(spacing * real::sqrt(S(a * a + b * b + c * c)));
+  return volume * sum;
+}
+
+// 0 at 0, 1 from 1 on, with two continuous derivatives.
+template <class S> S smooth_step(S z) { return z >= S(1) ? S(1) : z * z * z * (S(10) + z * (S(6) * z - S(15))); }
+
+}  // namespace
 
 template <class S>
 Walls<S>::Walls(const Scene& scene, const ParticleSet<S>& set, const PairSums<S>& sums, RigidModel<S>* bodies)
@@ -35,11 +51,13 @@ Walls<S>::Walls(const Scene& scene, const ParticleSet<S>& set, const PairSums<S>
   for (int c = 0; c < d; ++c) gravity_[c] = S(scene.gravity_m_per_s2[c]);
   try {
     for (const WallPoint& point : wall_points(scene, static_cast<double>(sums.kernel.support)))
-      points_.push_back({point.boundary, scene.fluid_boundaries[point.boundary].body, narrow3<S>(point.at_m)});
+      points_.push_back({point.boundary, scene.fluid_boundaries[point.boundary].body, narrow3<S>(point.at_m),
+                         S(point.area_m2) * S(scene.fluid_boundaries[point.boundary].heat_flux_W_per_m2.value_or(0))});
   } catch (const std::invalid_argument& refused) {
     unsupported_ = "+sph: " + std::string(refused.what());
     return;
   }
+  lattice_beside_ = lattice_beside(sums.kernel, d, spacing, volume_);
   const std::size_t count = points_.size();
   x_.resize(count * d);
   u_.resize(count * d);
@@ -48,6 +66,7 @@ Walls<S>::Walls(const Scene& scene, const ParticleSet<S>& set, const PairSums<S>
   pressure_.resize(count);
   density_.resize(count);
   temperature_.resize(count);
+  heating_.resize(count);
   loads_.resize(scene.bodies.size());
   if (bodies->state_size() > 0) bodies->add_term(std::make_unique<FluidLoad>(loads_), "the fluid");
 }
@@ -102,7 +121,7 @@ void Walls<S>::extrapolate(const Neighbours<S>& lists, const S* records, const S
   for (int w = 0; w < count(); ++w) {
     const int slot = lists.slot_of()[at.particles + w], lane = slot % kLaneCount;
     const NeighbourBlock block = lists.block(slot / kLaneCount);
-    S weight{}, pressure{}, temperature{}, velocity[3]{};
+    S weight{}, filled{}, pressure{}, temperature{}, velocity[3]{};
     for (int n = 0; n < block.counts[lane]; ++n) {
       const int other = block.entries[n * kLaneCount + lane], f = lists.order()[other];
       if (f >= at.particles) continue;
@@ -115,6 +134,7 @@ void Walls<S>::extrapolate(const Neighbours<S>& lists, const S* records, const S
         velocity[c] += W * y[at.velocities() + f * d + c];
       }
       weight += W;
+      filled += set_.mass[f] / densities[other] * W;
       pressure += W * (law().pressure(densities[other]) + densities[other] * lift);
       if (at.temperature) temperature += W * y[at.temperatures() + f];
     }
@@ -124,6 +144,8 @@ void Walls<S>::extrapolate(const Neighbours<S>& lists, const S* records, const S
     pressure_[w] = inverse * pressure;
     density_[w] = law().density(pressure_[w]);
     temperature_[w] = inverse * temperature;
+    const S power = points_[w].power;
+    heating_[w] = power != S(0) && filled > S(0) ? power * smooth_step(S(3) * filled / lattice_beside_) / filled : S(0);
   }
 }
 
@@ -169,9 +191,8 @@ auto Walls<S>::touch(const Neighbours<S>& lists, const S* records, const S* dens
     touch.heat += per_volume * S(2) * law().conductivity * (y[at.temperatures() + i] - other);
   }
   touch.density = mass() * F * approach;
+  if (heating_[w] != S(0)) touch.heat += heating_[w] * sums_.kernel.value(real::sqrt(r2)) / densities[slot];
   touch.acceleration = {a[0], a[1], a[2]};
-  touch.boundary = points_[w].boundary;
-  if (boundary.heat_flux_W_per_m2) touch.surface = {volume_ * F * x[0], volume_ * F * x[1], volume_ * F * x[2]};
   return touch;
 }
 
@@ -179,7 +200,6 @@ template <class S>
 void Walls<S>::add_forces(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int first,
                           int last, S* sums) const {
   const Layout& at = set_.layout;
-  std::vector<Vec3<S>> surfaces(scene_.fluid_boundaries.size());  // of each boundary, near one particle
   for (int b = first; b < last; ++b) {
     if (!near_wall_[b]) continue;
     const NeighbourBlock block = lists.block(b);
@@ -187,7 +207,6 @@ void Walls<S>::add_forces(const Neighbours<S>& lists, const S* records, const S*
       const int slot = b * kLaneCount + lane;
       if (slot >= lists.count() || lists.order()[slot] >= at.particles) continue;
       S* const out = sums + std::ptrdiff_t(slot) * SumRecord::size;
-      std::fill(surfaces.begin(), surfaces.end(), Vec3<S>{});
       for (int n = 0; n < block.counts[lane]; ++n) {
         const int other = block.entries[n * kLaneCount + lane];
         if (lists.order()[other] < at.particles) continue;
@@ -197,11 +216,7 @@ void Walls<S>::add_forces(const Neighbours<S>& lists, const S* records, const S*
         out[SumRecord::acceleration + 2] += t.acceleration.z;
         out[SumRecord::density] += t.density;
         out[SumRecord::heat] += t.heat;
-        surfaces[t.boundary] += t.surface;
       }
-      for (std::size_t k = 0; k < surfaces.size(); ++k)
-        if (const auto& flux = scene_.fluid_boundaries[k].heat_flux_W_per_m2)
-          out[SumRecord::heat] += S(2) * S(*flux) * norm(surfaces[k]) / densities[slot];
     }
   }
 }

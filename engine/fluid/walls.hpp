@@ -41,6 +41,7 @@ template <class S> class Walls {
   struct Point {
     int boundary, body;
     Vec3<S> at;  // world of a fixed body, else its axes
+    S power;     // of a given flux through the point's part of the surface
   };
   struct Touch;  // what a wall point does to a particle
   Touch touch(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int slot,
@@ -52,10 +53,11 @@ template <class S> class Walls {
   const PairSums<S>& sums_;
   RigidModel<S>* bodies_;
   std::string unsupported_;
-  S volume_{}, gravity_[3]{};
+  S volume_{}, lattice_beside_{}, gravity_[3]{};
   std::vector<Point> points_;
   std::vector<S> x_, u_;                                             // positions, velocities of the surface: d a point
   std::vector<S> weight_, slip_, pressure_, density_, temperature_;  // of the points: sum of W; v~ (d); p; rho; T~
+  std::vector<S> heating_;                                           // power of a wetted point over sum of V W
   std::vector<Load<S>> loads_;                                       // one a body
   std::int64_t flagged_build_ = -1;
   std::vector<char> near_wall_;  // one a block: some particle of it has a wall point in its list

@@ -70,8 +70,9 @@ std::vector<double> ticks(double first, double pitch, double last) {
   return at;
 }
 
-void fill_plane(const Scene& scene, const Body& body, const Plane& plane, double max_depth,
-                std::vector<Real3>& points) {
+// Returns the area of a point's square (in two dimensions its length) in the plane.
+double fill_plane(const Scene& scene, const Body& body, const Plane& plane, double max_depth,
+                  std::vector<Real3>& points) {
   const int normal = axis_of(plane), d = scene.domain.dimensions;
   if (normal < 0 || normal >= d)
     throw std::invalid_argument("the plane of the boundary `" + body.name +
@@ -79,7 +80,7 @@ void fill_plane(const Scene& scene, const Body& body, const Plane& plane, double
   const double spacing = scene.fluids.front().spacing_m, sign = plane.normal[normal];
   const Extent all = extent_of(scene, scene.fluids.size()), first = extent_of(scene, 1);
   std::array<std::vector<double>, 3> at{std::vector<double>{0}, {0}, {0}};
-  double widest = 0;
+  double widest = 0, area = 1;
   for (int c = 0; c < d; ++c) widest = std::max(widest, all.max_m[c] - all.min_m[c]);
   for (int c = 0; c < d; ++c) {
     if (c == normal) {
@@ -89,6 +90,7 @@ void fill_plane(const Scene& scene, const Body& body, const Plane& plane, double
     } else if (const double period = scene.domain.periodic_m[c]; period > 0) {
       const double pitch = period / std::max(1.0, std::round(period / spacing));
       at[c] = ticks(pitch / 2, pitch, period);
+      area *= pitch;
     } else {
       double low = all.min_m[c], high = all.max_m[c];
       for (const FluidBoundary& boundary : scene.fluid_boundaries)
@@ -100,11 +102,13 @@ void fill_plane(const Scene& scene, const Body& body, const Plane& plane, double
       const double anchor = lattice_corner(scene.fluids.front(), first)[c];
       const double steps = std::ceil((anchor - (low - beyond)) / spacing);
       at[c] = ticks(anchor + (0.5 - steps) * spacing, spacing, high + beyond);
+      area *= spacing;
     }
   }
   for (const double x : at[0])
     for (const double y : at[1])
       for (const double z : at[2]) points.push_back({x, y, z});
+  return area;
 }
 
 // Points in the body's axes.
@@ -143,6 +147,32 @@ double depth_in_body_m(const Body& body, int dimensions, const Real3& x) {
   return -std::numeric_limits<double>::infinity();
 }
 
+namespace {
+
+// Surface of a box or a ball, in two dimensions the circumference.
+double surface_of(const Shape& shape, int d) {
+  constexpr double pi = 3.14159265358979323846;
+  if (const auto* ball = std::get_if<Sphere>(&shape))
+    return d == 2 ? 2 * pi * ball->radius_m : 4 * pi * ball->radius_m * ball->radius_m;
+  const Real3& half = std::get<Box>(shape).half_extents_m;
+  return d == 2 ? 4 * (half[0] + half[1]) : 8 * (half[0] * half[1] + half[1] * half[2] + half[2] * half[0]);
+}
+
+// Whether a point of boundary b is on or behind another one; a plane's point at its place on the surface.
+bool covered(const Scene& scene, std::size_t b, Real3 world, double depth) {
+  const Body& own = scene.bodies[scene.fluid_boundaries[b].body];
+  if (const auto* plane = std::get_if<Plane>(&own.shape))
+    for (std::size_t c = 0; c < 3; ++c) world[c] += depth * plane->normal[c];
+  const double touching = -1e-9 * scene.fluids.front().spacing_m;
+  for (std::size_t other = 0; other < scene.fluid_boundaries.size(); ++other)
+    if (other != b &&
+        depth_in_body_m(scene.bodies[scene.fluid_boundaries[other].body], scene.domain.dimensions, world) > touching)
+      return true;
+  return false;
+}
+
+}  // namespace
+
 std::vector<WallPoint> wall_points(const Scene& scene, double max_depth) {
   const int d = scene.domain.dimensions;
   const double spacing = scene.fluids.front().spacing_m;
@@ -151,20 +181,32 @@ std::vector<WallPoint> wall_points(const Scene& scene, double max_depth) {
     const Body& body = scene.bodies[scene.fluid_boundaries[b].body];
     std::vector<Real3> points;  // in the body's axes, except of planes
     const bool plane = std::holds_alternative<Plane>(body.shape);
-    if (plane) fill_plane(scene, body, std::get<Plane>(body.shape), max_depth, points);
+    double area = 0;  // of each point at the surface
+    if (plane) area = fill_plane(scene, body, std::get<Plane>(body.shape), max_depth, points);
     else if (const auto* box = std::get_if<Box>(&body.shape)) fill_box(*box, d, spacing, points);
     else if (const auto* ball = std::get_if<Sphere>(&body.shape)) fill_ball(*ball, d, spacing, points);
     else
       throw std::invalid_argument("the boundary `" + body.name +
                                   "` is neither a plane nor a box nor a ball; walls of particles fill no other shape");
+    const auto placed = [&](const Real3& x) { return plane ? x : to_world(body, x); };
+    if (!plane) {
+      int outer = 0;
+      for (const Real3& x : points) {
+        const double depth = depth_in_body_m(body, d, placed(x));
+        outer += depth > 0 && depth < spacing;
+      }
+      area = surface_of(body.shape, d) / std::max(outer, 1);
+    }
     for (const Real3& x : points) {
-      const Real3 world = plane ? x : to_world(body, x);
+      const Real3 world = placed(x);
       const double depth = depth_in_body_m(body, d, world);
       if (!plane && !(depth > 0 && depth < max_depth)) continue;
       bool taken = false;
       for (std::size_t earlier = 0; earlier < b && !taken; ++earlier)
         taken = depth_in_body_m(scene.bodies[scene.fluid_boundaries[earlier].body], d, world) > 0;
-      if (!taken) walls.push_back({static_cast<int>(b), body.fixed ? world : x});
+      if (taken) continue;
+      const bool surface = depth < spacing && !covered(scene, b, world, depth);
+      walls.push_back({static_cast<int>(b), body.fixed ? world : x, surface ? area : 0});
     }
   }
   return walls;

@@ -8,6 +8,10 @@
 // edges 2 a / n, n = max(1, round(2 a / D)), along its own axes, those whose centre is less than `max_depth` below the
 // surface. A ball (a circle in two dimensions): a square lattice through its centre moved by half a D, those inside and
 // less than `max_depth` deep. In two dimensions all points have z = 0.
+//
+// The points less than D deep share the area of the surface: of a plane each has the square of its layer, of a box or
+// a ball each the same part. Points that are on or behind another boundary (a plane's: their places on its surface)
+// have no area, nor have deeper ones.
 #pragma once
 
 #include <string>
@@ -20,6 +24,7 @@ namespace atwood {
 struct WallPoint {
   int boundary = 0;  // index into Scene::fluid_boundaries
   Real3 at_m{};      // world for a fixed body, else in the body's axes, from its centre of mass
+  double area_m2{};  // of the surface that the point stands for; in two dimensions for a metre of depth
 };
 
 // Fluids must have their particles. Throws std::invalid_argument with the reason for a shape or a plane that it does

@@ -17,9 +17,9 @@ namespace {
 
 const std::vector<Solution>& catalogue() {
   static const std::vector<Solution> all{
-      taylor_green(),    shear(),         poiseuille(),  couette(),      heat_sine(),           heat_step(),
-      standing_wave(),   elliptic_drop(), hydrostatic(), square_patch(), fluid_truth::ritter(), couette_thermal(),
-      viscous_heating(), mms_2d(),        mms_3d(),      floating()};
+      taylor_green(),    shear(),           poiseuille(),    couette(),     heat_sine(),    heat_step(),
+      heat_flux(),       standing_wave(),   elliptic_drop(), hydrostatic(), square_patch(), fluid_truth::ritter(),
+      couette_thermal(), viscous_heating(), mms_2d(),        mms_3d(),      floating()};
   return all;
 }
 

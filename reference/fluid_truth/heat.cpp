@@ -1,5 +1,5 @@
 // Conduction in a fluid at rest, T_t = alpha lap T, alpha = conductivity / (rho0 heat capacity). H. S. Carslaw and J.
-// C. Jaeger, Conduction of Heat in Solids, 2nd ed. (1959), 2.4, 3.3 and 3.4.
+// C. Jaeger, Conduction of Heat in Solids, 2nd ed. (1959), 2.4, 3.3, 3.4 and 3.8.
 #include "fluid_truth/slab.hpp"
 #include "fluid_truth/solution.hpp"
 
@@ -101,6 +101,34 @@ template <class S> Field<S> solve_step(const Asked& asked) {
   return solve_walls<S>(asked.scene, fluid);
 }
 
+// A fluid of uniform temperature between walls through which given fluxes enter.
+template <class S> Field<S> solve_flux(const Asked& asked) {
+  const Scene& scene = asked.scene;
+  const Fluid& fluid = only_fluid(scene);
+  require_rest(scene);
+  require(fluid.initial.name.empty(), "expected a uniform temperature between walls");
+  require(!fluid.viscous_heat, "the fluid has viscous heat");
+  const Channel<S> walls = channel_of<S>(scene, true);
+  require(!walls.T_low && !walls.T_high, "a boundary has a temperature; expected fluxes or insulation");
+  require(fluid.conductivity_W_per_m_K > 0, "the fluid has no conductivity");
+  const S T0 = fluid.temperature_K, D = thermal_diffusivity<S>(fluid), rho0 = fluid.density_kg_per_m3,
+          L = walls.high - walls.low, k = fluid.conductivity_W_per_m_K;
+  const HeatedSlab<S> low{L, D, S(walls.q_low) / k}, high{L, D, S(walls.q_high) / k};
+  Field<S> made;
+  made.at = [=](S t) -> FieldAt<S> {
+    return [=](const Vec<S>& x) {
+      const SlabValue<S> from_low = heated_slab_at(low, x[walls.axis] - walls.low, t),
+                         from_high = heated_slab_at(high, walls.high - x[walls.axis], t);
+      Point<S> at;
+      at.T = T0 + from_low.w + from_high.w;
+      at.neglected_T = from_low.neglected + from_high.neglected;
+      at.density = rho0;
+      return at;
+    };
+  };
+  return made;
+}
+
 }  // namespace
 
 Solution heat_sine() {
@@ -117,6 +145,14 @@ Solution heat_step() {
           {true, true, true, true},
           solve_step<Narrow>,
           solve_step<Wide>};
+}
+
+Solution heat_flux() {
+  return {"heat-flux",
+          "conduction from walls with given fluxes: Carslaw and Jaeger (1959), 3.8",
+          {true, true, true, true},
+          solve_flux<Narrow>,
+          solve_flux<Wide>};
 }
 
 }  // namespace atwood::fluid_truth

@@ -51,7 +51,7 @@ Upwards upwards_of(const Scene& scene) {
 
 bool has_boundaries(const Scene& scene) { return !scene.fluid_boundaries.empty(); }
 
-template <class S> Channel<S> channel_of(const Scene& scene) {
+template <class S> Channel<S> channel_of(const Scene& scene, bool with_flux) {
   require(scene.fluid_boundaries.size() == 2,
           "expected two boundaries; found " + std::to_string(scene.fluid_boundaries.size()));
   Channel<S> made;
@@ -60,7 +60,7 @@ template <class S> Channel<S> channel_of(const Scene& scene) {
     const Body& body = scene.bodies.at(static_cast<std::size_t>(boundary.body));
     require(body.fixed, "the boundary `" + body.name + "` is not fixed");
     require(body.angular_velocity_body_rad_per_s == Real3{}, "the boundary `" + body.name + "` turns");
-    require(!boundary.heat_flux_W_per_m2.value_or(0), "the boundary `" + body.name + "` has a heat flux");
+    require(with_flux || !boundary.heat_flux_W_per_m2.value_or(0), "the boundary `" + body.name + "` has a heat flux");
     const auto* plane = std::get_if<Plane>(&body.shape);
     require(plane != nullptr, "the boundary `" + body.name + "` is not a plane");
     int axis = -1;
@@ -75,6 +75,7 @@ template <class S> Channel<S> channel_of(const Scene& scene) {
     (is_low ? made.low : made.high) = S(plane->offset_m) * S(plane->normal[axis]);
     (is_low ? made.v_low : made.v_high) = vec<S>(body.velocity_m_per_s);
     (is_low ? made.T_low : made.T_high) = boundary.temperature_K;
+    (is_low ? made.q_low : made.q_high) = boundary.heat_flux_W_per_m2.value_or(0);
     require(body.velocity_m_per_s[axis] == 0, "the boundary `" + body.name + "` moves along its normal");
     made.no_slip = made.no_slip && boundary.slip == Slip::no_slip;
   }
@@ -101,8 +102,8 @@ template void require_period(const Scene&, Narrow, int);
 template void require_period(const Scene&, Wide, int);
 template Narrow thermal_diffusivity(const Fluid&);
 template Wide thermal_diffusivity(const Fluid&);
-template Channel<Narrow> channel_of(const Scene&);
-template Channel<Wide> channel_of(const Scene&);
+template Channel<Narrow> channel_of(const Scene&, bool);
+template Channel<Wide> channel_of(const Scene&, bool);
 template Narrow pressure_of(const Fluid&, Narrow);
 template Wide pressure_of(const Fluid&, Wide);
 template Narrow density_of(const Fluid&, Narrow);

@@ -1,6 +1,6 @@
 // Diffusion in one dimension between two walls or in a period, by two formulas that share nothing: eigenfunctions for
 // late times, images for early ones. H. S. Carslaw and J. C. Jaeger, Conduction of Heat in Solids, 2nd ed. (1959), 3.3
-// to 3.7 and 2.4; for the flow between plates J. P. Morris, P. J. Fox and Y. Zhu, J. Comput. Phys. 136 (1997) 214.
+// to 3.8 and 2.4; for the flow between plates J. P. Morris, P. J. Fox and Y. Zhu, J. Comput. Phys. 136 (1997) 214.
 #pragma once
 
 #include "fluid_truth/number.hpp"
@@ -63,6 +63,39 @@ template <class S> SlabValue<S> slab_at(const Slab<S>& of, S s, S t) {
   if (!(of.D * t > 0)) return {of.start + of.q * t, S(0)};
   const S lambda = pi<S>() * pi<S>() * of.D * t / (of.L * of.L);
   return lambda > 1 ? slab_by_eigenfunctions(of, s, t, 12) : slab_by_images(of, s, t, 8);
+}
+
+// w_t = D w_ss on 0 < s < L, -w_s = slope at s = 0, w_s = 0 at s = L, w = 0 at t = 0.
+template <class S> struct HeatedSlab { S L{}, D{}, slope{}; };
+
+// slope (D t / L + (3 (L - s)^2 - L^2) / (6 L) - 2 L / pi^2 sum_n cos(n pi s / L) exp(-n^2 lambda) / n^2)
+template <class S> SlabValue<S> heated_by_eigenfunctions(const HeatedSlab<S>& of, S s, S t, int terms) {
+  const S L = of.L, lambda = pi<S>() * pi<S>() * of.D * t / (L * L), factor = 2 * L / (pi<S>() * pi<S>());
+  S w = of.D * t / L + (3 * (L - s) * (L - s) - L * L) / (6 * L);
+  for (int n = 1; n <= terms; ++n) {
+    const S m = n;
+    w -= factor * cos(m * pi<S>() * s / L) * exp(-m * m * lambda) / (m * m);
+  }
+  const S m = terms + 1;
+  return {of.slope * w,
+          magnitude(of.slope) * factor * exp(-m * m * lambda) / (m * m) / (-expm1(-(2 * m + 1) * lambda))};
+}
+
+// slope r sum_k ierfc((2 k L + s) / r) + ierfc((2 (k + 1) L - s) / r), r = 2 sqrt(D t); the images have the same sign.
+template <class S> SlabValue<S> heated_by_images(const HeatedSlab<S>& of, S s, S t, int images) {
+  const S r = 2 * sqrt(of.D * t);
+  const auto ierfc = [](S z) { return exp(-z * z) / sqrt(pi<S>()) - z * erfc(z); };
+  S w = 0;
+  for (int k = 0; k < images; ++k) w += ierfc((2 * S(k) * of.L + s) / r) + ierfc((2 * S(k + 1) * of.L - s) / r);
+  // ierfc more than halves from one image to the next.
+  return {of.slope * r * w, magnitude(of.slope) * r * 4 * ierfc(2 * S(images) * of.L / r)};
+}
+
+template <class S> SlabValue<S> heated_slab_at(const HeatedSlab<S>& of, S s, S t) {
+  if (!(of.D * t > 0)) return {S(0), S(0)};
+  s = s < 0 ? S(0) : s > of.L ? of.L : s;
+  const S lambda = pi<S>() * pi<S>() * of.D * t / (of.L * of.L);
+  return lambda > 1 ? heated_by_eigenfunctions(of, s, t, 12) : heated_by_images(of, s, t, 8);
 }
 
 // w_t = D w_ss in the period P, w = height where |x - centre| < width / 2 (mod P) and 0 elsewhere at t = 0.

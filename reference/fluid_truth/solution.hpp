@@ -76,10 +76,12 @@ template <class S> struct Channel {
   int axis = 1;  // of the normal
   S low{}, high{};
   Vec<S> v_low{}, v_high{};
-  std::optional<double> T_low, T_high;  // [K]; empty: insulated
+  std::optional<double> T_low, T_high;  // [K]; empty: insulated, but for a flux
+  double q_low = 0, q_high = 0;         // [W/m^2] into the fluid
   bool no_slip = true;                  // both
 };
-template <class S> Channel<S> channel_of(const Scene& scene);
+// Refuses a flux unless told otherwise.
+template <class S> Channel<S> channel_of(const Scene& scene, bool with_flux = false);
 bool has_boundaries(const Scene& scene);
 
 // Pressure of a density and density of a pressure by the fluid's equation of state.
@@ -93,6 +95,7 @@ Solution poiseuille();
 Solution couette();
 Solution heat_sine();
 Solution heat_step();
+Solution heat_flux();
 Solution standing_wave();
 Solution elliptic_drop();
 Solution hydrostatic();

@@ -1,7 +1,7 @@
 // The equations of `+sph` (docs/fluids.md), written from that page: for each particle the sums over its neighbours.
 // J. J. Monaghan, Rep. Prog. Phys. 68 (2005) 1703; S. Adami, X. Y. Hu, N. A. Adams, J. Comput. Phys. 231 (2012) 7057.
 #include <algorithm>
-#include <map>
+#include <cmath>
 
 #include "fluid_truth/particles.hpp"
 #include "fluid_truth/solution.hpp"
@@ -20,6 +20,12 @@ template <class S> struct Pair {
   S r2{};
 };
 
+template <class S> S power(S x, int n) {
+  S made = 1;
+  for (int k = 0; k < n; ++k) made *= x;
+  return made;
+}
+
 template <class S> class Sph final : public FluidSystem<S> {
  public:
   Sph(const Scene& scene, const Response& response);
@@ -33,6 +39,7 @@ template <class S> class Sph final : public FluidSystem<S> {
     std::vector<S> rho, p, V, T;
     std::vector<std::vector<Pair<S>>> fluid, walls;  // of each particle
     std::vector<S> wall_p, wall_rho, wall_T;
+    std::vector<S> wall_q;  // of a flux: heat for each particle, over its W / rho
     std::vector<Vec<S>> wall_v;
     std::vector<bool> wall_acts;
   };
@@ -40,6 +47,7 @@ template <class S> class Sph final : public FluidSystem<S> {
   void find_pairs(Now& now);
   void find_densities(const S* y, Now& now);
   void find_walls(Now& now);
+  void find_fluxes(Now& now);
   void find_transport(Now& now);
   Vec<S> viscous(const Now& now, int i, const Pair<S>& pair, S mu_other, S rho_other, const Vec<S>& v_ij) const;
   void density_rate(const Now& now, int i, S& drho) const;
@@ -53,6 +61,7 @@ template <class S> class Sph final : public FluidSystem<S> {
   bool summation_ = false, corrected_ = false;
   Viscosity viscosity_ = Viscosity::morris;
   S diffusion_{}, shift_{}, wall_volume_{};
+  S beside_{};  // sum of V W of a wall's point beside a lattice that fills the other side
 };
 
 // Where `shift` below 0 stands for 1: particles that move fill a periodic domain, and no marker follows them.
@@ -96,6 +105,15 @@ template <class S> Sph<S>::Sph(const Scene& scene, const Response& response) {
   require(points_.empty() || scene.fluids.size() == 1, "walls with several fluids are not covered");
   wall_volume_ = S(this->data.spacing) * S(this->data.spacing);
   if (this->data.layout.d == 3) wall_volume_ *= S(this->data.spacing);
+  const int n = static_cast<int>(std::ceil(support / this->data.spacing));
+  for (int a = 1; a <= n; ++a)
+    for (int b = -n; b <= n; ++b)
+      for (int c = -n; c <= n; ++c) {
+        if (this->data.layout.d == 2 && c != 0) continue;
+        const Vec<S> place = S(this->data.spacing) * Vec<S>{S(a), S(b), S(c)};
+        const S r = sqrt(dot(place, place));
+        if (r < kernel_.R) beside_ += wall_volume_ * kernel_.value(r);
+      }
 }
 
 template <class S> void Sph<S>::find_pairs(Now& now) {
@@ -160,6 +178,20 @@ template <class S> void Sph<S>::find_walls(Now& now) {
   }
 }
 
+// q a H(3 s / s0) / s of each point with a flux q and an area a, s = sum_f V_f W_wf
+template <class S> void Sph<S>::find_fluxes(Now& now) {
+  now.wall_q.assign(points_.size(), S(0));
+  std::vector<S> s(points_.size(), S(0));
+  for (std::size_t i = 0; i < now.walls.size(); ++i)
+    for (const Pair<S>& pair : now.walls[i]) s[pair.other] += now.V[i] * pair.W;
+  for (std::size_t w = 0; w < points_.size(); ++w) {
+    if (!points_[w].heat_flux || !(s[w] > 0)) continue;
+    const S z = 3 * s[w] / beside_;
+    const S wet = z < 1 ? 6 * power(z, 5) - 15 * power(z, 4) + 10 * power(z, 3) : S(1);
+    now.wall_q[w] = *points_[w].heat_flux * points_[w].area * wet / s[w];
+  }
+}
+
 // u_i = -shift U R sum_j V_j F_ij x_ij
 template <class S> void Sph<S>::find_transport(Now& now) {
   now.u.assign(now.x.size(), {});
@@ -182,6 +214,7 @@ template <class S> typename Sph<S>::Now Sph<S>::evaluate(const S* y) {
   find_pairs(now);
   find_densities(y, now);
   find_walls(now);
+  find_fluxes(now);
   find_transport(now);
   return now;
 }
@@ -300,8 +333,6 @@ template <class S> void Sph<S>::temperature_rate(const Now& now, int i, S& power
     if (!(k + other > 0)) continue;
     power += of.mass[j] * 4 * k * other / (k + other) * (now.T[i] - now.T[j]) * pair.F / (now.rho[i] * now.rho[j]);
   }
-  std::map<int, Vec<S>> inwards;  // sum of V_w F x over the points of each boundary with a flux
-  std::map<int, S> flux;
   for (const Pair<S>& pair : now.walls[i]) {
     const FixedPoint<S>& point = points_[pair.other];
     if (!now.wall_acts[pair.other]) continue;
@@ -310,11 +341,8 @@ template <class S> void Sph<S>::temperature_rate(const Now& now, int i, S& power
       power += of.laws.front().rho0 * wall_volume_ * 2 * k * (now.T[i] - T) * pair.F /
                (now.rho[i] * now.wall_rho[pair.other]);
     }
-    if (!point.heat_flux) continue;
-    flux[point.boundary] = *point.heat_flux;
-    inwards[point.boundary] = inwards[point.boundary] + (wall_volume_ * pair.F) * pair.x;
+    power += now.wall_q[pair.other] * pair.W / now.rho[i];
   }
-  for (const auto& [boundary, q] : flux) power += 2 * q / now.rho[i] * sqrt(dot(inwards[boundary], inwards[boundary]));
 }
 
 template <class S> void Sph<S>::rate(S t, const S* y, S* dydt) {

@@ -28,6 +28,7 @@ template <class S> std::vector<FixedPoint<S>> fixed_points(const Scene& scene, d
     to.x = vec<S>(point.at_m);
     for (int a = 0; a < 3; ++a) to.velocity[a] = static_cast<S>(v[a]);
     to.boundary = point.boundary;
+    to.area = point.area_m2;
     to.no_slip = boundary.slip == Slip::no_slip;
     if (boundary.temperature_K) to.temperature = *boundary.temperature_K;
     if (boundary.heat_flux_W_per_m2) to.heat_flux = *boundary.heat_flux_W_per_m2;

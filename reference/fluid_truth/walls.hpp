@@ -15,6 +15,7 @@ template <class S> struct FixedPoint {
   int boundary = 0;        // index into Scene::fluid_boundaries
   bool no_slip = true;
   std::optional<S> temperature, heat_flux;
+  S area{};  // of the surface that the point stands for
 };
 
 // Empty where the scene has no boundary. Throws Refused where a boundary moves or cannot be filled.

@@ -91,6 +91,44 @@ std::string open_budget(const Scene& scene) {
   return "";
 }
 
+struct Fluxes {
+  Wide sum = 0, size = 0;  // of flux times area, and of its absolute value [W]; in two dimensions of a metre of depth
+};
+
+// Of the walls around a box of fluid that fills what they enclose; none: the heat has another source, or an area is not
+// known from the box.
+std::optional<Fluxes> fluxes_of(const Scene& scene) {
+  if (scene.fluids.size() != 1 || scene.fluids[0].viscous_heat || !(scene.fluids[0].heat_capacity_J_per_kg_K > 0))
+    return std::nullopt;
+  const auto* box = std::get_if<BoxRegion>(&scene.fluids[0].region);
+  if (box == nullptr) return std::nullopt;
+  Fluxes fluxes;
+  int faces = 0;  // of the box that a plane closes
+  for (const FluidBoundary& boundary : scene.fluid_boundaries) {
+    const Body& body = scene.bodies[static_cast<std::size_t>(boundary.body)];
+    const auto* plane = std::get_if<Plane>(&body.shape);
+    if (plane == nullptr || !body.fixed || boundary.temperature_K) return std::nullopt;
+    Wide area = 1;
+    for (int c = 0; c < scene.domain.dimensions; ++c) {
+      const double low = box->min_m[c], high = box->max_m[c], normal = plane->normal[c];
+      if (normal != 0 && std::fabs(plane->offset_m * normal - (normal > 0 ? low : high)) > 1e-9 * (high - low))
+        return std::nullopt;
+      if (normal != 0 && std::fabs(normal) != 1) return std::nullopt;
+      if (normal != 0) ++faces;
+      else area *= Wide(high) - Wide(low);
+    }
+    const Wide power = Wide(boundary.heat_flux_W_per_m2.value_or(0)) * area;
+    fluxes.sum += power, fluxes.size += fabsq(power);
+  }
+  for (int c = 0; c < scene.domain.dimensions; ++c) {
+    const double period = scene.domain.periodic_m[c];
+    if (period > 0 && std::fabs(box->max_m[c] - box->min_m[c] - period) > 1e-9 * period) return std::nullopt;
+    if (period > 0) faces += 2;
+  }
+  if (faces != 2 * scene.domain.dimensions) return std::nullopt;
+  return fluxes;
+}
+
 Wide volume_of(const std::vector<double>& masses, const Sample& sample) {
   Wide volume = 0;
   for (std::size_t i = 0; i < sample.particles.size(); ++i) volume += masses[i] / sample.particles[i].density_kg_per_m3;
@@ -182,6 +220,30 @@ Wide fluid_energy_scale(const std::vector<FluidEnergies>& energies) {
   return scale;
 }
 
+namespace {
+
+void append_heat_entered(const Scenario& scenario, const FieldAtParticles& exact, const Recording& run,
+                         const std::vector<FluidEnergies>& all, std::vector<Row>& rows) {
+  const Scene& scene = scenario.scene;
+  const std::optional<Fluxes> given = fluxes_of(scene);
+  const Wide t = run.values.back().t_s, gained = all.back().heat - all[0].heat;
+  if (!given || !(given->size * t > 0)) return;
+  const auto joules = [](Wide heat) { return format_measure(static_cast<double>(heat), 0, 5) + " J"; };
+  std::string reason = joules(gained) + " gained, " + joules(given->sum * t) + " through the walls";
+  if (exact.outcome.status == Status::ok && exact.known.temperature && exact.samples.size() == run.values.size()) {
+    const std::vector<double> masses = masses_of(scene);
+    Wide sum = 0;
+    for (std::size_t i = 0; i < masses.size(); ++i)
+      sum += masses[i] * Wide(scene.fluids[0].heat_capacity_J_per_kg_K) *
+             (exact.samples.back().values[i].temperature_K - exact.samples.front().values[i].temperature_K);
+    reason += "; the same sum of the exact temperatures there: " + joules(sum);
+  }
+  rows.push_back(row("heat-entered-error", static_cast<double>((gained - given->sum * t) / (given->size * t)), 0,
+                     std::move(reason)));
+}
+
+}  // namespace
+
 void append_fluid_energy(const Scenario& scenario, const FieldAtParticles& exact, const Recording& run,
                          std::vector<Row>& rows) {
   const Scene& scene = scenario.scene;
@@ -220,6 +282,7 @@ void append_fluid_energy(const Scenario& scenario, const FieldAtParticles& exact
                              ", heat " + format_measure(static_cast<double>(all.back().heat - all[0].heat), 0) +
                              " J at the end"));
   }
+  append_heat_entered(scenario, exact, run, all, rows);
   const Wide before = volume_of(masses, run.values.front()), after = volume_of(masses, run.values.back());
   rows.push_back(row("volume-error", static_cast<double>((after - before) / before)));
 }

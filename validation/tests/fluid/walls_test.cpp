@@ -127,10 +127,48 @@ TEST_CASE("plates of given temperature conduct to a linear profile, a given flux
   scene.fluid_boundaries[0].temperature_K.reset();
   scene.fluid_boundaries[1].temperature_K.reset();
   scene.fluid_boundaries[1].heat_flux_W_per_m2 = 500;
-  const Sample end = last_of("rk4+sph", scene, 1, 200);
-  Wide heat = 0;
-  for (const ParticleSample& one : end.particles) heat += (one.temperature_K - 300) * 1000 / 144;
-  CHECK(static_cast<double>(heat) == Approx(500).epsilon(0.03));
+  // Also of particles in disorder, whatever the smoothing, and in a corner of two walls.
+  for (const double disturbance : {0.0, 0.3})
+    for (const char* method : {"rk4+sph", "rk4+sph{smoothing=2}"})
+      for (const bool closed : {false, true}) {
+        Scene heated = scene;
+        if (closed) {
+          heated.domain.periodic_m = {};
+          add_plane(heated, "left", {1, 0, 0}, 0);
+          add_plane(heated, "right", {-1, 0, 0}, -1);
+        }
+        const Scene moved = block_scene({.across = 12, .spacing_m = 1.0 / 12, .disturbance = disturbance});
+        heated.fluids[0].particles.position_m = moved.fluids[0].particles.position_m;
+        Wide heat = 0;
+        for (const ParticleSample& one : last_of(method, heated, 0.2, 200).particles)
+          heat += (one.temperature_K - 300) * 1000 / 144;
+        CAPTURE(disturbance, method, closed);
+        CHECK(static_cast<double>(heat) == Approx(100).epsilon(1e-10));
+      }
+}
+
+TEST_CASE("points of walls at the surface have its area, in corners none twice") {
+  Scene scene = channel(8);
+  scene.domain.periodic_m = {};
+  add_plane(scene, "floor", {0, 1, 0}, 0);
+  add_plane(scene, "left", {1, 0, 0}, 0);
+  add_plane(scene, "right", {-1, 0, 0}, -1);
+  add_plane(scene, "lid", {0, -1, 0}, -1);
+  Body disc;
+  disc.name = "disc";
+  disc.shape = Sphere{0.2};
+  disc.position_m = {0.5, 0.5, 0};
+  scene.bodies.push_back(disc);
+  scene.fluid_boundaries.push_back({4, Slip::no_slip, {}, {}});
+  disc.shape = Box{{0.1, 0.05, 1}};
+  disc.position_m = {0.85, 0.85, 0};
+  scene.bodies.push_back(disc);
+  scene.fluid_boundaries.push_back({5, Slip::no_slip, {}, {}});
+  double areas[6] = {};
+  for (const WallPoint& point : wall_points(scene, 0.3)) areas[point.boundary] += point.area_m2;
+  for (int wall = 0; wall < 4; ++wall) CHECK(areas[wall] == Approx(1).epsilon(1e-13));
+  CHECK(areas[4] == Approx(2 * 3.14159265358979 * 0.2).epsilon(1e-13));
+  CHECK(areas[5] == Approx(0.6).epsilon(1e-13));
 }
 
 TEST_CASE("a floating body and the fluid exchange momentum to round-off") {

@@ -188,6 +188,41 @@ TEST_CASE("Conduction: a sine, a step in a period and between insulated ends, wa
   }
 }
 
+TEST_CASE("A slab that is heated through its walls: equation, slopes at the walls, mean rise") {
+  Scenario scenario = heat_scene("heat-flux");
+  scenario.scene.fluids[0].initial = {};
+  add_channel(scenario, 0, 1, 0, 0);
+  scenario.scene.fluid_boundaries[0].heat_flux_W_per_m2 = 120;
+  scenario.scene.fluid_boundaries[1].heat_flux_W_per_m2 = -40;
+  const Field<Wide> field = wide_field(scenario, heat_flux());
+  const Fluid& fluid = scenario.scene.fluids[0];
+  const Wide k = fluid.conductivity_W_per_m_K,
+             heat = Wide(fluid.density_kg_per_m3) * Wide(fluid.heat_capacity_J_per_kg_K), D = k / heat;
+  Draw draw(3);
+  for (int n = 0; n < 15; ++n) CHECK(heat_residual(field, D, 0, draw(0.2, 20), {0, draw(0.01, 0.99), 0}) < 1e-12);
+  const Wide e = 1e-9;
+  for (const double t : {0.3, 2.0, 40.0}) {
+    const auto T = [&](Wide y) { return field.at(Wide(t))({0, y, 0}).T; };
+    CHECK(d((T(0) - T(e)) / e * k) == Approx(120).epsilon(1e-6));
+    CHECK(d((T(1) - T(1 - e)) / e * k) == Approx(-40).epsilon(1e-6));
+    Wide mean = 0;  // the midpoint rule on a function with known slopes at its ends: h^2 / 24 of their difference
+    const int cells = 2000;
+    for (int n = 0; n < cells; ++n) mean += (T((Wide(n) + Wide(0.5)) / cells) - 300) / cells;
+    mean += (Wide(120) / k - Wide(40) / k) / (24 * Wide(cells) * cells);
+    CHECK(d(mean) == Approx(d(80 * Wide(t) / heat)).epsilon(1e-9));
+  }
+  CHECK(d(field.at(0)({0, 0.25, 0}).T) == 300);
+  // The two formulas where both converge.
+  const HeatedSlab<Wide> slab{Wide(1.5), Wide(0.25), Wide(2)};
+  for (const double s : {0.0, 0.4, 1.5}) {
+    const SlabValue<Wide> late = heated_by_eigenfunctions(slab, Wide(s), Wide(1), 20),
+                          early = heated_by_images(slab, Wide(s), Wide(1), 8);
+    CHECK(d(magnitude(late.w - early.w)) < 1e-28);
+  }
+  scenario.scene.fluid_boundaries[0].temperature_K = 300;
+  CHECK_THROWS_AS(wide_field(scenario, heat_flux()), Refused);
+}
+
 TEST_CASE("Viscous heating of a Couette flow, and a viscosity that depends on temperature") {
   Scenario scenario = heat_scene("viscous-heating");
   Fluid& fluid = scenario.scene.fluids[0];

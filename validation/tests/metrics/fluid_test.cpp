@@ -255,6 +255,39 @@ TEST_CASE("a budget that something from outside feeds is not told") {
   CHECK(std::isnan(value_of(measure_fluid(s, fluid_truths(s, run, kNoField, kNoTruth), run), "energy-budget")));
 }
 
+TEST_CASE("heat that entered: flux times the area of the box's face, of walls that enclose it") {
+  Scenario s = four_particles();
+  s.scene.domain.periodic_m = {0, 2, 0};
+  Fluid& fluid = s.scene.fluids[0];
+  fluid.heat_capacity_J_per_kg_K = 5;
+  for (const double side : {1.0, -1.0}) {
+    Body& wall = s.scene.bodies.emplace_back();
+    wall.shape = Plane{{side, 0, 0}, side > 0 ? 0.0 : -2.0};
+    wall.fixed = true;
+    s.scene.fluid_boundaries.emplace_back().body = side > 0 ? 0 : 1;
+  }
+  s.scene.fluid_boundaries[0].heat_flux_W_per_m2 = 30;   // 60 W, 120 J in 2 s
+  s.scene.fluid_boundaries[1].heat_flux_W_per_m2 = -10;  // 20 W out
+  Recording run = still(s);
+  const auto error = [&] {
+    for (Sample& sample : run.values) sample.bodies.resize(2);
+    return value_of(measure_fluid(s, fluid_truths(s, run, kNoField, kNoTruth), run), "heat-entered-error");
+  };
+  for (ParticleSample& p : run.values.back().particles) p.temperature_K = Wide(80) / 30;  // 6 kg, 30 J/K
+  CHECK(error() == Approx(0).margin(1e-14));
+  run.values.back().particles[1].temperature_K += 1;  // 10 J
+  CHECK(error() == Approx(10.0 / 160).epsilon(1e-12));
+  s.scene.bodies[1].shape = Plane{{-1, 0, 0}, -2.5};  // the fluid does not fill what the walls enclose
+  CHECK(std::isnan(error()));
+  s.scene.bodies[1].shape = Plane{{-1, 0, 0}, -2};
+  s.scene.fluid_boundaries[1].heat_flux_W_per_m2.reset();
+  s.scene.fluid_boundaries[1].temperature_K = 3;
+  CHECK(std::isnan(error()));
+  s.scene.fluid_boundaries[1].temperature_K.reset();
+  s.scene.domain.periodic_m = {};  // open above and below
+  CHECK(std::isnan(error()));
+}
+
 TEST_CASE("integrals over samples: Simpson's rule is exact for cubics, of any number of intervals from 2 on") {
   for (const int intervals : {2, 3, 4, 5, 7, 40}) {
     INFO(intervals);
