@@ -37,6 +37,11 @@ PolynomialWalls<S>::PolynomialWalls(const Scene& scene, const ParticleSet<S>& se
     wall.no_slip = boundary.slip == Slip::no_slip;
     wall.has_temperature = boundary.temperature_K.has_value();
     wall.temperature = S(boundary.temperature_K.value_or(0));
+    if (boundary.heat_flux_W_per_m2.value_or(0) != 0 && !(fluid.conductivity_W_per_m_K > 0)) {
+      unsupported_ = "+polynomial gives a flux by the slope of the temperature; the fluid `" + fluid.name +
+                     "` conducts no heat, so that the flux of the boundary `" + body.name + "` has none";
+      return;
+    }
     if (boundary.heat_flux_W_per_m2.has_value() && fluid.conductivity_W_per_m_K > 0)
       wall.slope = -S(*boundary.heat_flux_W_per_m2) / S(fluid.conductivity_W_per_m_K);
     walls_.push_back(wall);

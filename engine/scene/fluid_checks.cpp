@@ -200,6 +200,14 @@ void check_boundary(Reading& r, const Value& table, const FluidBoundary& boundar
   if (boundary.temperature_K && boundary.heat_flux_W_per_m2)
     fail(r, location_of(table, "heat_flux_W_per_m2"),
          "found `heat_flux_W_per_m2` beside `temperature_K` in " + r.where + "; expected at most one");
+  const auto& fluids = r.scene->fluids;
+  if (std::none_of(fluids.begin(), fluids.end(), [](const Fluid& f) { return f.heat_capacity_J_per_kg_K > 0; }))
+    for (const auto& [heat, given] : {std::pair("temperature_K", boundary.temperature_K.has_value()),
+                                      std::pair("heat_flux_W_per_m2", boundary.heat_flux_W_per_m2.has_value())})
+      if (given)
+        fail(r, location_of(table, heat),
+             std::string("`") + heat + "` in " + r.where +
+                 " is given, and no fluid has a temperature; expected a fluid with `heat_capacity_J_per_kg_K` above 0");
   for (const FluidBoundary& earlier : r.scene->fluid_boundaries)
     if (earlier.body == boundary.body)
       fail(r, location_of(table, "body"),

@@ -70,12 +70,15 @@ std::vector<Real3> lattice(const std::array<Axis, 3>& axes) {
 
 std::array<Axis, 3> axes_between(const Fluid& fluid, const RegionBounds& bounds, int dimensions, bool centred) {
   std::array<Axis, 3> axes;
-  double count = 1;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(dimensions); ++i) {
+  const auto cells_along = [&](std::size_t i) {
     const double length = bounds.max_m[i] - bounds.min_m[i];
-    const double cells = centred ? 2 * std::ceil(length / 2 / fluid.spacing_m) : std::round(length / fluid.spacing_m);
-    count *= cells;
-    refuse_count(fluid, count);
+    return centred ? 2 * std::ceil(length / 2 / fluid.spacing_m) : std::round(length / fluid.spacing_m);
+  };
+  double count = 1;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(dimensions); ++i) count *= cells_along(i);
+  refuse_count(fluid, count);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(dimensions); ++i) {
+    const double length = bounds.max_m[i] - bounds.min_m[i], cells = cells_along(i);
     axes[i].count = static_cast<std::int64_t>(cells);
     axes[i].pitch_m = centred ? fluid.spacing_m : length / cells;
     axes[i].first_m = centred ? (bounds.min_m[i] + bounds.max_m[i]) / 2 - cells / 2 * fluid.spacing_m : bounds.min_m[i];

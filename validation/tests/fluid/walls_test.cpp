@@ -147,6 +147,22 @@ TEST_CASE("plates of given temperature conduct to a linear profile, a given flux
       }
 }
 
+TEST_CASE("+polynomial refuses a flux into a fluid that conducts no heat") {
+  Scene scene = channel(12);
+  scene.fluids[0].heat_capacity_J_per_kg_K = 1;
+  FluidBoundary warm;
+  warm.heat_flux_W_per_m2 = 500;
+  add_plane(scene, "floor", {0, 1, 0}, 0);
+  add_plane(scene, "warm", {0, -1, 0}, -1, warm);
+  const auto outcome = [&] {
+    return run_fluid(parse_method_id("atwood/rk4+polynomial{degree=2}"), scene, {0.01, 20, 1, {}}, {}, 0);
+  };
+  CHECK(outcome().status == Status::unsupported);
+  CHECK_THAT(outcome().reason, Catch::Contains("conducts no heat"));
+  scene.fluids[0].conductivity_W_per_m_K = 1;
+  CHECK(outcome().status == Status::ok);
+}
+
 TEST_CASE("points of walls at the surface have its area, in corners none twice") {
   Scene scene = channel(8);
   scene.domain.periodic_m = {};

@@ -190,6 +190,11 @@ TEST_CASE("refused with the figure") {
   refused(
       with(&Parts::rest, wall + "shape.plane = { normal = [0, 1, 0], offset_m = 0 }\n" + bound + "slip = \"inflow\"\n"),
       "open boundaries (inflow, outflow) are not simulated");
+  for (const std::string heat : {"temperature_K", "heat_flux_W_per_m2"})
+    refused(
+        with(&Parts::rest, wall + "shape.plane = { normal = [0, 1, 0], offset_m = 0 }\n" + bound + heat + " = 300\n"),
+        "`" + heat + "` in [[fluid_boundary]] is given, and no fluid has a temperature");
+  refused(with(&Parts::run, "spacings_m = [1e-7]\nsound_speeds_m_per_s = [10]\n"), "has 1e+14 particles");
   refused(with(&Parts::rest, wall + "shape.plane = { normal = [0, 1, 0], offset_m = 0 }\n" + bound + bound),
           "a second [[fluid_boundary]] of the body `wall`");
   refused(
