@@ -45,14 +45,42 @@ template <class S> void RigidModel<S>::build_constraints(const Scene& scene) {
   projected_.resize(y.size());
   for (const Joint& joint : scene.joints) closing_joints_.push_back(joint.closes_loop ? joint : Joint{});
   for (const Rope& rope : scene.ropes) rope_names_.push_back(rope.name);
-  closing_q_.resize(scene.joints.size());
+  closing_motions_.resize(scene.joints.size());
   rope_angle_.assign(scene.ropes.size(), S(0));
   constraints_ = std::move(constraints);
   start_ = std::move(y);
 }
 
-// The tree's kinematics, accelerations and the multipliers are those at (t, y). Coordinates continue those of the last
-// sample; the first sample, at t = 0, those of the scene.
+// The coordinates and rates of a closing joint at the present kinematics, those of t_s. Each angle is the one nearest to
+// where the mean of its rates leads from the last time to t_s; at t = 0 the one nearest to the scene's.
+template <class S> void RigidModel<S>::follow_closing(std::size_t joint, S t_s) {
+  const Joint& of = closing_joints_[joint];
+  ClosingMotion& motion = closing_motions_[joint];
+  if (!(t_s > S(0))) {
+    motion = {};
+    for (int k = 0; k < 4; ++k) motion.q[k] = S(of.coordinates[k]);
+  }
+  const ClosingMotion before = motion;
+  motion.t_s = t_s;
+  constraints_->closing_coordinates(of, motion.q.data(), motion.u.data());
+  if (of.kind == JointKind::ball || !(t_s > S(0))) return;
+  for (int k = 0; k < rate_count(of.kind); ++k)
+    motion.q[k] = before.q[k] + (t_s - before.t_s) * (before.u[k] + motion.u[k]) / S(2);
+  constraints_->closing_coordinates(of, motion.q.data(), motion.u.data());
+}
+
+template <class S> void RigidModel<S>::follow_turns(S t_s, const S* y) {
+  if (constraints_ == nullptr) return;
+  tree_->kinematics(t_s, y);
+  for (std::size_t j = 0; j < closing_joints_.size(); ++j)
+    if (closing_joints_[j].closes_loop) follow_closing(j, t_s);
+  for (std::size_t i = 0; i < rope_angle_.size(); ++i) {
+    const RopePath<S> path = constraints_->rope_path_of(static_cast<int>(i));
+    if (path.fault == nullptr) rope_travel(constraints_->rope(static_cast<int>(i)), path, rope_angle_[i]);
+  }
+}
+
+// The tree's kinematics, accelerations and the multipliers are those at (t, y).
 template <class S> void RigidModel<S>::write_constraints(S t_s, const S*, Sample& sample) {
   constraints_->find_open_components();
   for (std::size_t j = 0; j < closing_joints_.size(); ++j) {
@@ -61,13 +89,10 @@ template <class S> void RigidModel<S>::write_constraints(S t_s, const S*, Sample
     out.not_unique = constraints_->not_unique(at);
     const Joint& joint = closing_joints_[j];
     if (!joint.closes_loop) continue;
-    std::array<S, 4>& q = closing_q_[j];
-    if (!(t_s > S(0)))
-      for (int k = 0; k < 4; ++k) q[k] = S(joint.coordinates[k]);
-    S u[3] = {};
-    constraints_->closing_coordinates(joint, q.data(), u);
-    for (int k = 0; k < coordinate_count(joint.kind); ++k) out.q[k] = q[k];
-    for (int k = 0; k < rate_count(joint.kind); ++k) out.u[k] = u[k];
+    follow_closing(j, t_s);
+    const ClosingMotion& motion = closing_motions_[j];
+    for (int k = 0; k < coordinate_count(joint.kind); ++k) out.q[k] = motion.q[k];
+    for (int k = 0; k < rate_count(joint.kind); ++k) out.u[k] = motion.u[k];
     const auto [force, moment] = constraints_->closing_wrench(at);
     out.force_N = {force.x, force.y, force.z};
     out.torque_N_m = {moment.x, moment.y, moment.z};
@@ -102,7 +127,8 @@ template <class S> std::string RigidModel<S>::constraint_fault(S t_s, const S* y
 #define ATWOOD_CONSTRAINTS(S)                                           \
   template void RigidModel<S>::build_constraints(const Scene&);         \
   template void RigidModel<S>::write_constraints(S, const S*, Sample&); \
-  template std::string RigidModel<S>::constraint_fault(S, const S*);
+  template std::string RigidModel<S>::constraint_fault(S, const S*);    \
+  template void RigidModel<S>::follow_turns(S, const S*);
 ATWOOD_CONSTRAINTS(float)
 ATWOOD_CONSTRAINTS(double)
 ATWOOD_CONSTRAINTS(long double)

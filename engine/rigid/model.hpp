@@ -89,6 +89,9 @@ template <class S> class RigidModel {
   // Why the motion cannot go on from y at t_s, the end of a step ("": it can): constraints were not met, a rope is
   // slack.
   std::string constraint_fault(S t_s, const S* y);
+  // Continues the angles of closing joints and of ropes at pulleys to y at t_s, the end of a step, so that any number of
+  // turns may lie between two samples. Changes the tree's kinematics.
+  void follow_turns(S t_s, const S* y);
 
   // Adds a force that the scene does not name; to be called before any stepper is made. `what` ("contact forces") names
   // it in the refusals of methods that need an energy or a series.
@@ -158,6 +161,7 @@ template <class S> class RigidModel {
   const S* at_driven_coordinates(S t_s, const S* y);
   void write_joints(S t_s, const S* y, Sample& sample);
   void write_constraints(S t_s, const S* y, Sample& sample);
+  void follow_closing(std::size_t joint, S t_s);
   void build_joints(const Scene& scene);
   void build_constraints(const Scene& scene);
   void find_components();
@@ -185,8 +189,13 @@ template <class S> class RigidModel {
   std::vector<S> start_, projected_;   // of scenes with constraints: the state at t = 0; room for a state
   std::vector<Joint> closing_joints_;  // by scene joint; those of the tree are left empty
   std::vector<std::string> rope_names_;
-  std::vector<std::array<S, 4>> closing_q_;  // their coordinates, unwrapped
-  std::vector<S> rope_angle_;                // of each rope's first straight part, unwrapped
+  struct ClosingMotion {
+    S t_s{};
+    std::array<S, 4> q{};  // unwrapped
+    std::array<S, 3> u{};
+  };
+  std::vector<ClosingMotion> closing_motions_;  // where follow_turns() or the last sample left them
+  std::vector<S> rope_angle_;                   // of each rope's first straight part, unwrapped
   mutable std::vector<S> placed_;  // p v q w of bodies on joints, where they were placed last; one block a body
   std::vector<int> on_joints_;     // those bodies
   std::vector<S> applied_, du_;    // generalised vectors of the tree

@@ -68,10 +68,13 @@ template <class S> bool refuse_step(Simulation<S>& s, S t_s) {
 }
 
 // After an accepted step to t_s, whose end is y. False: the motion cannot go on.
-template <class S> bool meets_constraints(Simulation<S>& s, S t_s) {
+template <class S> bool meets_constraints(Run<S>& run, S t_s) {
+  Simulation<S>& s = run.simulation;
   if (s.model->constraints() == nullptr) return true;
   const std::string fault = s.model->constraint_fault(t_s, s.y.data());
-  return fault.empty() || end_at(s, fault, t_s);
+  if (!fault.empty()) return end_at(s, fault, t_s);
+  if (run.observer != nullptr && run.observer->sample) s.model->follow_turns(t_s, s.y.data());
+  return true;
 }
 
 // ---- the steps of the plan ----------------------------------------------------------------------------------------
@@ -122,7 +125,7 @@ template <class S> bool one_step(Run<S>& run, const Plan& plan, std::int64_t n, 
     S taken;
     if (!step_to_event(run, t_s, h_s, taken)) return false;
     update_stateful_force(s, t_s + h_s);
-    return meets_constraints(s, t_s + h_s);
+    return meets_constraints(run, t_s + h_s);
   }
   const S round_off_s = S(4) * real::epsilon<S>() * real::abs(t_s + h_s);
   while (left_s > round_off_s) {
@@ -134,7 +137,7 @@ template <class S> bool one_step(Run<S>& run, const Plan& plan, std::int64_t n, 
     }
     left_s = taken < S(1) ? left_s - taken * left_s : S(0);
     update_stateful_force(s, t_s);
-    if (!meets_constraints(s, t_s)) return false;
+    if (!meets_constraints(run, t_s)) return false;
   }
   return true;
 }
@@ -238,7 +241,7 @@ bool march_segment(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_
     if (run.stops.any() && run.stops.at_event() && !run.stops.resolve(t_s)) return end_at(s, run.stops.fault(), t_s);
     update_stateful_force(s, t_s);
     ++s.outcome.steps_taken;
-    if (!meets_constraints(s, t_s)) return false;
+    if (!meets_constraints(run, t_s)) return false;
   }
   return true;
 }

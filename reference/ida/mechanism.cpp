@@ -41,10 +41,7 @@ class Integration {
   Integration(const Integration&) = delete;
 
   const std::vector<double>& switch_times() const { return motion_.equations().switch_times(); }
-  Sample sample(double t_s) {
-    motion_.remember_branches(y.data());
-    return motion_.sample(t_s, y.data());
-  }
+  Sample sample(double t_s) { return motion_.sample(t_s, y.data()); }
 
   // (Re)starts with consistent rates and multipliers. The rows are chosen in quad.
   void start(double t_s, int interval, double stop_s) {
@@ -86,19 +83,24 @@ class Integration {
   // False: failure says why.
   bool advance(double to_s) {
     IDASetStopTime(memory_, to_s);
-    double reached = 0;
-    const int flag = IDASolve(memory_, to_s, &reached, Y_, rate_, IDA_NORMAL);
-    if (flag < 0) {
-      char* name = IDAGetReturnFlagName(flag);
-      failure = std::string("IDA failed at t = ") + format_double(reached) + " s with " + name;
-      std::free(name);
-      return false;
+    for (double reached = 0; reached < to_s;) {
+      const int flag = IDASolve(memory_, to_s, &reached, Y_, rate_, IDA_ONE_STEP);
+      if (flag < 0) {
+        char* name = IDAGetReturnFlagName(flag);
+        failure = std::string("IDA failed at t = ") + format_double(reached) + " s with " + name;
+        std::free(name);
+        return false;
+      }
+      const double* from = N_VGetArrayPointer(Y_);
+      y.assign(from, from + motion_.size());
+      if (!std::all_of(y.begin(), y.end(), [](double v) { return std::isfinite(v); })) {
+        failure = "the state is not finite at t = " + format_double(reached) + " s";
+        return false;
+      }
+      motion_.remember_branches(y.data());  // angles go on to the nearest turn from step to step
+      if (slackens(reached)) return false;
     }
-    const double* from = N_VGetArrayPointer(Y_);
-    y.assign(from, from + motion_.size());
-    if (std::all_of(y.begin(), y.end(), [](double v) { return std::isfinite(v); })) return true;
-    failure = "the state is not finite at t = " + format_double(reached) + " s";
-    return false;
+    return true;
   }
   std::int64_t steps() const {
     long int now = 0;
@@ -107,6 +109,18 @@ class Integration {
   }
 
  private:
+  // A rope cannot push: a tension below 0 ends the run.
+  bool slackens(double t_s) {
+    const std::vector<Rope>& ropes = motion_.model().scene->ropes;
+    if (ropes.empty()) return false;
+    const Sample now = motion_.sample(t_s, y.data());
+    for (std::size_t k = 0; k < ropes.size(); ++k) {
+      if (!(now.ropes[k].tension_N < 0)) continue;
+      failure = "rope `" + ropes[k].name + "` is slack at t = " + format_double(t_s) + " s";
+      return true;
+    }
+    return false;
+  }
   static int residual(sunrealtype t, N_Vector Y, N_Vector rate, N_Vector r, void* self) {
     return static_cast<Integration*>(self)->evaluate(t, N_VGetArrayPointer(Y), N_VGetArrayPointer(rate),
                                                      N_VGetArrayPointer(r));

@@ -1,6 +1,7 @@
 #include "reports/command_line/trace_joints.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -29,6 +30,8 @@ void append_state(std::string& line, const JointSample& sample, const Joint& joi
     line += i < rate_count(joint.kind) ? "," + format_number(sample.u[static_cast<std::size_t>(i)], digits) : ",";
 }
 
+constexpr double kSquare = 1e-12;  // of a sine: round-off of attitudes
+
 bool is_open(const JointSample& sample, std::size_t component) { return (sample.not_unique >> component & 1u) != 0; }
 
 Wide reaction(const JointSample& sample, std::size_t component) {
@@ -41,17 +44,21 @@ void append_reaction(std::string& line, const JointSample& value, const JointSam
     else append_reported(line, reaction(value, i), digits);
 }
 
-// The reaction in the axes of the child. A component there is open as soon as one in world axes is.
+// The reaction in the axes of the child. A component there is open where its axis is not square to all world axes whose
+// components are open.
 void append_in_child_axes(std::string& line, const JointSample& sample, const BodySample& child, int digits) {
   const auto& [w, x, y, z] = child.q_wxyz;
   const Wide rows[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)},
                            {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)},
                            {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)}};
   for (const std::size_t first : {std::size_t{0}, std::size_t{3}}) {
-    const bool open = is_open(sample, first) || is_open(sample, first + 1) || is_open(sample, first + 2);
     for (const auto& row : rows) {
       Wide sum = 0;
-      for (std::size_t k = 0; k < 3; ++k) sum += row[k] * reaction(sample, first + k);
+      bool open = false;
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (!is_open(sample, first + k)) sum += row[k] * reaction(sample, first + k);
+        else open = open || std::fabs(static_cast<double>(row[k])) > kSquare;
+      }
       if (open) line += ",not unique";
       else append_reported(line, sum, digits);
     }

@@ -81,6 +81,20 @@ class Joints(Case):
         self.assertAlmostEqual(first["fx_child_N"], x * math.cos(0.5) + y * math.sin(0.5), delta=1e-13)
         self.assertAlmostEqual(first["fy_child_N"], y * math.cos(0.5) - x * math.sin(0.5), delta=1e-13)
 
+    def test_components_in_the_child_axes_that_the_constraints_determine(self):
+        """A parallelogram in the x-y plane: what acts along z and about x and y is open, the rest is not, in both axes."""
+        rows = json.loads(self.ask("trace", "four-bar-2", "--method", "atwood/dop853", "--joints", "--json").stdout)
+        open_in_world, open_in_child = set(), set()
+        for row in rows:
+            for name in ("fx_N", "fy_N", "fz_N", "tx_N_m", "ty_N_m", "tz_N_m"):
+                child = name.replace("_N", "_child_N", 1)
+                if row[name] == "not unique":
+                    open_in_world.add(name)
+                if row[child] == "not unique":
+                    open_in_child.add(name)
+        self.assertTrue(open_in_world)
+        self.assertEqual(open_in_child, open_in_world)
+
     def test_what_is_not_there_or_not_simulated(self):
         self.trace("--method", "atwood/rk4", "--ropes", code=2, told=["`bar` has no rope"])
         self.ask("trace", "kepler-e0.6", "--method", "atwood/rk4", "--joints", code=2, told=["has no joint"])

@@ -54,8 +54,9 @@ inline Scenario double_pendulum(double t_end_s, double first, double second) {
   return made;
 }
 
-// Four bars: a crank, a coupler and a rocker of unequal lengths, the ground 1 m long; `cut`: which of the four hinges
-// closes the loop. Assembled by the projection of the start.
+// Four bars: a crank, a coupler and a rocker of unequal lengths, the ground 1 m long; `cut`: which of the hinges
+// closes the loop: 0 between coupler and rocker, 1 the rocker's on the ground, 2 between crank and coupler. Assembled by
+// the projection of the start.
 inline Scenario four_bar(double t_end_s, int cut) {
   Scenario made = mechanism_scenario(t_end_s);
   made.scene.bodies = {solid("crank", 1, 0.02), solid("coupler", 2, 0.2), solid("rocker", 1.5, 0.1)};
@@ -64,7 +65,11 @@ inline Scenario four_bar(double t_end_s, int cut) {
   Joint crank_coupler = hinge(0, 1, {0, 0, 0.2}, {-0.5, 0, 0}, -0.5, 0);
   Joint ground_rocker = hinge(-1, 2, {1, 0, 0}, {0, 0, -0.45}, 0.2, 0);
   Joint coupler_rocker = hinge(1, 2, {0.5, 0, 0}, {0, 0, 0.45}, 0.4, 0);
-  if (cut == 0) {
+  if (cut == 2) {
+    crank_coupler.closes_loop = crank_coupler.assemble = true;
+    const Joint rocker_coupler = hinge(2, 1, {0, 0, 0.45}, {0.5, 0, 0}, -0.4, 0);
+    made.scene.joints = {ground_crank, ground_rocker, rocker_coupler, crank_coupler};
+  } else if (cut == 0) {
     coupler_rocker.closes_loop = coupler_rocker.assemble = true;
     made.scene.joints = {ground_crank, crank_coupler, ground_rocker, coupler_rocker};
   } else {
