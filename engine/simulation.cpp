@@ -19,6 +19,21 @@
 namespace atwood {
 namespace {
 
+// Settings that rule each other out, or that the others leave without effect.
+std::string combination_fault(const MethodId& id, const Settings& settings) {
+  const auto is = [&](const char* name, const char* word) { return std::get<std::string>(settings.at(name)) == word; };
+  if (id.scheme == "ias15" && id.overrides.contains("epsilon") && is("criterion", "tolerance"))
+    return "atwood/ias15: `epsilon` acts with criterion=rein-spiegel or criterion=prs23 alone";
+  if (id.scheme != "gbs" || !id.rtol) return "";
+  if (is("order", "chosen") && id.overrides.contains("columns"))
+    return "atwood/gbs: with a tolerance `columns` acts with order=fixed alone";
+  constexpr std::int64_t most_columns = 8;
+  if (is("order", "fixed") && std::get<std::int64_t>(settings.at("columns")) > most_columns)
+    return "atwood/gbs: with a tolerance order=fixed takes at most 8 columns, for the differences of later ones are lost "
+           "in round-off and steps become tiny; use order=chosen";
+  return "";
+}
+
 std::string method_fault(const MethodId& id) {
   const MethodInfo* info = find_integrator(id.scheme);
   if (info == nullptr) return "atwood has no method `" + id.scheme + "`";
@@ -27,7 +42,9 @@ std::string method_fault(const MethodId& id) {
     if (const auto rule = info->rules.find(name); !id.rtol && rule != info->rules.end() && rule->second.needs_tolerance)
       return info->id + ": `" + name + "` acts in runs with a tolerance alone; expected one, as in " + info->id +
              ":1e-12";
-  if (const auto settings = merged_settings(*info, id.overrides); !settings) return settings.fault().reason;
+  const auto settings = merged_settings(*info, id.overrides);
+  if (!settings) return settings.fault().reason;
+  if (const std::string fault = combination_fault(id, *settings); !fault.empty()) return fault;
   if (!id.response.empty() && find_response(id.response) == nullptr && fluid::find_response(id.response) == nullptr)
     return "atwood has no response `+" + id.response + "` to contacts or fluids";
   return "";

@@ -65,14 +65,16 @@ std::vector<MethodInfo> high_precision_methods() {
           embedded_attitude,
       "Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; "
       "Hairer, Norsett, Wanner, Solving ODEs I, section II.9");
-  declare_settings(gbs, {{"columns",
-                          std::int64_t(6),
-                          {between(2, kMaxColumns),
-                           "Columns of the extrapolation, half its order, in equal steps and where `order=fixed`."}},
-                         {"order",
-                          std::string("chosen"),
-                          {one_of({"chosen", "fixed"}),
-                           "With a tolerance: the order of each step is chosen, or half of it is `columns`."}}});
+  declare_settings(gbs,
+                   {{"columns",
+                     std::int64_t(6),
+                     {between(2, kMaxColumns),
+                      "Columns of the extrapolation, half its order, in equal steps and where `order=fixed` (with a "
+                      "tolerance at most 8)."}},
+                    {"order",
+                     std::string("chosen"),
+                     {one_of({"chosen", "fixed"}),
+                      "With a tolerance: the order of each step is chosen, or half of it is `columns`."}}});
   methods.push_back(gbs);
   methods.push_back(taylor_method());
   return methods;

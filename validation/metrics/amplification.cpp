@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <optional>
 
 #include "dynamics/contacts.hpp"
 #include "dynamics/rates.hpp"
@@ -79,48 +80,64 @@ void metrics::reference_step(const dynamics::Dynamics<double>& f, double t, doub
   for (std::size_t i = 0; i < y.size(); ++i) y[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
 }
 
-double perturbation_growth(const Scenario& scenario, const Truth& truth) {
-  if (!metrics::has_truth(truth)) return 0;
-  const Scene& scene = scenario.scene;
-  const double simple = free_flight_growth(sizes(scenario, truth), scenario.t_end_s);
-  if (has_mechanism(scene)) return std::max(simple, truth.condition);
-  if (!dynamics::unsupported(scene).empty() || dynamics::contacts_possible(scene)) return simple;
+namespace {
 
+constexpr std::int64_t kFewestSteps = 1000, kCoarseSteps = 4000;
+constexpr double kMostWork = 1e9;  // of refined runs: steps x (bodies^2 + 8), about 10 s
+
+// The growth by a run of this many steps; nothing where the run does not end where the truth does, for it then shows the
+// step's error. The states are compared at 4000 instants at most.
+std::optional<double> growth_by(const Scenario& scenario, const Truth& truth, std::int64_t steps) {
+  const Scene& scene = scenario.scene;
   const dynamics::Dynamics<double> f(scene, scenario.t_end_s);
   const dynamics::Layout& layout = f.layout();
-  std::int64_t steps = 1000;
-  for (std::int64_t n : scenario.steps) steps = std::max(steps, std::min<std::int64_t>(n, 4000));
   const double h = scenario.t_end_s / static_cast<double>(steps);
-
   std::vector<State> twins{dynamics::pack<double>(scene)};
   for (unsigned row : kTwins) twins.push_back(perturbed(layout, State(twins[0]), row));
   std::array<State, 5> work;
   for (State& w : work) w.assign(twins[0].size(), 0.0);
+  State d = twins[0];
   std::array<double, 4> size{}, apart{};
   const std::array<Kind, 4> kinds{Kind::position, Kind::velocity, Kind::attitude, Kind::rate};
+  const std::int64_t stride = std::max<std::int64_t>(1, steps / kCoarseSteps);
   for (std::int64_t n = 0; n < steps; ++n) {
     for (State& y : twins) metrics::reference_step(f, h * static_cast<double>(n), h, y, work);
+    if ((n + 1) % stride != 0 && n + 1 < steps) continue;
     for (std::size_t k = 0; k < kinds.size(); ++k) {
       size[k] = std::max(size[k], norm_of(kinds[k], layout, twins[0]));
       for (std::size_t i = 1; i < twins.size(); ++i) {
-        State d = twins[i];
-        for (std::size_t j = 0; j < d.size(); ++j) d[j] -= twins[0][j];
+        for (std::size_t j = 0; j < d.size(); ++j) d[j] = twins[i][j] - twins[0][j];
         apart[k] = std::max(apart[k], norm_of(kinds[k], layout, d));
       }
     }
   }
-  // If the step is too long for this motion, the result shows the step's error; the end state is compared with the
-  // truth.
   const Sample end = dynamics::unpack<double>(scene, scenario.t_end_s, twins[0].data());
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const BodySample& t = truth.values.back().bodies[b];
     if (!(position_error_m(end.bodies[b], t) <= 0.01 * size[0]) || !(attitude_error_rad(end.bodies[b], t) <= 0.02))
-      return simple;
+      return {};
   }
   double growth = 1;
   for (std::size_t k = 0; k < kinds.size(); ++k)
     if (size[k] > 0) growth = std::max(growth, apart[k] / size[k] / kPerturbation);
   return growth;
+}
+
+}  // namespace
+
+PerturbationGrowth perturbation_growth(const Scenario& scenario, const Truth& truth) {
+  if (!metrics::has_truth(truth)) return {0, true};
+  const Scene& scene = scenario.scene;
+  const double simple = free_flight_growth(sizes(scenario, truth), scenario.t_end_s);
+  if (has_mechanism(scene)) return {std::max(simple, truth.condition), true};
+  if (!dynamics::unsupported(scene).empty() || dynamics::contacts_possible(scene)) return {simple, false};
+  std::int64_t steps = kFewestSteps;
+  for (std::int64_t n : scenario.steps) steps = std::max(steps, std::min(n, kCoarseSteps));
+  if (const auto growth = growth_by(scenario, truth, steps)) return {*growth, true};
+  const auto bodies = static_cast<double>(scene.bodies.size());
+  for (steps = 4 * kCoarseSteps; static_cast<double>(steps) * (bodies * bodies + 8) <= kMostWork; steps *= 4)
+    if (const auto growth = growth_by(scenario, truth, steps)) return {*growth, true};
+  return {simple, false};
 }
 
 double metrics::state_horizon_s(const Scenario& scenario, const Truth& truth) {

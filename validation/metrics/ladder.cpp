@@ -80,7 +80,8 @@ double accuracy_floor(const std::string& metric, std::span<const Row> cell) {
   if (!metric.starts_with("error-") || !metric.ends_with("-end")) return std::nan("");
   std::map<std::string, double> figures;
   for (const Row& r : cell)
-    if (r.status == Status::ok && r.body.empty() && !r.t_s) figures[r.metric] = r.value;
+    if (r.status == Status::ok && r.body.empty() && !r.t_s && (r.metric != "condition" || r.reason.empty()))
+      figures[r.metric] = r.value;
   if (!figures.contains("condition")) return std::nan("");
   const double size = metric == "error-state-end" ? 1 : scale(metric, figures, std::nan(""));
   return unit_round_off(cell.front().method) * std::max(1.0, figures.at("condition")) * size;

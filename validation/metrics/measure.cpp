@@ -14,9 +14,9 @@ namespace {
 
 // perturbation_growth depends on the scenario only, and takes longer than the other figures of a cell, so it is cached.
 // The key is all that it depends on: the scenario's id, ladder and true end state.
-double remembered_growth(const Scenario& scenario, const Truth& truth) {
+PerturbationGrowth remembered_growth(const Scenario& scenario, const Truth& truth) {
   static std::mutex mutex;
-  static std::map<std::string, double> known;
+  static std::map<std::string, PerturbationGrowth> known;
   std::string key = scenario.id + " " + format_double(scenario.t_end_s);
   for (std::int64_t steps : scenario.steps) key += " " + std::to_string(steps);
   for (const BodySample& b : truth.values.back().bodies)
@@ -26,7 +26,7 @@ double remembered_growth(const Scenario& scenario, const Truth& truth) {
     const std::lock_guard lock(mutex);
     if (const auto found = known.find(key); found != known.end()) return found->second;
   }
-  const double growth = perturbation_growth(scenario, truth);
+  const PerturbationGrowth growth = perturbation_growth(scenario, truth);
   const std::lock_guard lock(mutex);
   return known[key] = growth;
 }
@@ -64,7 +64,9 @@ std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Rec
     append_foretold(scenario, truth, run, rows);
     append_landing(scenario, truth, run, rows);
     append_sizes(scenario, truth, rows);
-    rows.push_back(row("condition", remembered_growth(scenario, truth)));
+    const PerturbationGrowth growth = remembered_growth(scenario, truth);
+    rows.push_back(row("condition", growth.value, 0,
+                       growth.followed ? "" : "at least: perturbations were not followed; they grow so in free flight"));
   }
   append_norm_drift(scenario, run, rows);
   append_conservation(scenario, truth, run, rows);

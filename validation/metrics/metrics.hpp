@@ -148,8 +148,13 @@ DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value);
 // to each vector's own size there (as rounding is), the growth in units of the trajectory's size; the largest of four
 // directions. The reference's own equations, classical RK4 in double, states a part in 1e-7 apart. (truth.condition
 // scales perturbations by the trajectory's size instead and is larger: it is the condition number of the problem.)
-// Scenes with contacts, or too long for 4000 steps: 1 + t_end v / size, the growth of free flight.
-double perturbation_growth(const Scenario& scenario, const Truth& truth);
+// Where 4000 steps do not end where the truth does, more are taken. Where as many as are tried do not either, and with
+// contacts, it is a lower bound: 1 + t_end v / size, the growth of free flight.
+struct PerturbationGrowth {
+  double value = 0;
+  bool followed = true;  // false: a lower bound
+};
+PerturbationGrowth perturbation_growth(const Scenario& scenario, const Truth& truth);
 
 // The error by round-off alone after `steps` steps, estimated before any run, so that it does not depend on the
 // measured error: u sqrt(steps) size amplification. u is the unit round-off of the scalar (2^-53 in double), `size` the
@@ -159,7 +164,7 @@ double perturbation_growth(const Scenario& scenario, const Truth& truth);
 double round_off_floor(double unit_round_off, double steps, double size, double amplification);
 // Condition x unit round-off x size, from the rows of one cell, which name its scalar: an error at the end of a run
 // (error-*-end) cannot be expected below it, for rounding the initial state alone causes it. NaN for another metric,
-// and where the rows have no condition.
+// and where the rows have no condition or a lower bound of it.
 double accuracy_floor(const std::string& metric, std::span<const Row> cell);
 // Unit round-off of the scalar that a method id names or its engine uses: "@float" and engines that end in 32: 2^-24;
 // "@long-double": 2^-64; "@quad": 2^-113; else 2^-53.

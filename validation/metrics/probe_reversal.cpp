@@ -92,7 +92,7 @@ std::vector<Row> probe_reversal(const ProbeRequest& request) {
     rate = std::max(rate, distance(reversed(end.w_rad_per_s), start.w_rad_per_s));
   }
   const Sizes size = sizes_of(scene, there.values);
-  const double growth = std::max(1.0, perturbation_growth(request.scenario, request.truth));
+  const double growth = std::max(1.0, perturbation_growth(request.scenario, request.truth).value);
   // The state between the two passes is rounded to the scene's doubles, also for wider arithmetic.
   const double unit = std::max(unit_round_off(request.method), 0x1p-53);
   const auto floors = [&](double scale) {

@@ -238,6 +238,14 @@ class Settings(Case):
                         f"`{name}` acts in runs with a tolerance alone; expected one, as in")
         self.expect(self.run_in("trace", "kepler-e0", "--method", "atwood/ias15:1e-16{criterion=prs23}"), 0)
 
+    def test_settings_that_others_leave_without_effect(self):
+        for method, told in (("atwood/ias15:1e-12{epsilon=1e-7}", "`epsilon` acts with criterion=rein-spiegel or criterion=prs23 alone"),
+                             ("atwood/gbs:1e-9{columns=7}", "`columns` acts with order=fixed alone"),
+                             ("atwood/gbs:1e-12{order=fixed,columns=9}", "at most 8 columns")):
+            self.expect(self.run_in("trace", "kepler-e0", "--method", method), 1, "unsupported", told)
+        self.expect(self.run_in("trace", "kepler-e0", "--method", "atwood/gbs{columns=9}"), 0)
+        self.expect(self.run_in("trace", "kepler-e0", "--method", "atwood/gbs:1e-10{order=fixed,columns=8}"), 0)
+
     def test_wrong_values_are_input(self):
         for method, *told in (("atwood/rk4+event{restitution=foo}", "+event", "`restitution` is `foo`; expected newton, poisson or stronge"),
                               ("atwood/rk4+event{foo=bar}", "+event", "`foo`", "simultaneous"),

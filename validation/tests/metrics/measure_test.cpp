@@ -330,6 +330,23 @@ TEST_CASE("measure: the condition of a circular orbit is the along-track shear o
   CHECK(value_of(rows, "condition") < 50);
 }
 
+// 955 periods: 1000 steps of the ladder are about one a period, and no run of so few follows the motion.
+TEST_CASE("measure: the condition does not depend on how coarse the ladder is; what was not followed is a lower bound") {
+  Scenario s = circle();
+  s.t_end_s = 6000;
+  s.steps = {1000};
+  const Recording run = orbit(s, 1, 1);
+  const std::vector<Row> rows = measure(s, truth_of(run), run);
+  CHECK(value_of(rows, "condition") > 1.8e4);
+  CHECK(value_of(rows, "condition") < 5e4);
+  CHECK(accuracy_floor("error-position-end", rows) == 0x1p-53 * value_of(rows, "condition"));
+  // A truth of another motion is followed by no run.
+  const Recording other = orbit(s, 1, 1, 0.1);
+  const std::vector<Row> bound = measure(s, truth_of(other), other);
+  CHECK(value_of(bound, "condition") == Approx(6001));
+  CHECK(std::isnan(accuracy_floor("error-position-end", bound)));
+}
+
 TEST_CASE("measure: how the solvers of a run ended, each by its name and all together, also of a run that diverged") {
   const Scenario s = circle();
   Recording run = orbit(s, 1, 1);
