@@ -51,8 +51,8 @@ template <class S> void RigidModel<S>::build_constraints(const Scene& scene) {
   start_ = std::move(y);
 }
 
-// The coordinates and rates of a closing joint at the present kinematics, those of t_s. Each angle is the one nearest to
-// where the mean of its rates leads from the last time to t_s; at t = 0 the one nearest to the scene's.
+// The coordinates and rates of a closing joint at the present kinematics, those of t_s. Each angle is the one nearest
+// to where the mean of its rates leads from the last time to t_s; at t = 0 the one nearest to the scene's.
 template <class S> void RigidModel<S>::follow_closing(std::size_t joint, S t_s) {
   const Joint& of = closing_joints_[joint];
   ClosingMotion& motion = closing_motions_[joint];

@@ -89,8 +89,8 @@ template <class S> class RigidModel {
   // Why the motion cannot go on from y at t_s, the end of a step ("": it can): constraints were not met, a rope is
   // slack.
   std::string constraint_fault(S t_s, const S* y);
-  // Continues the angles of closing joints and of ropes at pulleys to y at t_s, the end of a step, so that any number of
-  // turns may lie between two samples. Changes the tree's kinematics.
+  // Continues the angles of closing joints and of ropes at pulleys to y at t_s, the end of a step, so that any number
+  // of turns may lie between two samples. Changes the tree's kinematics.
   void follow_turns(S t_s, const S* y);
 
   // Adds a force that the scene does not name; to be called before any stepper is made. `what` ("contact forces") names

@@ -54,9 +54,9 @@ inline Scenario double_pendulum(double t_end_s, double first, double second) {
   return made;
 }
 
-// Four bars: a crank, a coupler and a rocker of unequal lengths, the ground 1 m long; `cut`: which of the hinges
-// closes the loop: 0 between coupler and rocker, 1 the rocker's on the ground, 2 between crank and coupler. Assembled by
-// the projection of the start.
+// Four bars: a crank, a coupler and a rocker of unequal lengths, the ground 1 m long; `cut`: which of the hinges closes
+// the loop: 0 between coupler and rocker, 1 the rocker's on the ground, 2 between crank and coupler. Assembled by the
+// projection of the start.
 inline Scenario four_bar(double t_end_s, int cut) {
   Scenario made = mechanism_scenario(t_end_s);
   made.scene.bodies = {solid("crank", 1, 0.02), solid("coupler", 2, 0.2), solid("rocker", 1.5, 0.1)};

@@ -331,7 +331,8 @@ TEST_CASE("measure: the condition of a circular orbit is the along-track shear o
 }
 
 // 955 periods: 1000 steps of the ladder are about one a period, and no run of so few follows the motion.
-TEST_CASE("measure: the condition does not depend on how coarse the ladder is; what was not followed is a lower bound") {
+TEST_CASE(
+    "measure: the condition does not depend on how coarse the ladder is; what was not followed is a lower bound") {
   Scenario s = circle();
   s.t_end_s = 6000;
   s.steps = {1000};
