@@ -13,6 +13,7 @@
 
 #include "reports/command_line/contest.hpp"
 #include "reports/command_line/fluid_question.hpp"
+#include "reports/command_line/joint_question.hpp"
 #include "reports/command_line/same_rate.hpp"
 #include "reports/command_line/units.hpp"
 #include "reports/render/text.hpp"
@@ -327,6 +328,7 @@ bool AdviceSearch::decide() {
   std::vector<std::string> notes;
   const std::vector<Row> rows = without_idle_halves(rows_, options_.methods, notes);
   if (advice_.metric.empty()) set_metric(telling_metric(rows, scenario_.id), advice_);
+  if (const std::string unit = joint_unit(rows, advice_.metric); !unit.empty()) advice_.unit = unit;
   const std::vector<WorkCurve> all = work_curves(rows, scenario_.id, advice_.metric);
   const bool by_error = advice_.wanted_error > 0;
   Contest contest = by_error ? contest_of_error(all, advice_.wanted_error, Cost::seconds)
@@ -341,6 +343,7 @@ bool AdviceSearch::decide() {
     advice_.found = true;
     const Neighbours found = neighbours(all, contest.ranked[0]);
     advice_.best = found.self;
+    advice_.not_judged = unjudged_coordinates(rows, advice_.metric, advice_.best.method, advice_.best.steps);
     advice_.coarser = found.coarser;
     advice_.finer = found.finer;
     if (!found.coarser) advice_.no_coarser = no_coarser_words(all, found.self, scenario_);
@@ -393,6 +396,7 @@ int command_advise(const Place& place, const Options& options) {
   if (advice.scenario.scene.fluids.empty() && (!options.spacings.empty() || !options.sound_speeds.empty()))
     throw InputError(fmt::format("{}: `{}` has no fluid", options.spacings.empty() ? "--sound-speed" : "--spacing",
                                  advice.scenario.id));
+  require_coordinates(advice.scenario, advice.metric, options.metric);
   advice.motion = classify(advice.scenario.scene);
   if (advice.metric.find("attitude") != std::string::npos || advice.metric.find("body-rate") != std::string::npos) {
     if (!advice.motion.rotates)

@@ -63,6 +63,7 @@ struct Advice {
   std::optional<AdviceRung> coarser, finer;  // the rungs beside it on its ladder
   std::string no_coarser;                    // where there is no coarser rung: why
   std::optional<TimedRatio> next_over_best;  // of times, in turns
+  std::string not_judged;                    // coordinates of another unit, with their error; empty: none
   std::string caution;                       // what speaks against it; empty: nothing
   std::vector<std::pair<std::string, std::string>> left_out;
   int runs = 0;

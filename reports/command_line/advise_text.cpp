@@ -89,6 +89,7 @@ std::string advice_text(const Advice& advice) {
             ? fmt::format("the measured error is {:.3g} times under the asked one", advice.wanted_error / known)
             : fmt::format("the run takes {:.3g} of the budget", best.seconds / advice.budget_s);
     text += fmt::format("\n  margin     {}\n", margin);
+    if (!advice.not_judged.empty()) text += fmt::format("  not judged {}\n", advice.not_judged);
     if (!advice.caution.empty()) text += fmt::format("  caution    {}\n", advice.caution);
     if (advice.next.method.empty()) {
       text += "  runner-up  none\n";
@@ -136,6 +137,7 @@ std::string advice_json(const Advice& advice) {
   out["runner_up_over_advice"] =
       ratio ? json{{"ratio", ratio->value}, {"low", ratio->low}, {"high", ratio->high}, {"pairs", ratio->pairs}}
             : json(nullptr);
+  out["not_judged"] = advice.not_judged;
   out["caution"] = advice.caution;
   out["truth"] = advice.truth;
   out["rates"] = advice.rates;

@@ -101,8 +101,11 @@ double read_error(const std::string& text, std::string& metric, const std::strin
           fmt::format("--error {}: several metrics have the unit {}; expected --metric beside it", text, name));
     metric = found->second;
   }
+  // A unit chooses among the coordinates of joints: angles or offsets.
+  if (metric == "error-joint-coordinate" && std::string(unit->base) == "rad") metric = "error-joint-angle";
+  if (metric == "error-joint-coordinate" && std::string(unit->base) == "m") metric = "error-joint-offset";
   if (unit_of(metric) != unit->base) {
-    const std::string own = unit_of(metric);
+    const std::string own = metric == "error-joint-coordinate" ? "rad (angles) or m (offsets)" : unit_of(metric);
     throw InputError(fmt::format("--error {}: --metric {} is measured in {}; found the unit {}", text, asked_metric,
                                  own == "1" ? "no unit (a ratio)" : own, name));
   }

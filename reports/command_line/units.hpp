@@ -11,8 +11,8 @@
 namespace atwood {
 
 // --metric, --error and --budget: the metric's full name (empty where neither a metric nor a unit names one), the error
-// in that metric's unit, the budget in seconds. Throws InputError: a number or a unit that is none, a unit that is not
-// the metric's.
+// in that metric's unit, the budget in seconds. Of the coordinates of joints the unit chooses angles or offsets; both
+// without one. Throws InputError: a number or a unit that is none, a unit that is not the metric's.
 Question read_question(const Options& options);
 
 // --hz: the scenarios' ladders become t_end_s times each frequency. Throws InputError, with the nearest frequency that

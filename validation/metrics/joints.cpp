@@ -184,10 +184,10 @@ void merge(Kept& all, const Kept& one) {
     to->figures.insert(to->figures.end(), from->figures.begin(), from->figures.end());
 }
 
-void push_coordinates(const std::string& body, bool angles, const Kept& kept, const std::string& reason,
+// `body` empty: of all joints. `unit`: "rad", "m" or, where figures of both stand beside each other, "rad, m".
+void push_coordinates(const std::string& body, const std::string& unit, const Kept& kept, const std::string& reason,
                       std::vector<Row>& rows) {
   if (kept.largest.figures.empty()) return;
-  const std::string unit = angles ? "rad" : "m";
   const auto push = [&](const char* metric, const metrics::Largest& of, const std::string& unit_of) {
     if (of.figures.empty()) return;
     rows.push_back(row_of(metric, body, of.value(), of.bar(), reason));
@@ -195,7 +195,7 @@ void push_coordinates(const std::string& body, bool angles, const Kept& kept, co
   };
   push("error-joint-coordinate", kept.largest, unit);
   if (body.empty()) push("error-joint-coordinate-end", kept.end, unit);
-  push("error-joint-rate", kept.rate, unit + "/s");
+  push("error-joint-rate", kept.rate, unit == "rad, m" ? "rad/s, m/s" : unit + "/s");
 }
 
 void append_size(const Comparison& compare, std::vector<Row>& rows) {
@@ -204,11 +204,12 @@ void append_size(const Comparison& compare, std::vector<Row>& rows) {
     for (std::size_t j = 0; j < joints.size(); ++j) {
       const JointKind kind = compare.scene.joints[j].kind;
       for (int i = 0; kind != JointKind::ball && i < coordinate_count(kind); ++i)
-        if (dynamics::is_angle(kind, i)) largest = std::max(largest, size_of(joints[j].q[i]));
+        largest = std::max(largest, size_of(joints[j].q[i]));
     }
   if (largest > 0) rows.push_back(metrics::row("size-joint-coordinate", largest));
 }
 
+// Prescribed coordinates have rows of their own and no part in those of all joints: every method has them right.
 void append_coordinates(const Comparison& compare, std::vector<Row>& rows) {
   Kept angles, offsets;
   for (std::size_t j = 0; j < compare.scene.joints.size(); ++j) {
@@ -216,16 +217,28 @@ void append_coordinates(const Comparison& compare, std::vector<Row>& rows) {
     Kept turning, sliding;
     compare.take(j, true, turning);
     if (joint.kind != JointKind::ball) compare.take(j, false, sliding);
-    push_coordinates(joint.name, true, turning, "", rows);
-    push_coordinates(joint.kind == JointKind::cylindrical ? joint.name + ".offset" : joint.name, false, sliding, "",
+    const std::string reason = joint.driven_rate ? "prescribed: no part of the rows of all joints" : "";
+    push_coordinates(joint.name, "rad", turning, reason, rows);
+    push_coordinates(joint.kind == JointKind::cylindrical ? joint.name + ".offset" : joint.name, "m", sliding, reason,
                      rows);
+    if (joint.driven_rate) continue;
     merge(angles, turning);
     merge(offsets, sliding);
   }
-  const bool both = !angles.largest.figures.empty() && !offsets.largest.figures.empty();
-  if (!angles.largest.figures.empty())
-    push_coordinates("", true, angles, both ? "of the angles; offsets have rows of their own" : "", rows);
-  else push_coordinates("", false, offsets, "", rows);
+  const bool turns = !angles.largest.figures.empty(), slides = !offsets.largest.figures.empty();
+  if (turns) rows.push_back(metrics::row("error-joint-angle", angles.largest.value(), angles.largest.bar()));
+  if (slides) rows.push_back(metrics::row("error-joint-offset", offsets.largest.value(), offsets.largest.bar()));
+  const std::string largest = offsets.largest.value() > angles.largest.value() ? "an offset [m]" : "an angle [rad]";
+  Kept all = std::move(angles);
+  merge(all, offsets);
+  push_coordinates(
+      "",
+      turns && slides ? "rad, m"
+      : turns         ? "rad"
+                      : "m",
+      all,
+      turns && slides ? "of angles in rad and offsets in m; the largest coordinate error is that of " + largest : "",
+      rows);
 }
 
 // Reactions of one joint. Components that the constraints leave open on either side are not compared.
@@ -367,8 +380,11 @@ std::vector<MetricInfo> joint_metrics() {
        "Largest error of a joint's coordinates over the samples, t = 0 left out: of angles and of a ball's rotation in rad, "
        "of offsets in m (the row's unit says which; the offset of a cylindrical joint stands in `body` joint.offset). "
        "Coordinates that are not reported are computed from the poses, whole turns left out. Without `body`: the largest of "
-       "all angles, or of all offsets where there is no angle."},
-      {"error-joint-coordinate-end", "rad", "error-joint-coordinate at the last sample alone."},
+       "all that are not prescribed, angles in rad beside offsets in m."},
+      {"error-joint-coordinate-end", "rad", "error-joint-coordinate of all joints at the last sample alone."},
+      {"error-joint-angle", "rad",
+       "The largest error-joint-coordinate of angles and balls alone, prescribed ones left out."},
+      {"error-joint-offset", "m", "The largest error-joint-coordinate of offsets alone, prescribed ones left out."},
       {"error-joint-rate", "rad/s",
        "Largest error of a joint's rates over the samples, t = 0 and samples on the instant of an impact left out; of a "
        "ball the norm. Units and `body` as in error-joint-coordinate."},
@@ -380,8 +396,8 @@ std::vector<MetricInfo> joint_metrics() {
        "The same for the constraint torque on the child about its anchor. The torque of a joint with a prescribed rate is "
        "part of it."},
       {"size-joint-coordinate", "rad",
-       "Largest size of an angle between two bodies along the true motion, whole turns counted: what the round-off of "
-       "joint coordinates is scaled by."},
+       "Largest size of an angle [rad], whole turns counted, or an offset [m] of a joint along the true motion: what the "
+       "round-off of joint coordinates is scaled by."},
       {"order-joint-coordinate", "1",
        "Slope of log error-joint-coordinate-end on log h over the asymptotic window; bar = 95 % half-width; NaN: "
        "inconclusive."},

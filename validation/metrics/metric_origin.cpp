@@ -227,6 +227,8 @@ const Origins& other_origins() {
         "Featherstone, Rigid Body Dynamics Algorithms (2008); " + angles}},
       {"error-joint-coordinate", {"max_k |c - c*|, of a ball 2 arccos |q . q*|", joints}},
       {"error-joint-coordinate-end", {"|c - c*| at t_end, of a ball 2 arccos |q . q*|", joints}},
+      {"error-joint-angle", {"max_k |c - c*| of angles, of a ball 2 arccos |q . q*|", joints}},
+      {"error-joint-offset", {"max_k |c - c*| of offsets", joints}},
       {"error-joint-rate", {"max_k |c' - c'*|", joints}},
       {"error-reaction-force", {"max_k |f - f*|", joints}},
       {"error-reaction-torque", {"max_k |tau - tau*|", joints}},

@@ -403,8 +403,9 @@ std::vector<Dominance> find_dominance(std::span<const Row> rows, const Question&
     const std::vector<WorkCurve> curves = work_curves(own, scenario, metric);
     const auto info = std::find_if(all_metrics().begin(), all_metrics().end(),
                                    [&](const MetricInfo& known) { return known.name == metric; });
-    // The rows' own unit: the same metric is an angle of hinges and a length of sliders.
-    const auto measured = std::find_if(own.begin(), own.end(), [&](const Row& row) { return row.metric == metric; });
+    // The rows' own unit: the same metric is an angle of hinges, a length of sliders, and both where they are together.
+    const auto measured =
+        std::find_if(own.begin(), own.end(), [&](const Row& row) { return row.metric == metric && row.body.empty(); });
     const std::string unit = measured != own.end() ? measured->unit : info == all_metrics().end() ? "" : info->unit;
     for (const Cost cost : {Cost::seconds, Cost::evaluations}) {
       Dominance table = dominance(curves, scenario, metric, unit, cost, question);

@@ -35,6 +35,41 @@ kind = "extended"
 """
 COLUMNS = ("t_s,joint,q0,q1,q2,q3,u0,u1,u2,fx_N,fy_N,fz_N,tx_N_m,ty_N_m,tz_N_m,applied0,applied1,applied2")
 
+# A hinge whose angle a line gives, and a slider on a spring, omega h = 0.4 at 100 steps: forward Euler's grows by
+# 1.16^50 there, without bound.
+TURN_AND_SLIDE = """id = "hs"
+[run]
+t_end_s = 2
+steps = [100, 200, 400, 800]
+samples = 20
+[[body]]
+name = "a"
+mass_kg = 1
+inertia_kg_m2 = [0.1, 0.1, 0.1]
+[[body]]
+name = "b"
+mass_kg = 1
+inertia_kg_m2 = [0.1, 0.1, 0.1]
+[[joint]]
+name = "h"
+kind = "hinge"
+bodies = ["world", "a"]
+axis_body = [0, 0, 1]
+rate_rad_per_s = 0.1
+[[joint]]
+name = "s"
+kind = "slider"
+bodies = ["world", "b"]
+axis_body = [1, 0, 0]
+offset_m = 1
+[[force]]
+kind = "joint-spring"
+joint = "s"
+stiffness_N_per_m = 400
+[truth]
+kind = "extended"
+"""
+
 URDF = """<?xml version="1.0"?>
 <!-- an arm -->
 <robot name="arm">
@@ -94,6 +129,36 @@ class Joints(Case):
                     open_in_child.add(name)
         self.assertTrue(open_in_world)
         self.assertEqual(open_in_child, open_in_world)
+
+    def advise(self, scene, *words, code=0, told=()):
+        methods = [word for method in ("explicit-euler", "rk4", "dop853") for word in ("--method", f"atwood/{method}")]
+        return self.ask("advise", scene, "--metric", "joint", *methods, *words, code=code, told=told).stdout
+
+    def test_advice_judges_angles_and_offsets(self):
+        scene = self.path("hs.toml", TURN_AND_SLIDE)
+        both = json.loads(self.advise(scene, "--error", "1e-4", "--json"))
+        self.assertEqual((both["metric"], both["unit"], both["not_judged"]), ("error-joint-coordinate", "rad, m", ""))
+        self.assertNotEqual(both["advice"]["method"], "atwood/explicit-euler")
+        self.assertGreater(both["advice"]["error"], 1e-14)  # the slider's: the hinge turns evenly
+        offsets = json.loads(self.advise(scene, "--error", "0.1mm", "--json"))
+        self.assertEqual((offsets["metric"], offsets["unit"]), ("error-joint-offset", "m"))
+        self.assertNotEqual(offsets["advice"]["method"], "atwood/explicit-euler")
+        self.assertIn("angles of joints; their error in this run is", offsets["not_judged"])
+        angles = self.advise(scene, "--error", "1e-9rad")
+        self.assertRegex(angles, r"not judged offsets of joints; their error in this run is \S+ m")
+
+    def test_advice_leaves_prescribed_joints_out(self):
+        driven = TURN_AND_SLIDE.replace("rate_rad_per_s = 0.1", "driven_rate_rad_per_s = 0.1")
+        scene = self.path("driven.toml", driven)
+        both = json.loads(self.advise(scene, "--error", "1e-4", "--json"))
+        self.assertEqual((both["unit"], both["advice"]["method"] == "atwood/explicit-euler"), ("m", False))
+        self.advise(scene, "--error", "1e-9rad", code=2,
+                    told=["--metric joint: no joint of `hs` has an angle that is not prescribed"])
+        self.advise(self.path("bar.toml", PENDULUM), "--error", "1e-9m", code=2,
+                    told=["--metric joint: no joint of `bar` has an offset that is not prescribed"])
+        run = self.ask("run", "--scenario", scene, "--method", "atwood/rk4", "--no-timing", "--json").stdout
+        orders = [row for row in json.loads(run)["rows"] if row["metric"] == "order-joint-coordinate"]
+        self.assertAlmostEqual(orders[0]["value"], 4, delta=0.3)
 
     def test_what_is_not_there_or_not_simulated(self):
         self.trace("--method", "atwood/rk4", "--ropes", code=2, told=["`bar` has no rope"])

@@ -174,24 +174,56 @@ TEST_CASE("joint metrics: components that are not unique are not compared") {
     }
 }
 
-TEST_CASE("joint metrics: an offset is in metres, and stands apart from angles") {
+TEST_CASE("joint metrics: an offset is in metres; the row of all joints has angles and offsets") {
   Scenario scenario = turning();
   scenario.scene.joints[0].kind = JointKind::cylindrical;
   std::vector<Sample> samples = motion();
+  samples[3].joints[0].q[0] += 1e-6;
   samples[8].joints[0].q[1] = 2e-5;
+  samples[8].joints[0].u[1] = 0.25;
   const std::vector<Row> rows = measure(scenario, exact(), recorded(samples));
-  bool seen = false;
   for (const Row& r : rows) {
-    if (r.metric != "error-joint-coordinate") continue;
-    CHECK(r.unit == (r.body == "pivot.offset" ? "m" : "rad"));
-    if (r.body == "pivot.offset") {
-      CHECK(r.value == Approx(2e-5));
-      seen = true;
-    } else {
-      CHECK(r.value == Approx(0).margin(1e-15));
-    }
+    if (r.metric == "error-joint-coordinate")
+      CHECK(r.unit == (r.body == "pivot.offset" ? "m" : r.body.empty() ? "rad, m" : "rad"));
+    if (r.metric == "error-joint-rate" && r.body.empty()) CHECK(r.unit == "rad/s, m/s");
   }
-  CHECK(seen);
+  CHECK(value_for(rows, "error-joint-coordinate", "pivot") == Approx(1e-6));
+  CHECK(value_for(rows, "error-joint-coordinate", "pivot.offset") == Approx(2e-5));
+  CHECK(value_for(rows, "error-joint-coordinate", "") == Approx(2e-5));
+  CHECK(value_for(rows, "error-joint-coordinate-end", "") == Approx(2e-5));
+  CHECK(value_for(rows, "error-joint-rate", "") == Approx(0.25));
+  CHECK(value_for(rows, "error-joint-angle", "") == Approx(1e-6));
+  CHECK(value_for(rows, "error-joint-offset", "") == Approx(2e-5));
+}
+
+TEST_CASE("joint metrics: a prescribed joint has rows of its own and no part in those of all joints") {
+  Scenario scenario = turning();
+  scenario.scene.joints[0].driven_rate = kRate;
+  std::vector<Row> rows = measure(scenario, exact(), recorded(motion(1e-3)));
+  CHECK(value_for(rows, "error-joint-coordinate", "pivot") == Approx(kRate * 1e-3));
+  for (const char* metric :
+       {"error-joint-coordinate", "error-joint-coordinate-end", "error-joint-rate", "error-joint-angle"}) {
+    CAPTURE(metric);
+    CHECK(value_for(rows, metric, "") == -999);
+  }
+
+  Joint slider = scenario.scene.joints[0];
+  slider.name = "slider";
+  slider.kind = JointKind::slider;
+  slider.driven_rate.reset();
+  scenario.scene.joints.push_back(slider);
+  Truth truth = exact();
+  std::vector<Sample> samples = motion(1e-3);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    truth.values[k].joints.resize(2), samples[k].joints.resize(2);
+    samples[k].joints[1].q[0] = k == 0 ? 0 : 3e-7;
+  }
+  rows = measure(scenario, truth, recorded(samples));
+  CHECK(value_for(rows, "error-joint-coordinate", "") == Approx(3e-7));
+  CHECK(value_for(rows, "error-joint-offset", "") == Approx(3e-7));
+  CHECK(value_for(rows, "error-joint-angle", "") == -999);
+  for (const Row& r : rows)
+    if (r.metric == "error-joint-coordinate" && r.body.empty()) CHECK(r.unit == "m");
 }
 
 TEST_CASE("joint metrics: samples on the instant of a stop's impact do not count for rates and reactions") {
