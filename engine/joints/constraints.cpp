@@ -287,7 +287,10 @@ template <class S> void Constraints<S>::set_locked(S* y) const {
   }
 }
 
-template <class S> S Constraints<S>::locked_force(int joint) const { return rows_[locked_row_[joint]].multiplier; }
+template <class S> S Constraints<S>::locked_force(int joint) const {
+  const int row = locked_row_[joint];
+  return row >= 0 && rows_[row].locked ? rows_[row].multiplier : S(0);
+}
 
 template <class S>
 void Constraints<S>::impact_at_limits(const S* y, const std::vector<int>& joints, const std::vector<S>& change, S* du,

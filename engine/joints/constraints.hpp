@@ -114,7 +114,7 @@ template <class S> class Constraints {
   // ---- coordinates at their limits; a locked one does not change (hinge, slider of the tree)
   const std::vector<JointStop<S>>& stops() const { return stops_; }
   void lock(int joint, bool locked, S at = S(0));  // at: the coordinate, which projections set
-  S locked_force(int joint) const;                 // of the last constrain(): along the coordinate
+  S locked_force(int joint) const;                 // of the last constrain(): along the coordinate; 0: not locked
   // Change of the rates when the coordinate's rate of each listed joint changes by `change`: M^-1-weighted, under the
   // constraints and the coordinates that are locked; impulse: along the coordinates.
   void impact_at_limits(const S* y, const std::vector<int>& joints, const std::vector<S>& change, S* du, S* impulse);

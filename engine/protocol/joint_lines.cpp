@@ -105,19 +105,24 @@ void append_joints(std::string& line, const Sample& sample, const Sample* bar, c
   const std::size_t n = sample.joints.size();
   const auto of = [&](std::size_t i) { return joints && i < joints->size() ? &(*joints)[i] : nullptr; };
   if (n > 0) {
-    bool applied = false, open = false;
+    bool applied = false, stops = false, open = false;
     append_list(line, "joints", n, [&](std::size_t i) {
       const JointSample& joint = sample.joints[i];
       append_joint(line, joint, of(i), reports_reaction(joint));
       for (const Wide x : joint.applied) applied = applied || x != 0;
+      const Joint* limited = of(i);
+      if (limited == nullptr || limited->limits) stops = stops || !is_nan(joint.stop[0]);
       open = open || joint.not_unique != 0;
     });
-    if (applied)
-      append_list(line, "joint_applied", n, [&](std::size_t i) {
+    const auto append_along = [&](const char* name, std::array<Wide, 3> JointSample::*along) {
+      append_list(line, name, n, [&](std::size_t i) {
         line += '[';
-        append_some(line, sample.joints[i].applied, of(i) ? static_cast<std::size_t>(rate_count(of(i)->kind)) : 3);
+        append_some(line, sample.joints[i].*along, of(i) ? static_cast<std::size_t>(rate_count(of(i)->kind)) : 3);
         close_row(line);
       });
+    };
+    if (applied) append_along("joint_applied", &JointSample::applied);
+    if (stops) append_along("joint_stops", &JointSample::stop);
     if (open)
       append_list(line, "not_unique", n,
                   [&](std::size_t i) { line += std::to_string(sample.joints[i].not_unique) + ','; });
@@ -131,7 +136,7 @@ void append_joints(std::string& line, const Sample& sample, const Sample* bar, c
 }
 
 bool is_joint_member(const std::string& member) {
-  for (const char* name : {"joints", "joint_bars", "joint_applied", "not_unique", "ropes", "rope_bars"})
+  for (const char* name : {"joints", "joint_bars", "joint_applied", "joint_stops", "not_unique", "ropes", "rope_bars"})
     if (member == name) return true;
   return false;
 }
@@ -144,12 +149,13 @@ void take_joint_element(const std::string& member, const Json& value, const Limi
   } else if (member == "joint_bars") {
     refuse_more(answer.bar.joints.size(), most.joints, member);
     read_joint(value, answer.bar.joints.emplace_back());
-  } else if (member == "joint_applied") {
-    refuse_more(members.applied.size(), most.joints, member);
+  } else if (member == "joint_applied" || member == "joint_stops") {
+    auto& all = member == "joint_applied" ? members.applied : members.stops;
+    refuse_more(all.size(), most.joints, member);
     if (!value.is_array() || value.size() > 3)
-      throw Garbage("\"joint_applied\" is not an array of at most 3 for each joint: " + excerpt(value));
-    std::array<Wide, 3>& applied = members.applied.emplace_back();
-    for (std::size_t i = 0; i < value.size(); ++i) applied[i] = number(value[i]);
+      throw Garbage("\"" + member + "\" is not an array of at most 3 for each joint: " + excerpt(value));
+    std::array<Wide, 3>& along = all.emplace_back();
+    for (std::size_t i = 0; i < value.size(); ++i) along[i] = number(value[i]);
   } else if (member == "not_unique") {
     refuse_more(members.not_unique.size(), most.joints, member);
     const std::int64_t bits = count(value, "not_unique");
@@ -170,8 +176,10 @@ void join_joint_members(const JointMembers& members, Answer& answer) {
       throw Garbage("\"" + std::string(what) + "\" and \"joints\" differ in size");
   };
   require(members.applied.size(), "joint_applied");
+  require(members.stops.size(), "joint_stops");
   require(members.not_unique.size(), "not_unique");
   for (std::size_t i = 0; i < members.applied.size(); ++i) joints[i].applied = members.applied[i];
+  for (std::size_t i = 0; i < members.stops.size(); ++i) joints[i].stop = members.stops[i];
   for (std::size_t i = 0; i < members.not_unique.size(); ++i) joints[i].not_unique = members.not_unique[i];
   const std::size_t joint_bars = answer.has_bar ? joints.size() : 0;
   const std::size_t rope_bars = answer.has_bar ? answer.sample.ropes.size() : 0;

@@ -9,6 +9,8 @@
 //                                                  [q...,u...] alone
 //   "joint_bars":[[...],...]                       of a truth, in the same layout
 //   "joint_applied":[[...],...]                    springs, dampers and motors along each rate
+//   "joint_stops":[[...],...]                      what stops exert along each rate, 0 away from them; absent: not
+//                                                  reported
 //   "not_unique":[0,...]                           bits 0 to 2: components of the force that the constraints leave
 //   open; 3
 //                                                  to 5: of the torque
@@ -27,7 +29,7 @@ void append_joints(std::string& line, const Sample& sample, const Sample* bar, c
 
 // What a line says of joints, as it comes: members of a JSON object have no order.
 struct JointMembers {
-  std::vector<std::array<Wide, 3>> applied;
+  std::vector<std::array<Wide, 3>> applied, stops;
   std::vector<unsigned> not_unique;
   std::vector<int> coordinates;  // of each row of "joints"
 };

@@ -73,6 +73,8 @@ struct JointSample {
   // torque_N_m.
   unsigned not_unique = 0;
   std::array<Wide, 3> applied{};  // along each rate: springs, dampers and motors [N m or N]
+  // Along each rate: what the joint's stop exerts [N m or N], 0 away from it. NaN: not reported.
+  std::array<Wide, 3> stop{Wide(__builtin_nan("")), Wide(__builtin_nan("")), Wide(__builtin_nan(""))};
 };
 
 struct RopeSample {

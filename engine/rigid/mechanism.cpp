@@ -109,6 +109,8 @@ template <class S> void RigidModel<S>::write_joints(S t_s, const S* y, Sample& s
       out.u[0] = link.driven_rate;
     }
     for (int k = 0; k < link.rates; ++k) out.applied[k] = applied_[link.first_rate + k];
+    out.stop = {};
+    if (constraints_ != nullptr) out.stop[0] = constraints_->locked_force(j);
     const auto [force, moment] = tree_->constraint_wrench(i, applied_.data());
     out.force_N = {force.x, force.y, force.z};
     out.torque_N_m = {moment.x, moment.y, moment.z};

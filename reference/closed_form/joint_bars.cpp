@@ -50,6 +50,7 @@ void JointBars::add_joint(std::size_t k, std::size_t j, const Motion<Wide>& wide
     include(of.q, w.q, n.q, coordinates);
     include(of.u, w.u, n.u, rates);
     include(of.applied, w.applied, n.applied, rates);
+    of.stop.include(std::array<Wide, 1>{w.stop}, std::array<Narrow, 1>{n.stop});
     forces.push_back(&n.force_N);
     torques.push_back(&n.torque_N_m);
     value.not_unique |= n.not_unique;
@@ -57,6 +58,7 @@ void JointBars::add_joint(std::size_t k, std::size_t j, const Motion<Wide>& wide
   value.q = w.q;
   value.u = w.u;
   value.applied = w.applied;
+  value.stop = {w.stop, 0, 0};
   value.not_unique |= w.not_unique;
   // At rest at a stop its force is taken out of the reaction, and what is left may be round-off of weight and motor.
   if (const Joint& joint = scene_.joints[j]; joint.limits) {
@@ -77,6 +79,7 @@ void JointBars::add_joint(std::size_t k, std::size_t j, const Motion<Wide>& wide
   fill(bar.q, of.q, safety_, coordinates);
   fill(bar.u, of.u, safety_, rates);
   fill(bar.applied, of.applied, safety_, rates);
+  bar.stop = {of.stop.bar(safety_), 0, 0};
   for (std::size_t i = 0; i < 3; ++i) {
     bar.force_N[i] = known_force[i] ? of.force.bar(safety_) : kNotReported;
     bar.torque_N_m[i] = known_torque[i] ? of.torque.bar(safety_) : kNotReported;
@@ -118,8 +121,8 @@ void add_stop_jump(const Scene& scene, const ContactEvent<Wide>& at, Sample& val
     const Joint& joint = scene.joints[j];
     if (joint.child != at.body_b) continue;
     bar.joints[j].u[0] += jump;
-    for (auto* values :
-         {&value.joints[j].force_N, &value.joints[j].torque_N_m, &bar.joints[j].force_N, &bar.joints[j].torque_N_m})
+    for (auto* values : {&value.joints[j].force_N, &value.joints[j].torque_N_m, &value.joints[j].stop,
+                         &bar.joints[j].force_N, &bar.joints[j].torque_N_m, &bar.joints[j].stop})
       values->fill(kNotReported);
     const auto child = static_cast<std::size_t>(joint.child);
     const bool turns = joint.kind == JointKind::hinge;

@@ -22,7 +22,7 @@ class JointBars {
 
  private:
   struct Spreads {
-    Spread q, u, force, torque, applied;
+    Spread q, u, force, torque, applied, stop;
   };
   const Scene& scene_;
   double safety_;

@@ -220,7 +220,8 @@ S solve_reactions(const Scene& scene, const std::vector<BodyKinematics<S>>& bodi
   for (std::size_t j = 0; j < joints.size(); ++j) {
     if (!joints[j].locked) continue;
     Vec<S>& of = scene.joints[j].kind == JointKind::slider ? joints[j].force_N : joints[j].torque_N_m;
-    of = of - dot(of, places[j].n1) * places[j].n1;
+    joints[j].stop = dot(of, places[j].n1);
+    of = of - joints[j].stop * places[j].n1;
   }
   for (const std::vector<S>& along : solved.null) {
     std::vector<std::array<S, 6>> moved(joints.size(), std::array<S, 6>{});

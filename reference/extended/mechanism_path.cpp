@@ -257,6 +257,7 @@ struct Integration {
       if (speed == 0 && stop.side * motion.acceleration(t, y.data(), stop.joint) < 0) {
         lock(stop);
         if (!choose_anew()) return false;
+        log_event(stop, EventKind::rest, t, Wide(0), Wide(0), Wide(0));
       }
     }
     return true;
@@ -271,6 +272,9 @@ struct Integration {
     auto& locks = motion.choice().locks;
     for (std::size_t k = 0; k < locks.size(); ++k)
       if (pull(locks[k], y.data(), t) > 0) {
+        for (const Stop& stop : stops)
+          if (stop.joint == locks[k].joint && stop.limit == locks[k].coordinate)
+            log_event(stop, EventKind::separate, t, Wide(0), Wide(0), Wide(0));
         locks.erase(locks.begin() + static_cast<std::ptrdiff_t>(k));
         if (!choose_anew()) return false;
         return release();

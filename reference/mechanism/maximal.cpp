@@ -359,6 +359,7 @@ template <class S> Sample Maximal<S>::sample(const S& t_s, const S* y) const {
     set_reaction(model_, static_cast<int>(j), now.now, on_child[j], made.joints[j]);
   for (std::size_t k = 0; k < model_.ropes.size(); ++k)
     fill_pulleys(model_, static_cast<int>(k), now.now, choice.memory, made.ropes[k]);
+  for (const StepChoice::Lock& lock : choice.locks) made.joints[lock.joint].stop[0] = stop_force(t_s, y, lock.joint);
   mark_not_unique(t_s, y, now.now, made);
   return made;
 }

@@ -30,6 +30,7 @@ void fill_joints(const Model<S>& model, const std::vector<Motion<S>>& now, const
     std::copy(q.begin(), q.end(), made.q.begin());
     std::copy(u.begin(), u.end(), made.u.begin());
     std::copy(along.begin(), along.end(), made.applied.begin());
+    made.stop = {};
   }
   sample.ropes.resize(model.ropes.size());
 }

@@ -305,8 +305,11 @@ template <class S> Sample Reduced<S>::sample(const S& t_s, const S* y) const {
     on_child[row.joint].torque += now.multipliers[i] * row.ab;
   }
   for (std::size_t j = 0; j < model_.joints.size(); ++j) add_applied(model_, static_cast<int>(j), at, here, t_s, known);
-  for (const StepChoice::Lock& lock : choice.locks)
-    add_load(rate_rows(model_, lock.joint, at)[0], stop_force(t_s, y, lock.joint), known);
+  for (const StepChoice::Lock& lock : choice.locks) {
+    const S along = stop_force(t_s, y, lock.joint);
+    made.joints[lock.joint].stop[0] = along;
+    add_load(rate_rows(model_, lock.joint, at)[0], along, known);
+  }
   std::vector<Wrench<S>> needed = inertial_loads(now);
   for (auto j = model_.tree.rbegin(); j != model_.tree.rend(); ++j) {
     const int c = model_.joints[*j].child, p = model_.joints[*j].parent;

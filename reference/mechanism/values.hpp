@@ -44,6 +44,7 @@ template <class SampleType, class Value> void each_value(const Scene& scene, Sam
     for (auto& x : joint.force_N) value(x, force);
     for (auto& x : joint.torque_N_m) value(x, torque);
     for (auto& x : joint.applied) value(x, applied_load);
+    if (scene.joints[j].limits) value(joint.stop[0], applied_load);
   }
   for (auto& rope : sample.ropes) {
     value(rope.tension_N, tension);

@@ -12,7 +12,7 @@ namespace atwood {
 namespace {
 
 constexpr const char* kJointColumns =
-    "t_s,joint,q0,q1,q2,q3,u0,u1,u2,fx_N,fy_N,fz_N,tx_N_m,ty_N_m,tz_N_m,applied0,applied1,applied2";
+    "t_s,joint,q0,q1,q2,q3,u0,u1,u2,fx_N,fy_N,fz_N,tx_N_m,ty_N_m,tz_N_m,applied0,applied1,applied2,stop0,stop1,stop2";
 constexpr const char* kChildAxesColumns = ",fx_child_N,fy_child_N,fz_child_N,tx_child_N_m,ty_child_N_m,tz_child_N_m";
 constexpr const char* kJointBarColumns =
     ",q0_bar,q1_bar,q2_bar,q3_bar,u0_bar,u1_bar,u2_bar,fx_N_bar,fy_N_bar,fz_N_bar,tx_N_m_bar,ty_N_m_bar,tz_N_m_bar,source";
@@ -31,6 +31,12 @@ void append_state(std::string& line, const JointSample& sample, const Joint& joi
 }
 
 constexpr double kSquare = 1e-12;  // of a sine: round-off of attitudes
+
+void append_along(std::string& line, const std::array<Wide, 3>& values, int count, int digits) {
+  for (int i = 0; i < 3; ++i)
+    if (i < count) append_reported(line, values[static_cast<std::size_t>(i)], digits);
+    else line += ",";
+}
 
 bool is_open(const JointSample& sample, std::size_t component) { return (sample.not_unique >> component & 1u) != 0; }
 
@@ -84,9 +90,8 @@ void print_joints(const Scene& scene, const std::vector<Sample>& values, const T
       std::string line = format_number(values[k].t_s, digits) + "," + quoted(joint.name);
       append_state(line, sample, joint, digits);
       append_reaction(line, sample, sample, digits);
-      for (int i = 0; i < 3; ++i)
-        if (i < rate_count(joint.kind)) append_reported(line, sample.applied[static_cast<std::size_t>(i)], digits);
-        else line += ",";
+      append_along(line, sample.applied, rate_count(joint.kind), digits);
+      append_along(line, sample.stop, joint.limits ? rate_count(joint.kind) : 0, digits);
       if (json) append_in_child_axes(line, sample, values[k].bodies.at(static_cast<std::size_t>(joint.child)), digits);
       if (truth) {
         const JointSample& bar = truth->bars[k].joints.at(j);

@@ -50,6 +50,7 @@ template <class S> void clear_joint_sums(World<S>& world) {
   for (TiedJoint<S>& joint : world.tied->joints) {
     joint.force = joint.torque = {};
     for (S& applied : joint.applied) applied = S(0);
+    joint.stop = S(0);
   }
 }
 
@@ -69,6 +70,7 @@ template <class S> void report_joints(World<S>& world, S h_s, Sample& sample) {
     out.force_N = wide((S(1) / h_s) * joint.force);
     out.torque_N_m = wide((S(1) / h_s) * joint.torque);
     for (int k = 0; k < rate_count(kind); ++k) out.applied[k] = joint.applied[k] / h_s;
+    out.stop = {joint.stop / h_s, 0, 0};
   }
   if (!(h_s > S(0))) return;
   for (Mechanism<S>& mechanism : world.tied->mechanisms) mark_open_components(world, mechanism, sample);

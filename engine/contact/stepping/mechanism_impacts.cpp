@@ -131,7 +131,7 @@ template <class S> const Mechanism<S>* resolve_stop_impact(World<S>& world, S& n
   const S impulse = -(S(1) + stop.restitution) * stop.rate_before / squared(stop_response(world, stop));
   apply_row(world, stop.row, impulse);
   end_impact(world, *mechanism, t_s);
-  tied.joints[static_cast<std::size_t>(stop.joint)].applied[0] += stop.side * impulse;
+  tied.joints[static_cast<std::size_t>(stop.joint)].stop += stop.side * impulse;
   report_stop(world, stop, t_s, impulse, stop.rate_before, rate_of(world, stop.row));
   return mechanism;
 }

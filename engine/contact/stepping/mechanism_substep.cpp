@@ -268,7 +268,7 @@ template <class S> void end_tied_substep(World<S>& world) {
     add_reactions(world, mechanism, S(0));
     for (const int s : mechanism.stops) {
       const StopConstraint<S>& stop = tied.stops[static_cast<std::size_t>(s)];
-      tied.joints[static_cast<std::size_t>(stop.joint)].applied[0] += stop.side * stop.impulse;
+      tied.joints[static_cast<std::size_t>(stop.joint)].stop += stop.side * stop.impulse;
     }
     for (const int body : mechanism.bodies) {
       const auto i = static_cast<std::size_t>(body);

@@ -68,7 +68,8 @@ template <class S> struct TiedJoint {
   S q[4] = {}, u[3] = {};  // coordinates, unwrapped
   Vec3<S> force,
       torque;         // impulses of the constraints on the child in this step: N s; about its anchor, N m s; world axes
-  S applied[3] = {};  // of springs, dampers, motors and stops along the rates in this step: N m s or N s
+  S applied[3] = {};  // of springs, dampers and motors along the rates in this step: N m s or N s
+  S stop = S(0);      // of the stops, along the first rate
   S damping[3] = {};  // along each rate
 };
 

@@ -215,6 +215,8 @@ TEST_CASE("A door falls on its stop, bounces and rests; between two stops withou
                 fabsq(sample.joints[0].q[0] - (2 * (sample.t_s - Wide(0.5)) -
                                                4 * (sample.t_s - Wide(0.5)) * (sample.t_s - Wide(0.5))))) < 1e-30);
     if (t >= 1.5) CHECK(static_cast<double>(fabsq(sample.joints[0].q[0]) + fabsq(sample.joints[0].u[0])) == 0);
+    if (t < 0.5) CHECK(static_cast<double>(sample.joints[0].stop[0]) == 0);
+    if (t > 1.5) CHECK(static_cast<double>(fabsq(sample.joints[0].stop[0] - 16)) < 1e-30);  // 2 kg at 8 m/s^2
   }
 
   // A hinge with a motor: J = 2 + 2 / 16, between stops 1 apart, e = 1 at both.

@@ -263,7 +263,9 @@ class ImpulseJoints(Case):
         rows = self.table(self.along("slider", forces=[push], limits_m="[-1, 0.25]"), "--joints")
         self.assertAlmostEqual(float(rows[-1]["q0"]), 0.25, delta=1e-10)
         self.assertAlmostEqual(float(rows[-1]["u0"]), 0.0, delta=1e-10)
-        self.assertAlmostEqual(float(rows[-1]["applied0"]), 0.0, delta=1e-6)  # 4 N and the stop's -4 N
+        self.assertAlmostEqual(float(rows[-1]["applied0"]), 4.0, delta=1e-12)
+        self.assertAlmostEqual(float(rows[-1]["stop0"]), -4.0, delta=1e-6)
+        self.assertEqual((rows[0]["applied0"], rows[0]["stop0"]), ("", ""))
 
     def test_a_contact_throws_a_joint_against_its_stop_within_one_step(self):
         # equal masses: the ball stops at t = 0.1 s, the bob is back from its stop at 0.1002 s and gives the velocity back

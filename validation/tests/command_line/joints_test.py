@@ -33,7 +33,8 @@ angle_rad = 0.5
 [truth]
 kind = "extended"
 """
-COLUMNS = ("t_s,joint,q0,q1,q2,q3,u0,u1,u2,fx_N,fy_N,fz_N,tx_N_m,ty_N_m,tz_N_m,applied0,applied1,applied2")
+COLUMNS = ("t_s,joint,q0,q1,q2,q3,u0,u1,u2,fx_N,fy_N,fz_N,tx_N_m,ty_N_m,tz_N_m,applied0,applied1,applied2,"
+           "stop0,stop1,stop2")
 
 # A hinge whose angle a line gives, and a slider on a spring, omega h = 0.4 at 100 steps: forward Euler's grows by
 # 1.16^50 there, without bound.
@@ -107,8 +108,8 @@ class Joints(Case):
 
     def test_the_truth_has_bars_and_json_the_child_axes(self):
         rows = list(csv.reader(io.StringIO(self.trace("--method", "truth", "--joints"))))
-        self.assertEqual(",".join(rows[0][:18]), COLUMNS)
-        self.assertEqual(rows[0][18], "q0_bar")
+        self.assertEqual(",".join(rows[0][:21]), COLUMNS)
+        self.assertEqual(rows[0][21], "q0_bar")
         self.assertEqual(rows[0][-1], "source")
         self.assertTrue(all(len(row) == len(rows[0]) for row in rows))
         first = json.loads(self.trace("--method", "atwood/rk4", "--joints", "--json"))[0]
@@ -159,6 +160,26 @@ class Joints(Case):
         run = self.ask("run", "--scenario", scene, "--method", "atwood/rk4", "--no-timing", "--json").stdout
         orders = [row for row in json.loads(run)["rows"] if row["metric"] == "order-joint-coordinate"]
         self.assertAlmostEqual(orders[0]["value"], 4, delta=0.3)
+
+    def test_the_force_of_a_stop_has_columns_of_its_own(self):
+        """A door pressed against its stop by -2 cos(t + 0.4) N m: the stop bears it until it pulls, at pi / 2 - 0.4."""
+        force = '[[force]]\nkind = "joint-torque"\njoint = "pin"\ntorque_N_m = -2\nangular_frequency_rad_per_s = 1\nphase_rad = 0.4\n'
+        door = PENDULUM.replace("[0, -10, 0]", "[0, 0, 0]").replace("angle_rad = 0.5", "limits_rad = [0, 2]") + force
+        door = self.path("door.toml", door.replace("t_end_s = 1", "t_end_s = 2").replace("samples = 1", "samples = 2"))
+
+        def trace(*words):
+            return list(csv.DictReader(io.StringIO(self.ask("trace", door, *words).stdout)))
+        for method in ("truth", "atwood/dop853", "atwood/rk4"):
+            rows = trace("--method", method, "--joints")
+            self.assertAlmostEqual(float(rows[1]["applied0"]), -2 * math.cos(1.4), delta=1e-14, msg=method)
+            self.assertAlmostEqual(float(rows[1]["stop0"]), 2 * math.cos(1.4), delta=1e-14, msg=method)
+            self.assertAlmostEqual(float(rows[1]["tz_N_m"]), 0, delta=1e-14, msg=method)
+            self.assertEqual((float(rows[2]["stop0"]), rows[2]["stop1"]), (0, ""), method)
+            events = trace("--method", method, "--events")
+            self.assertEqual([row["kind"] for row in events], ["rest", "separate"], method)
+            self.assertAlmostEqual(float(events[1]["t_s"]), math.pi / 2 - 0.4, delta=1e-12, msg=method)
+        told = json.loads(self.ask("trace", door, "--method", "truth", "--joints", "--json").stdout)[1]
+        self.assertAlmostEqual(float(told["stop0"]), 2 * math.cos(1.4), delta=1e-14)
 
     def test_what_is_not_there_or_not_simulated(self):
         self.trace("--method", "atwood/rk4", "--ropes", code=2, told=["`bar` has no rope"])

@@ -1,4 +1,6 @@
 // The extended truth of mechanisms against what is known of their motions.
+#include <quadmath.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -197,6 +199,30 @@ TEST_CASE("a joint's bounces at its stop come to rest") {
   CHECK(magnitude(truth.values[3].joints[0].q[0] - Wide(0.25)) < 1e-24);  // t = 1.5: the middle of the first flight
   CHECK(magnitude(truth.values[8].joints[0].q[0]) < 1e-24);
   CHECK(magnitude(truth.values[8].joints[0].u[0]) < 1e-24);
+  CHECK(truth.values[3].joints[0].stop[0] == 0);
+  CHECK(magnitude(truth.values[8].joints[0].stop[0] - 2) < 1e-24);  // against the motor's -2 N m
+  CHECK(magnitude(truth.values[8].joints[0].torque_N_m[1]) < 1e-24);
+}
+
+// Pressed against its stop from rest by -2 cos(t), which pulls it off at pi / 2.
+TEST_CASE("a joint that rests at its stop leaves it: the stop's force, and the events") {
+  Scenario scenario = mechanism_scenario(2);
+  scenario.scene.gravity_m_per_s2 = {0, 0, 0};
+  scenario.scene.bodies = {solid("door", 2, 0.5)};
+  Joint joint = hinge(-1, 0, {}, {0, 0, 0.5}, 0, 0);
+  joint.limits = JointLimits{0, 2, 0};
+  scenario.scene.joints = {joint};
+  scenario.scene.joint_forces = {JointTorque{0, 0, -2, 1, 0, {}}};
+  const Truth truth = mechanism_truth(scenario, 4);
+  INFO(truth.outcome.reason);
+  REQUIRE(truth.outcome.status == Status::ok);
+  REQUIRE(truth.events.size() == 2);
+  CHECK(truth.events[0].kind == EventKind::rest);
+  CHECK(truth.events[0].t_s == 0);
+  CHECK(truth.events[1].kind == EventKind::separate);
+  CHECK(magnitude(truth.events[1].t_s - 2 * atanq(1)) < 1e-24);
+  CHECK(magnitude(truth.values[2].joints[0].stop[0] - 2 * cosq(1)) < 1e-24);
+  CHECK(truth.values[4].joints[0].stop[0] == 0);
 }
 
 // Both start from the same coordinates, those of an assembled four-bar rounded to double; each projects them along its

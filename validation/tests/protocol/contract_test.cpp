@@ -118,7 +118,7 @@ Sample whole_sample() {
   Sample sample = wide_sample();
   sample.contacts = {{0, 1, {0.1, 2, 3}, {0, 0, 1}, -1e-9, 9.8, {0.5, -0.25, 0}}};
   sample.particles = {{{0, third, 0}, {1, 0, 0}, 1000, 5, 293}, {}};
-  sample.joints = {{{0.5, 0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {0, 1, 0}, 9, {2, 0, 0}}};
+  sample.joints = {{{0.5, 0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {0, 1, 0}, 9, {2, 0, 0}, {-1, 0, 0}}};
   sample.ropes = {{3, {0.25}}};
   return sample;
 }
@@ -174,7 +174,7 @@ struct Contract {
   int version;
   std::uint64_t hash;
 };
-constexpr Contract kContract = {1, 0x7dd633addcfc5346};
+constexpr Contract kContract = {1, 0x4b7aab2abc23e0cc};
 
 }  // namespace
 

@@ -16,6 +16,7 @@ const std::vector<JointKind> kKinds = {JointKind::fixed,       JointKind::hinge,
 std::vector<Joint> joints_of_all_kinds() {
   std::vector<Joint> joints;
   for (const JointKind kind : kKinds) joints.emplace_back().kind = kind;
+  joints[1].limits = JointLimits{-1, 1, 0};
   return joints;
 }
 
@@ -32,6 +33,8 @@ Sample sample_of_all_kinds() {
       joint.u[i] = next += 1, joint.applied[i] = -next;
     for (std::size_t i = 0; i < 3; ++i) joint.force_N[i] = next += 1, joint.torque_N_m[i] = next += 1;
   }
+  for (JointSample& joint : sample.joints) joint.stop = {};
+  sample.joints[1].stop[0] = next += 1;
   sample.joints[1].not_unique = 9;
   sample.ropes = {{Wide(1) / 7, {Wide(2) / 7, 0.5}}, {3, {}}};
   return sample;
@@ -45,6 +48,8 @@ void check_equal(const std::vector<JointSample>& a, const std::vector<JointSampl
     CHECK(a[i].force_N == b[i].force_N);
     CHECK(a[i].torque_N_m == b[i].torque_N_m);
     CHECK(a[i].applied == b[i].applied);
+    for (std::size_t k = 0; k < 3; ++k)
+      CHECK((a[i].stop[k] == b[i].stop[k] || (a[i].stop[k] != a[i].stop[k] && b[i].stop[k] != b[i].stop[k])));
     CHECK(a[i].not_unique == b[i].not_unique);
   }
 }
@@ -101,10 +106,23 @@ TEST_CASE("a reaction that is not reported is left out and comes back as no numb
   }
 }
 
+TEST_CASE("the force of a stop that is not reported, or that no joint has, takes no room") {
+  Sample sample = sample_of_all_kinds();
+  std::vector<Joint> joints = joints_of_all_kinds();
+  CHECK(line_of(sample, nullptr, &joints).find("\"joint_stops\":[[],[") != std::string::npos);
+  joints[1].limits.reset();
+  CHECK(line_of(sample, nullptr, &joints).find("joint_stops") == std::string::npos);
+  joints[1].limits = JointLimits{-1, 1, 0};
+  for (JointSample& joint : sample.joints) joint.stop = JointSample{}.stop;
+  const std::string line = line_of(sample, nullptr, &joints);
+  CHECK(line.find("joint_stops") == std::string::npos);
+  CHECK(std::isnan(static_cast<double>(wire::read_answer(line).sample.joints[1].stop[0])));
+}
+
 TEST_CASE("a truth's joints come with their bars") {
   const Sample sample = sample_of_all_kinds();
   Sample bar = sample;
-  for (JointSample& joint : bar.joints) joint.applied = {}, joint.not_unique = 0;
+  for (JointSample& joint : bar.joints) joint.applied = {}, joint.stop = JointSample{}.stop, joint.not_unique = 0;
   const std::vector<Joint> joints = joints_of_all_kinds();
   const wire::Answer answer = wire::read_answer(line_of(sample, &bar, &joints));
   check_equal(answer.bar.joints, bar.joints);
@@ -142,6 +160,9 @@ TEST_CASE("rows of joints that are none are refused by name") {
   CHECK_THAT(refusal(R"("joints":[[1,2]],"not_unique":[0,0])"), Contains("differ in size"));
   CHECK_THAT(refusal(R"("joint_applied":[[1],[2]],"joints":[[1,2]])"), Contains("differ in size"));
   CHECK_THAT(refusal(R"("joints":[[1,2]],"joint_applied":[[1,2,3,4]])"), Contains("at most 3"));
+  CHECK_THAT(refusal(R"("joints":[[1,2]],"joint_stops":[[1],[2]])"), Contains("\"joint_stops\" and \"joints\" differ"));
+  CHECK_THAT(refusal(R"("joints":[[1,2]],"joint_stops":[7])"),
+             Contains("\"joint_stops\" is not an array of at most 3"));
   CHECK_THAT(refusal(R"("joints":[[1,2]],"joint_bars":[[1,2],[1,2]])"), Contains("differ in size"));
   CHECK_THAT(refusal(R"("ropes":[[]])"), Contains("\"rope\" is not an array of a tension"));
   wire::Limits one;
