@@ -12,6 +12,7 @@
 #include "reports/command_line/compare_text.hpp"
 #include "reports/command_line/contest.hpp"
 #include "reports/command_line/fluid_question.hpp"
+#include "reports/command_line/joint_question.hpp"
 #include "reports/command_line/same_rate.hpp"
 #include "reports/command_line/spread.hpp"
 #include "reports/command_line/units.hpp"
@@ -123,6 +124,9 @@ int command_compare(const Place& place, const Options& options) {
   const std::vector<Row> ranked = rates.same ? ranked_rows(data.rows, notes) : data.rows;
   data.dominance = find_dominance(ranked, question);
   if (!rates.words.empty()) notes.insert(notes.begin(), rates.words);
+  for (const Scenario& scenario : selection.scenarios)
+    if (const std::string note = unjudged_note(ranked, question.metric, scenario.id); !note.empty())
+      notes.push_back(note);
   data.notes.insert(data.notes.end(), notes.begin(), notes.end());
   if (!options.no_timing) {
     const InterruptGuard guard;

@@ -1,6 +1,7 @@
 #include "reports/command_line/joint_question.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -14,6 +15,13 @@ namespace {
 constexpr const char* kBoth = "error-joint-coordinate";
 constexpr const char* kAngles = "error-joint-angle";
 constexpr const char* kOffsets = "error-joint-offset";
+
+// The metric of the coordinates that `metric` leaves out; empty: it leaves none out.
+std::string other_metric(const std::string& metric) {
+  return metric == kAngles ? kOffsets : metric == kOffsets ? kAngles : "";
+}
+
+std::string left_out(const std::string& metric) { return metric == kAngles ? "offsets" : "angles"; }
 
 }  // namespace
 
@@ -40,15 +48,31 @@ std::string joint_unit(std::span<const Row> rows, const std::string& metric) {
 
 std::string unjudged_coordinates(std::span<const Row> rows, const std::string& metric, const std::string& method,
                                  std::int64_t steps) {
-  if (metric != kAngles && metric != kOffsets) return "";
-  const std::string other = metric == kAngles ? kOffsets : kAngles;
+  const std::string other = other_metric(metric);
+  if (other.empty()) return "";
   for (const Row& row : rows) {
     if (row.metric == other && row.method == method && row.steps == steps)
       return fmt::format("{} of joints; their error in this run is {} {} (--error without a unit judges both)",
-                         metric == kAngles ? "offsets" : "angles", format_measure(row.value, row.truth_bar, 3),
-                         row.unit);
+                         left_out(metric), format_measure(row.value, row.truth_bar, 3), row.unit);
   }
   return "";
+}
+
+std::string unjudged_note(std::span<const Row> rows, const std::string& metric, const std::string& scenario) {
+  const std::string other = other_metric(metric);
+  if (other.empty()) return "";
+  const Row *least = nullptr, *most = nullptr;
+  for (const Row& row : rows) {
+    if (row.scenario != scenario || row.metric != other || !std::isfinite(row.value)) continue;
+    if (least == nullptr || row.value < least->value) least = &row;
+    if (most == nullptr || row.value > most->value) most = &row;
+  }
+  if (least == nullptr) return "";
+  return fmt::format(
+      "{}: {} of joints are not judged; their errors in these runs: {} to {} {} (--error without a unit "
+      "judges both)",
+      scenario, left_out(metric), format_measure(least->value, least->truth_bar, 3),
+      format_measure(most->value, most->truth_bar, 3), most->unit);
 }
 
 }  // namespace atwood

@@ -22,4 +22,7 @@ std::string joint_unit(std::span<const Row> rows, const std::string& metric);
 std::string unjudged_coordinates(std::span<const Row> rows, const std::string& metric, const std::string& method,
                                  std::int64_t steps);
 
+// The same of all runs of a scenario, as a note: from which error to which. Empty: as above.
+std::string unjudged_note(std::span<const Row> rows, const std::string& metric, const std::string& scenario);
+
 }  // namespace atwood

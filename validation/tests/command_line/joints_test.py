@@ -147,6 +147,8 @@ class Joints(Case):
         self.assertIn("angles of joints; their error in this run is", offsets["not_judged"])
         angles = self.advise(scene, "--error", "1e-9rad")
         self.assertRegex(angles, r"not judged offsets of joints; their error in this run is \S+ m")
+        self.ask("compare", "atwood/rk4", "atwood/heun", "--scenario", scene, "--metric", "joint", "--error", "1e-9rad",
+                 told=["hs: offsets of joints are not judged; their errors in these runs: "])
 
     def test_advice_leaves_prescribed_joints_out(self):
         driven = TURN_AND_SLIDE.replace("rate_rad_per_s = 0.1", "driven_rate_rad_per_s = 0.1")
