@@ -155,14 +155,16 @@ std::string fluid_markdown(const std::vector<Row>& rows) {
 std::string fluid_html(const std::vector<Row>& rows) {
   const std::vector<FluidLine> lines = fluid_lines(rows);
   if (lines.empty()) return "";
-  std::string out = "<div class=\"page\"><section id=\"fluids\"><h2>Fluids</h2><p class=\"hint\">" +
-                    escape_html(kLegend) +
-                    "</p><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Fluids\"><table><thead><tr>";
+  std::string out =
+      "<div class=\"page\"><section id=\"fluids\"><h2>Fluids</h2><p class=\"hint\">" + escape_html(kLegend) +
+      "</p><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Fluids\"><table class=\"fluids\"><thead><tr>";
   for (const char* head : kHeads) out += fmt::format("<th>{}</th>", head);
   out += "</tr></thead><tbody>";
   for (const FluidLine& line : lines) {
     out += "<tr>";
-    for (const std::string& cell : cells_of(line)) out += "<td>" + escape_html(one_line(cell)) + "</td>";
+    const auto cells = cells_of(line);
+    for (std::size_t i = 0; i < cells.size(); ++i)  // the heading again, for narrow screens
+      out += fmt::format("<td data-head=\"{}\">{}</td>", kHeads[i], escape_html(one_line(cells[i])));
     out += "</tr>";
   }
   return out + "</tbody></table></div></section></div>\n";

@@ -254,6 +254,7 @@ export class Chart {
     ctx.lineWidth = dpr();
     ctx.font = `${11 * dpr()}px system-ui, sans-serif`;
     ctx.textBaseline = 'middle';
+    const labels: [number, number][] = [];  // a steeper line whose label would lie on one of these has none
     for (const slope of this.spec.guides) {
       const xEnd = falling ? x.max! : x.min!;
       const yEnd = y0 + slope * (xEnd - x0);
@@ -267,6 +268,8 @@ export class Chart {
       const leavesBelow = yEnd < bottom;
       const xl = leavesBelow ? x0 + (bottom - y0) / slope : xEnd;
       const px = u.valToPos(xl, 'x', true), py = u.valToPos(leavesBelow ? bottom : yEnd, 'y', true);
+      if (labels.some(([lx, ly]) => Math.abs(px - lx) < 48 * dpr() && Math.abs(py - ly) < 13 * dpr())) continue;
+      labels.push([px, py]);
       ctx.textAlign = falling ? 'right' : 'left';
       ctx.fillText(`order ${Math.abs(slope)}`, px + (falling ? -6 : 6) * dpr(), py - (leavesBelow ? 0 : 8 * dpr()));
     }

@@ -39,10 +39,14 @@ export function chartSvg({ spec, curves, x, y, zeroLine }: Drawing, width = 760,
   if (zeroLine !== null) level(zeroLine, 'exactly 0');
   // Lines of the guides' slopes from the corner of the largest steps, as the plot shows them.
   const falling = spec.guides[0] < 0, from = falling ? x[0] : x[1], to = falling ? x[1] : x[0], up = y[1] - (y[1] - y[0]) * 0.04, down = y[0] + (y[1] - y[0]) * 0.04;
+  const labels: [number, number][] = [];
   for (const slope of spec.guides) {
     const end = up + slope * (to - from), below = end < down, at = below ? from + (down - up) / slope : to;
-    area.append(svg('path', { d: `M${px(from).toFixed(1)} ${py(up).toFixed(1)}L${px(to).toFixed(1)} ${py(end).toFixed(1)}`, stroke: soft, 'stroke-dasharray': '1.5 4' }),
-      svgText(px(at) + (falling ? -6 : 6), py(below ? down : end) + (below ? 4 : -4), `order ${Math.abs(slope)}`, falling ? 'end' : 'start', 11));
+    area.append(svg('path', { d: `M${px(from).toFixed(1)} ${py(up).toFixed(1)}L${px(to).toFixed(1)} ${py(end).toFixed(1)}`, stroke: soft, 'stroke-dasharray': '1.5 4' }));
+    const lx = px(at), ly = py(below ? down : end);
+    if (labels.some(([x0, y0]) => Math.abs(lx - x0) < 48 && Math.abs(ly - y0) < 13)) continue;
+    labels.push([lx, ly]);
+    area.append(svgText(lx + (falling ? -6 : 6), ly + (below ? 4 : -4), `order ${Math.abs(slope)}`, falling ? 'end' : 'start', 11));
   }
   curves.forEach((curve, i) => {
     const points = curve.points.map((p) => [px(spec.xLog ? Math.log10(p.x) : p.x), py(p.y === 0 ? zeroLine ?? y[0] : Math.log10(p.y))]).filter((p) => p.every(Number.isFinite));

@@ -143,6 +143,8 @@ export function seconds(value: number): string {
   return `${figure(Number((value * scale).toPrecision(3)), 3)} ${unit}`;
 }
 export function unitWord(unit: string): string { return unit === '1' ? '' : unit; }
+// After a heading: ' [m]'; nothing where there is no unit.
+export function inBrackets(unit: string): string { return unitWord(unit) ? ` [${unitWord(unit)}]` : ''; }
 export function isAdaptive(method: string): boolean { return /:[^+@{]/.test(method); }
 export function engineOf(method: string): string { return method.split('/')[0]; }
 

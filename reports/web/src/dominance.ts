@@ -1,5 +1,5 @@
 // The cheapest method for an error, the most accurate one within a budget, and the step from which a method is stable.
-import { Contest, Dominance, Reached, Report, engineOf, figure, placeWords, real, rungWords, seconds } from './data';
+import { Contest, Dominance, Reached, Report, engineOf, figure, inBrackets, placeWords, real, rungWords, seconds, unitWord } from './data';
 import { Child, h, labelledSelect, option, section } from './dom';
 import { choose, linkSelects } from './state';
 import { brokenId } from './table';
@@ -33,7 +33,7 @@ function byError(table: Dominance): HTMLElement | null {
   if (!table.by_error.length) return null;
   const what = table.cost === 'seconds' ? 'time of the run' : 'evaluations';
   const behind = (contest: Contest, other: Reached | undefined, none: string): Child => (other ? h('span', {}, name(other), h('span', { class: 'behind' }, `\u00d7 ${ratioWords(contest, other)}`)) : none);
-  return scrolled('Cheapest for an error', [`error [${table.unit}]`, 'cheapest', 'at', what, 'runner-up and its cost', 'best other engine and its cost'],
+  return scrolled('Cheapest for an error', [`error${inBrackets(table.unit)}`, 'cheapest', 'at', what, 'runner-up and its cost', 'best other engine and its cost'],
     table.by_error.map((contest) => {
       const best = contest.ranked[0];
       return [level(real(contest.asked)), name(best), placeWords(best), costWords(table, real(best.cost)) + mark(best),
@@ -44,7 +44,7 @@ function byError(table: Dominance): HTMLElement | null {
 function byBudget(table: Dominance): HTMLElement | null {
   if (!table.by_budget.length) return null;
   const error = (reached: Reached | undefined) => (reached ? figure(real(reached.error), 2) + mark(reached) : '\u2013');
-  return scrolled('Most accurate within a budget', ['budget', 'most accurate', 'at', `error [${table.unit}]`, 'runner-up', 'error', 'best other engine', 'error'],
+  return scrolled('Most accurate within a budget', ['budget', 'most accurate', 'at', `error${inBrackets(table.unit)}`, 'runner-up', 'error', 'best other engine', 'error'],
     table.by_budget.map((contest) => {
       const best = contest.ranked[0], next = contest.ranked[1], other = otherEngine(contest);
       return [costWords(table, real(contest.asked)), name(best), placeWords(best), error(best), next ? name(next) : 'alone', error(next), other ? name(other) : '\u2013', error(other)];
@@ -55,7 +55,7 @@ function byBudget(table: Dominance): HTMLElement | null {
 function bySpacing(table: Dominance): HTMLElement | null {
   if (!table.by_spacing?.length) return null;
   return h('div', {}, h('h3', {}, 'At equal spacing and sound speed'),
-    scrolled('At equal spacing', ['spacing [m]', 'sound speed [m/s]', 'method', 'at', `error [${table.unit}]`, 'time of the run'],
+    scrolled('At equal spacing', ['spacing [m]', 'sound speed [m/s]', 'method', 'at', `error${inBrackets(table.unit)}`, 'time of the run'],
       table.by_spacing.flatMap((place) => place.ranked.map((reached, i): Child[] => [i ? '' : figure(real(place.spacing_m), 4), i ? '' : figure(real(place.sound_speed_m_per_s), 4),
         name(reached), rungWords(reached.method, reached.steps), figure(real(reached.error), 2) + (reached.at_bar ? ' *' : ''), seconds(real(reached.cost))])), [2, 3]));
 }
@@ -89,7 +89,7 @@ function overview(tables: Dominance[], chosen: (table: Dominance) => void): HTML
         if (!contest) return h('td', { class: 'absent', title: 'no method reaches this error' }, '\u00b7');
         const best = contest.ranked[0], other = otherEngine(contest);
         const apart = other ? real(other.cost) / real(best.cost) : NaN;
-        return h('td', { class: isOurs(best) ? 'ours' : 'theirs', title: `${table.scenario}, ${level(value)} ${table.unit}: ${best.family}, ${costWords(table, real(best.cost))}${mark(best)}; ${other ? `best other engine ${other.family} \u00d7 ${figure(apart, 3)}` : 'no other engine reaches it'}` },
+        return h('td', { class: isOurs(best) ? 'ours' : 'theirs', title: `${table.scenario}, ${`${level(value)} ${unitWord(table.unit)}`.trim()}: ${best.family}, ${costWords(table, real(best.cost))}${mark(best)}; ${other ? `best other engine ${other.family} \u00d7 ${figure(apart, 3)}` : 'no other engine reaches it'}` },
           h('b', {}, ...brokenId(short(best.family))), h('span', {}, other ? `\u00d7 ${figure(apart, 2)}` : 'alone'));
       }))))));
 }
@@ -102,7 +102,7 @@ export function dominance(report: Report): HTMLElement | null {
   const of = () => report.dominance.filter((t) => t.cost === cost.select.value);
   const draw = () => {
     const found = of().find((t) => t.scenario === scenario.select.value);
-    place.replaceChildren(...(found ? [h('h3', {}, `${found.scenario}: ${norm(found.metric)} [${found.unit}]`), byError(found), h('h3', {}, 'Most accurate within a budget'), byBudget(found), bySpacing(found), found.by_spacing?.length ? null : stable(found, t_end.get(found.scenario) ?? 1)].filter(Boolean) as HTMLElement[]
+    place.replaceChildren(...(found ? [h('h3', {}, `${found.scenario}: ${norm(found.metric)}${inBrackets(found.unit)}`), byError(found), h('h3', {}, 'Most accurate within a budget'), byBudget(found), bySpacing(found), found.by_spacing?.length ? null : stable(found, t_end.get(found.scenario) ?? 1)].filter(Boolean) as HTMLElement[]
       : [h('p', { class: 'nothing' }, 'No such cost was measured on this scenario.')]));
   };
   const fill = () => {

@@ -1,5 +1,5 @@
 // The scenes as pictures, each a link to its page; and what a scene's page has besides its plot.
-import { Report, engineOf, figure, placeWords, real, seconds } from './data';
+import { Report, engineOf, figure, inBrackets, placeWords, real, seconds, unitWord } from './data';
 import { Child, h, section } from './dom';
 import { fluidOf, fluidPicture, fluidWords } from './fluid_picture';
 import { RowIndex } from './rows';
@@ -23,7 +23,7 @@ export function still(report: Report, id: string, width: number, height: number)
 function winnerOf(report: Report, id: string): string {
   const table = report.dominance.find((t) => t.scenario === id && t.cost === 'seconds') ?? report.dominance.find((t) => t.scenario === id);
   const contest = table && [...table.by_error].sort((a, b) => Math.abs(Math.log10(real(a.asked)) + 6) - Math.abs(Math.log10(real(b.asked)) + 6))[0];
-  return contest ? `${real(contest.asked).toExponential(0)} ${table.unit}: ${contest.ranked[0].family.replace(':tol', '')}` : '';
+  return contest ? `${`${real(contest.asked).toExponential(0)} ${unitWord(table.unit)}`.trim()}: ${contest.ranked[0].family.replace(':tol', '')}` : '';
 }
 
 export function gallery(report: Report, ids: string[]): HTMLElement | null {
@@ -55,7 +55,7 @@ export function winners(report: Report, id: string): Child {
   const cost = (value: number) => (table.cost === 'seconds' ? seconds(value) : `${Math.round(value)} evaluations`);
   type Line = (typeof table.by_error)[number];
   const other = (line: Line) => line.ranked.find((r) => engineOf(r.family) !== engineOf(line.ranked[0].family));
-  return h('div', {}, h('h3', {}, `Cheapest for an error: ${metricWords(table.metric)} [${table.unit}]`), smallTable<Line>([
+  return h('div', {}, h('h3', {}, `Cheapest for an error: ${metricWords(table.metric)}${inBrackets(table.unit)}`), smallTable<Line>([
     { name: 'error', number: true, value: (l) => real(l.asked), cell: (l) => real(l.asked).toExponential(0) },
     { name: 'cheapest', value: (l) => l.ranked[0].family, cell: (l) => h('b', {}, l.ranked[0].family) },
     { name: 'at', value: (l) => placeWords(l.ranked[0]) },

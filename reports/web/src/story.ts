@@ -1,5 +1,5 @@
 // The first screen: sentences made from the rows. Who is cheapest, what each engine loses, what float costs, what is missing.
-import { Contest, Dominance, Loose, Report, engineOf, figure, placeWords, real, rungWords, seconds, unitWord, withBar } from './data';
+import { Contest, Dominance, Loose, Report, engineOf, figure, inBrackets, placeWords, real, rungWords, seconds, unitWord, withBar } from './data';
 import { Child, h, section } from './dom';
 import { changeCounts } from './history';
 import { RowIndex } from './rows';
@@ -47,7 +47,7 @@ function cheapest(report: Report, index: RowIndex, ids: string[]): HTMLElement[]
   return tables.map((table) => {
     const contest = contestAt(table)!, best = contest.ranked[0];
     const other = contest.ranked.find((r) => engineOf(r.family) !== engineOf(best.family));
-    return h('li', {}, toScene(table.scenario, titleOf(report, table.scenario)), `, to ${power(real(contest.asked))} ${table.unit} (${metricWords(table.metric)}): use `,
+    return h('li', {}, toScene(table.scenario, titleOf(report, table.scenario)), `, to ${`${power(real(contest.asked))} ${unitWord(table.unit)}`.trim()} (${metricWords(table.metric)}): use `,
       h('b', {}, best.family.replace(':tol', '')), ` (${placeWords(best)}, ${costWords(table, best.cost)}). `,
       other ? `The best of another engine is ${other.family.replace(':tol', '')} (${placeWords(other)}), at ${real(other.cost) < 1.05 * real(best.cost) ? 'the same' : `${times(real(other.cost) / real(best.cost))} the`} cost.` : `No other engine with a measured cost reaches it.`,
       outside(index, table, contest));
@@ -99,7 +99,7 @@ function losses(report: Report, index: RowIndex, ids: string[]): HTMLElement | n
   }));
   return h('div', {}, h('h3', {}, `What each engine loses at ${hertz} steps a second: its error`),
     h('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Errors at 240 steps a second' }, h('table', { class: 'losses' },
-      h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'engine'), ...columns.map((c, i) => h('th', { scope: 'col' }, toScene(c.id, c.id), h('span', { class: 'behind' }, `${metricWords(c.metric)} [${unitOf(i)}]${rate(i) === String(hertz) ? '' : `, at ${rate(i)} a second, the nearest that ran`}`))))),
+      h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, 'engine'), ...columns.map((c, i) => h('th', { scope: 'col' }, toScene(c.id, c.id), h('span', { class: 'behind' }, `${metricWords(c.metric)}${inBrackets(unitOf(i))}${rate(i) === String(hertz) ? '' : `, at ${rate(i)} a second, the nearest that ran`}`))))),
       h('tbody', {}, ...engines.map(line)))),
     h('p', { class: 'hint' }, 'The default settings of each engine, or its best method where it has none; the second line is its best method where that is better by a tenth. Methods that choose their steps count where an engine has no others. Bold: the smallest error of the column.'));
 }

@@ -193,6 +193,10 @@ def fluid(browser, folder, web):
     report.data["pictures"] = [{"s": report.word("vortex"), "m": report.word("atwood/sph"), "n": 480, "dx": 0.03, "c": 10, "t": 1, "particles": side * side, "side": 1 / side, "error_of": "velocity",
                                 "x": levels([round(4096 * i / (side - 1)) for i, _ in grid], 0, 1), "y": levels([round(4096 * j / (side - 1)) for _, j in grid], 0, 1),
                                 "speed": levels([round(250 * i / (side - 1)) for i, _ in grid], 0.5, 2)}]
+    ladder(report, "vortex", "atwood/sph", "velocity-l1", (1e-2, 5e-3, 2e-3), "1")
+    cheapest = {"family": "atwood/sph", "method": "atwood/sph", "steps": 240, "error": 5e-4, "cost": 1.5e-3}
+    report.data["dominance"] = [{"scenario": "vortex", "metric": "velocity-l1", "unit": "1", "cost": "seconds", "by_budget": [], "stable": [],
+                                 "by_error": [{"asked": 1e-3, "contenders": 1, "ranked": [cheapest]}]}]
     path = opens(browser, folder, "fluid", report, web, "#scene=vortex")
     squares = browser.run("return [...document.querySelectorAll('.scene-picture .picture path')].map(p => [(p.getAttribute('d').match(/M/g) || []).length, p.getAttribute('fill')])")
     check(sum(n for n, _ in squares) == side * side and len({fill for _, fill in squares}) == 24, f"squares by colour: {squares}")
@@ -201,6 +205,9 @@ def fluid(browser, folder, web):
     label = browser.run("return document.querySelector('.scene-picture .picture').getAttribute('aria-label')")
     check("speed: 0.5 (dark) to 2 m/s (bright)" in label and "atwood/sph" in label, f"the picture is named {label!r}")
     check(browser.run("return document.querySelectorAll('.gallery .thumbnail svg').length") == 1, "the gallery has no picture of the fluid")
+    text = browser.run("return [...document.querySelectorAll('h3, th, p, li, .gallery a')].map(e => e.textContent).join('\\n')")
+    check("(velocity l1): use" in text, "the sentence about the cheapest method is missing")
+    check(not re.search(r"\[1?\]| 1 \(velocity l1\)|\d 1: atwood", text), "a figure without a unit has the unit 1, or empty brackets")
     # The field as a file: every particle, slow ones on the left, on axes of its extent beside a scale of its values.
     _, plots = everything_saves(browser)
     field = plots["vortex-speed-atwood-sph.svg"]
@@ -210,6 +217,25 @@ def fluid(browser, folder, web):
     words = re.findall(">([^<>]+)</text>", field)
     check({"0", "1", "x [m]", "y [m]", "0.6", "2", "speed [m/s]"} <= set(words) and "900 particles" in words[0], f"axes and scale of the field: {words}")
     silence(browser, path)
+    fluids_table(browser)
+
+
+# The table of the program (reports/render/fluid_table.cpp): all columns are in sight, on narrow screens one under the other.
+def fluids_table(browser):
+    heads = ["scenario", "method", "spacing m", "c m/s", "steps", "total", "model", "space", "time", "orders", "not kept"]
+    cells = ["taylor-green-parts", "atwood/rk4+sph{kernel=wendland-c4,smoothing=1.8,shift=1,density_diffusion=0.1}", "0.05", "10", "320", "0.00074", "0.00071", "0.00082", "<= 6.2e-05", "time 4.01", "momentum 0.00042"]
+    browser.run("""const box = document.createElement('div'); box.className = 'scroll'; box.id = 'probe';
+        box.innerHTML = `<table class="fluids"><thead><tr>${arguments[0].map(h => `<th>${h}</th>`).join('')}</tr></thead><tbody><tr>${arguments[1].map((c, i) => `<td data-head="${arguments[0][i]}">${c}</td>`).join('')}</tr></tbody></table>`;
+        document.querySelector('section').prepend(box)""", heads, cells)
+    measure = "const b = document.querySelector('#probe'); return [b.scrollWidth - b.clientWidth, getComputedStyle(b.querySelector('thead')).display, getComputedStyle(b.querySelector('td:nth-child(9)'), '::before').content]"
+    for width, head in ((1280, "table-header-group"), (420, "none")):
+        browser.devtools("Emulation.setDeviceMetricsOverride", width=width, height=844, deviceScaleFactor=1, mobile=False)
+        time.sleep(0.3)
+        beyond, display, before = browser.run(measure)
+        check(beyond <= 0 and display == head, f"at {width} px the table of fluids goes {beyond} px beyond its box, its head is {display}")
+        check(width > 760 or before == '"time"', f"at {width} px a cell says {before}")
+    browser.devtools("Emulation.clearDeviceMetricsOverride")
+    browser.run("document.querySelector('#probe').remove()")
 
 
 def folds(browser, folder, report, web):

@@ -269,6 +269,7 @@ TEST_CASE("rows of fluids carry their resolution; the table says what is lost to
   CHECK(markdown.find("| vortices | atwood/rk4+sph | 0.02 | 20 | 640 | 0.011 | 0.001 | 0.012 | 3.3e-07 | time 4.01 | "
                       "momentum 2e-16 |") != std::string::npos);
   CHECK(render_html(data).find("<section id=\"fluids\">") != std::string::npos);
+  CHECK(render_html(data).find("<td data-head=\"time\">3.3e-07</td>") != std::string::npos);
   CHECK(render_markdown(small_report()).find("## Fluids") == std::string::npos);
 }
 
