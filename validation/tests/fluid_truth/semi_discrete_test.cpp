@@ -251,3 +251,41 @@ TEST_CASE("The truth of the particles' equations: bars hold against CVODE, energ
   scenario.truth.response = "sph{kernel=cubic,smoothing=1}";
   CHECK_THAT(semi_discrete_truth(scenario, 4).outcome.reason, Catch::Contains("no particles"));
 }
+
+TEST_CASE("The truth of more than 256 particles: bars that are small and hold against small steps of Runge and Kutta") {
+  Scenario scenario = disturbed(17, 6);
+  scenario.t_end_s = 0.03;
+  scenario.truth.kind = TruthKind::semi_discrete;
+  for (const char* response :
+       {"polynomial{degree=4,smoothing=1.55,shift=1,filter=0.1}", "sph{kernel=wendland-c2,smoothing=1.5,shift=1}"}) {
+    scenario.truth.response = response;
+    const Truth truth = semi_discrete_truth(scenario, 2);
+    INFO(response << ": " << truth.source << truth.outcome.reason);
+    REQUIRE(truth.outcome.status == Status::ok);
+    const auto system = fluid_system<double>(scenario.scene, response);
+    const ParticleLayout& layout = system->data.layout;
+    std::vector<double> y = initial_state<double>(scenario.scene, layout), k[4];
+    constexpr int kSteps = 400;
+    const double h = scenario.t_end_s / kSteps;
+    for (int n = 0; n < kSteps; ++n) {
+      std::vector<double> at = y;
+      for (int stage = 0; stage < 4; ++stage) {
+        const double along = stage == 0 ? 0 : stage == 3 ? h : h / 2;
+        if (stage > 0)
+          for (std::size_t i = 0; i < y.size(); ++i) at[i] = y[i] + along * k[stage - 1][i];
+        k[stage].resize(y.size());
+        system->rate(n * h + along, at.data(), k[stage].data());
+      }
+      for (std::size_t i = 0; i < y.size(); ++i) y[i] += h / 6 * (k[0][i] + 2 * k[1][i] + 2 * k[2][i] + k[3][i]);
+    }
+    const double bar = d(truth.bars[2].particles[0].v_m_per_s[0]);
+    CHECK(bar < 2e-8);
+    double largest = 0;
+    for (int i = 0; i < layout.count; ++i)
+      for (int a = 0; a < 2; ++a)
+        largest = std::fmax(largest,
+                            std::fabs(d(truth.values[2].particles[i].v_m_per_s[a]) - y[layout.velocity + 2 * i + a]));
+    CAPTURE(largest);
+    CHECK(largest <= bar);
+  }
+}
