@@ -6,6 +6,9 @@
 namespace atwood {
 namespace {
 
+constexpr std::size_t kMaxForces = 100'000;
+constexpr std::size_t kMaxNamed = 1'000'000;  // bodies of all forces together: "all" is one word in a file
+
 // The key for the bodies of a force: "body", "bodies", or none.
 template <class T> std::string name_of_bodies(const Keys<T>& keys) {
   for (const Key<T>& key : keys)
@@ -299,14 +302,42 @@ Force read_force(Reading& r, const Value& v) {
   return out;
 }
 
-void read_forces(Reading& r, const Value& table, std::vector<Force>& out) {
+void count_force(Reading& r, SourceLocation location, std::size_t intervals) {
+  if (r.scene->forces.size() + r.scene->joint_forces.size() >= kMaxForces)
+    fail(r, location, "found more than " + std::to_string(kMaxForces) + " forces; expected fewer");
+  if (r.force_times += intervals; r.force_times > kMaxNamed)
+    fail(r, location,
+         "found more than " + std::to_string(kMaxNamed) + " intervals under `on_s` of all forces together (" +
+             std::to_string(r.force_times) + " with this one); expected fewer");
+}
+
+void add_force(Reading& r, SourceLocation location, Force force) {
+  std::size_t named = 0, intervals = 0;
+  std::visit(
+      [&]<class T>(const T& one) {
+        if constexpr (requires { one.bodies; }) named = one.bodies.size();
+        else if constexpr (requires { one.body; }) named = 1;
+        else named = r.scene->bodies.size();  // a rotating frame acts on all
+        if constexpr (requires { one.on_s; }) intervals = one.on_s.size();
+      },
+      force);
+  count_force(r, location, intervals);
+  if (r.named_by_forces += named; r.named_by_forces > kMaxNamed)
+    fail(r, location,
+         "found forces that name more than " + std::to_string(kMaxNamed) + " bodies together (" +
+             std::to_string(r.named_by_forces) + " with this one, each counted once a force); expected fewer");
+  r.scene->forces.push_back(std::move(force));
+}
+
+void read_forces(Reading& r, const Value& table) {
   const Value* kind = table.find("kind");
   const bool single = kind && kind->text() && (*kind->text() == "thruster" || *kind->text() == "point-force");
   const Value* named = table.find("body") ? table.find("body") : table.find("bodies");
   const bool several =
       single && named &&
       (named->list() || (named->text() && (r.grids.contains(*named->text()) || *named->text() == "all")));
-  if (!several || (table.find("body") && table.find("bodies"))) return out.push_back(read_force(r, table));
+  if (!several || (table.find("body") && table.find("bodies")))
+    return add_force(r, table.location, read_force(r, table));
   const std::string outer = r.where;
   std::vector<int> bodies;
   r.where += " of kind " + *kind->text();
@@ -321,7 +352,7 @@ void read_forces(Reading& r, const Value& table, std::vector<Force>& out) {
       member.value = Value(r.scene->bodies[static_cast<std::size_t>(body)].name);
       member.value.location = named->location;
     }
-    out.push_back(read_force(r, each));
+    add_force(r, table.location, read_force(r, each));
     r.where = outer;
   }
 }

@@ -160,6 +160,8 @@ bool is_joint_force(const Value& table) {
   return kind && kind->text() && (*kind->text() == kForceKinds[0] || *kind->text() == kForceKinds[1]);
 }
 
+namespace {
+
 JointForce read_joint_force(Reading& r, const Value& table) {
   if (!is_joint_force(table)) {
     const Value* kind = table.find("kind");
@@ -173,6 +175,15 @@ JointForce read_joint_force(Reading& r, const Value& table) {
   else force = read_torque(r, table);
   r.where = outer;
   return force;
+}
+
+}  // namespace
+
+void add_joint_force(Reading& r, const Value& table) {
+  JointForce force = read_joint_force(r, table);
+  const auto* torque = std::get_if<JointTorque>(&force);
+  count_force(r, table.location, torque ? torque->on_s.size() : 0);
+  r.scene->joint_forces.push_back(force);
 }
 
 Value write_joint_force(const Scene& scene, const JointForce& force) {

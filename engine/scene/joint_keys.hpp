@@ -36,7 +36,7 @@ void read_resolved_ropes(Reading& r, const Value& list);
 // ---- forces along joints, [[force]] with kind joint-spring or joint-torque ----------------------------------------
 bool is_joint_force(const Value& table);
 const std::vector<std::string>& joint_force_kinds();
-JointForce read_joint_force(Reading& r, const Value& table);
+void add_joint_force(Reading& r, const Value& table);
 Value write_joint_force(const Scene& scene, const JointForce& force);
 // One for each kind, to join those of the other forces.
 Value::List joint_force_schemas(Form form);

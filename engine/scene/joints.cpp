@@ -63,19 +63,21 @@ void read_hold(Reading& r, const Value& v, Joint& joint) {
   r.where = title("joint", joint.name), r.key = "hold";
   const auto* items = v.list();
   if (!items) fail_value(r, v, "a list of names of joints");
-  std::vector<std::string> names;
-  for (const Joint& each : r.scene->joints)
-    if (!each.closes_loop) names.push_back(each.name);
+  std::vector<bool> held(r.scene->joints.size());
   for (const Value& item : *items) {
     const auto found = item.text() ? r.joints.find(*item.text()) : r.joints.end();
-    if (found == r.joints.end())
+    if (found == r.joints.end()) {
+      std::vector<std::string> names;
+      for (const Joint& each : r.scene->joints)
+        if (!each.closes_loop) names.push_back(each.name);
       fail_value(
           r, item,
           "the name of a joint (" + listed(names) + ")" + (item.text() ? did_you_mean(*item.text(), names) : ""));
+    }
     if (r.scene->joints[static_cast<std::size_t>(found->second)].closes_loop)
       fail_value(r, item, "a joint that places a body: one that closes a loop has no coordinate of its own");
-    if (std::find(joint.hold.begin(), joint.hold.end(), found->second) != joint.hold.end())
-      fail_value(r, item, "each joint once");
+    if (held[static_cast<std::size_t>(found->second)]) fail_value(r, item, "each joint once");
+    held[static_cast<std::size_t>(found->second)] = true;
     joint.hold.push_back(found->second);
   }
   r.key.clear();
@@ -192,10 +194,11 @@ void check_holds(Reading& r, const Mechanisms& mechanisms, const std::vector<int
       }
       floats = floats || (body >= 0 && !body_of(r, body).fixed);
     }
+    std::vector<bool> named(r.scene->joints.size());
+    for (const int at : joint.hold) named[static_cast<std::size_t>(at)] = true;
     const auto held = [&](int at) {
       const Joint& each = r.scene->joints[static_cast<std::size_t>(at)];
-      return each.driven_rate || rate_count(each.kind) == 0 ||
-             std::find(joint.hold.begin(), joint.hold.end(), at) != joint.hold.end();
+      return each.driven_rate || rate_count(each.kind) == 0 || named[static_cast<std::size_t>(at)];
     };
     if (!floats && std::all_of(chain.begin(), chain.end(), held))
       fail(r, location_of(*mechanisms.joints[j], "hold"),

@@ -310,9 +310,14 @@ Codec<std::vector<int>> body_names(bool all_takes_fixed) {
   c.read = [all_takes_fixed](Reading& r, const Value& v, std::vector<int>& out) {
     out.clear();
     if (const std::string* word = v.text(); word && *word == "all") {
-      for (std::size_t i = 0; i < r.scene->bodies.size(); ++i)
-        if (all_takes_fixed ? r.scene->bodies[i].charge_C != 0 || !r.scene->bodies[i].fixed : !r.scene->bodies[i].fixed)
-          out.push_back(static_cast<int>(i));
+      std::optional<std::vector<int>>& all = all_takes_fixed ? r.moving_or_charged : r.moving;
+      if (!all) {
+        all.emplace();
+        for (std::size_t i = 0; i < r.scene->bodies.size(); ++i)
+          if (const Body& body = r.scene->bodies[i]; !body.fixed || (all_takes_fixed && body.charge_C != 0))
+            all->push_back(static_cast<int>(i));
+      }
+      out = *all;
       if (out.empty()) fail_value(r, v, "at least one body that can move");
       return;
     }

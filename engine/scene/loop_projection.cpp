@@ -65,11 +65,14 @@ std::vector<bool> involved_bodies(const Scene& scene) {
   return involved;
 }
 
-bool held(const Scene& scene, int joint) {
-  if (scene.joints[static_cast<std::size_t>(joint)].driven_rate) return true;
-  for (const Joint& other : scene.joints)
-    if (std::find(other.hold.begin(), other.hold.end(), joint) != other.hold.end()) return true;
-  return false;
+// Joints whose coordinates the projection leaves as they are.
+std::vector<bool> held_joints(const Scene& scene) {
+  std::vector<bool> held(scene.joints.size());
+  for (std::size_t j = 0; j < held.size(); ++j) {
+    if (scene.joints[j].driven_rate) held[j] = true;
+    for (const int other : scene.joints[j].hold) held[static_cast<std::size_t>(other)] = true;
+  }
+  return held;
 }
 
 void add_freedoms(Loops& loops) {
@@ -84,12 +87,13 @@ void add_freedoms(Loops& loops) {
     const std::size_t count = rotates(scene.bodies[b]) ? 6 : 3;
     for (std::size_t k = 0; k < count; ++k) add({static_cast<int>(b), -1, k, k < 3});
   }
+  const std::vector<bool> held = held_joints(scene);
   for (const int j : loops.order) {
     const Joint& joint = scene.joints[static_cast<std::size_t>(j)];
     const auto child = static_cast<std::size_t>(joint.child);
     if (!loops.involved[child]) continue;
     if (joint.parent >= 0) loops.movers[child] = loops.movers[static_cast<std::size_t>(joint.parent)];
-    if (held(scene, j)) continue;
+    if (held[static_cast<std::size_t>(j)]) continue;
     for (int k = 0; k < rate_count(joint.kind); ++k) {
       const bool slides = joint.kind == JointKind::slider || (joint.kind == JointKind::cylindrical && k == 1);
       add({joint.child, j, static_cast<std::size_t>(k), slides});

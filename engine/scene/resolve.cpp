@@ -193,8 +193,8 @@ void resolve(Reading& r, const Value& document, FileDraft& draft) {
   resolve_bodies(r, document, draft);
   resolve_mechanisms(r, draft);
   each_table(r, draft.force, "[[force]]", [&](const Value& table) {
-    if (is_joint_force(table)) draft.scenario.scene.joint_forces.push_back(read_joint_force(r, table));
-    else read_forces(r, table, draft.scenario.scene.forces);
+    if (is_joint_force(table)) add_joint_force(r, table);
+    else read_forces(r, table);
   });
   resolve_fluids(r, document, draft);
   if (draft.scenario.truth.kind == TruthKind::values)

@@ -468,16 +468,15 @@ const Keys<Scene>& scene_keys() {
                            [](const Scene& s, const Rope& rope) { return written(s, rope, rope_keys()); }),
       part_of_scene(
           "forces", "the forces", array_of(force_schema(Form::resolved)),
-          [](Reading& r, const Value& v, Scene& out) {
-            read_list(r, v, "forces", [&](const Value& item) { out.forces.push_back(read_force(r, item)); });
+          [](Reading& r, const Value& v, Scene&) {
+            read_list(r, v, "forces", [&](const Value& item) { add_force(r, item.location, read_force(r, item)); });
           },
           [](const Scene& s) { return list_value(s.forces, [&](const Force& f) { return write_force(s, f); }); }),
       mechanism_part<JointForce>(
           "joint_forces", "springs, dampers and torques along joints; absent where there are none",
           &Scene::joint_forces, table_of({{"oneOf", joint_force_schemas(Form::resolved)}}),
           [](Reading& r, const Value& v) {
-            read_list(r, v, "joint_forces",
-                      [&](const Value& item) { r.scene->joint_forces.push_back(read_joint_force(r, item)); });
+            read_list(r, v, "joint_forces", [&](const Value& item) { add_joint_force(r, item); });
           },
           write_joint_force),
       domain_key(),

@@ -18,6 +18,7 @@
 namespace atwood {
 namespace {
 
+constexpr double kMostPairs = 1e7;  // in quad, 5 s
 constexpr std::size_t kMany = 500;  // with more bodies no engine is asked
 constexpr double kAskLimit_s = 5;
 
@@ -144,7 +145,22 @@ std::vector<std::string> laws_words(const Scene& scene) {
   return words;
 }
 
+// Pairs of bodies whose mutual potentials make up the energy.
+double pairs_of_potentials(const Scene& scene) {
+  double pairs = 0;
+  for (const Force& force : scene.forces) {
+    const auto* gravity = std::get_if<MutualGravity>(&force);
+    const auto* coulomb = std::get_if<Coulomb>(&force);
+    if (gravity == nullptr && coulomb == nullptr) continue;
+    const auto n = static_cast<double>(gravity ? gravity->bodies.size() : coulomb->bodies.size());
+    pairs += n * (n - 1) / 2;
+  }
+  return pairs;
+}
+
 std::string energy_words(const Scene& scene) {
+  if (const double pairs = pairs_of_potentials(scene); pairs > kMostPairs)
+    return fmt::format("not added up: {:.3g} pairs of bodies attract or repel each other", pairs);
   Sample start;
   for (const Body& body : scene.bodies) {
     BodySample sample;

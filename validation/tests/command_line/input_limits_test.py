@@ -106,6 +106,39 @@ class Limits(Case):
             with self.subTest(told=told):
                 self.judge(["describe"], "scene.toml", SCENE + text, [2] if told else [0], *([told] if told else []))
 
+    def test_forces_of_short_scenes(self):
+        """One word names all bodies, and a thruster of all bodies is as many forces: what they make is counted."""
+        points = "".join(f'[[body]]\nname = "p{i}"\nmass_kg = 1\nposition_m = [{i}, 0, 0]\n' for i in range(3000))
+        gravity = '[[force]]\nkind = "gravity"\nbodies = "all"\nconstant_m3_per_kg_s2 = 1\n'
+        grid = '[[body]]\nname = "g"\nmass_kg = 1\n{}[[grid]]\nbody = "g"\ncounts = [{}, 1, 1]\nspacing_m = [3, 0, 0]\n'
+        thruster = '[[force]]\nkind = "thruster"\nbodies = "all"\ndirection_body = [0, 0, 1]\nthrust_N = 1\non_s = [{}]\n'
+        times = ",".join(f"[{2 * i}, {2 * i + 1}]" for i in range(4096))
+        spring = '[[force]]\nkind = "spring"\nbody = "p0"\nanchor_m = [0, 0, 0]\nstiffness_N_per_m = 1\n'
+        frame = '[[force]]\nkind = "rotating-frame"\nangular_velocity_rad_per_s = [0, 0, 1]\n'
+        for name, text, told in (("gravity", points + gravity * 333, None),
+                                 ("more-gravity", points + gravity * 334, "more than 1000000 bodies together (1002000 with this one"),
+                                 ("judged", points + gravity * 20_000, "more than 1000000 bodies together (1002000 with this one"),
+                                 ("all-of-few", grid.format("fixed = true\n", 190_000) + points + gravity * 333, None),
+                                 ("frames", grid.format("", 200_000) + frame * 6, "more than 1000000 bodies together"),
+                                 ("thrusters", grid.format("", 100_000) + thruster.format("[0, 1]"), None),
+                                 ("more-thrusters", grid.format("", 100_001) + thruster.format("[0, 1]"), "more than 100000 forces"),
+                                 ("times", grid.format("", 1000) + thruster.format(times), "more than 1000000 intervals under `on_s`"),
+                                 ("springs", points + spring * 55_000, None)):
+            with self.subTest(name=name):
+                self.assertLess(len(text), 16 * MEBIBYTE)
+                self.judge(["describe"], name + ".toml", SCENE + text, [2] if told else [0], *([told, ".toml:"] if told else []))
+
+    def test_holds_of_many_joints(self):
+        """Many joints that close loops name all others."""
+        part = '[[body]]\nname = "l{0}"\nmass_kg = 1\ninertia_kg_m2 = [1, 1, 1]\n'
+        joint = '[[joint]]\nname = "{0}{1}"\nkind = "hinge"\nbodies = ["world", "l{1}"]\naxis_body = [0, 0, 1]\n{2}'
+        names = ", ".join(f'"j{i}"' for i in range(15_000))
+        closing = f"closes_loop = true\nassemble = true\nhold = [{names}]\n"
+        text = "".join(part.format(i) + joint.format("j", i, "") for i in range(15_000))
+        text += "".join(joint.format("c", i, closing) for i in range(70))
+        self.assertLess(len(text), 16 * MEBIBYTE)
+        self.judge(["describe"], "holds.toml", SCENE + text, [2], "keeps every joint of the loop")
+
     def test_json(self):
         most = 32 * MEBIBYTE
         values = 3_200_000 - 2

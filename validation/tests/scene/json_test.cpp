@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "scene/files.hpp"
 
@@ -139,6 +140,27 @@ TEST_CASE("scenes of bodies and forces survive JSON to the bit") {
       RC_ASSERT((same_bits(a.modulus_Pa, b.modulus_Pa) && same_bits(a.damping_s_per_m, b.damping_s_per_m)));
     }
   }));
+}
+
+TEST_CASE("forces that name too many bodies together, and too many intervals, are refused in JSON too") {
+  Scene scene;
+  scene.materials = {{"default", 0, 0, 0}};
+  scene.pairs = {{0, 0, 0, 0, 0}};
+  for (int i = 0; i < 2000; ++i) {
+    Body body;
+    body.name = "b" + std::to_string(i), body.mass_kg = 1;
+    scene.bodies.push_back(body);
+  }
+  std::vector<int> all(scene.bodies.size());
+  std::iota(all.begin(), all.end(), 0);
+  scene.forces.assign(500, Drive{all, {1, 0, 0}, 1, 0});
+  CHECK(scene_from_json(scene_to_json(scene)).forces.size() == 500);
+  scene.forces.push_back(Drive{{0}, {1, 0, 0}, 1, 0});
+  CHECK_THROWS_WITH(scene_from_json(scene_to_json(scene)), Catch::Contains("1000001 with this one"));
+  std::vector<Interval> often;
+  for (int i = 0; i < 4096; ++i) often.push_back({2.0 * i, 2.0 * i + 1});
+  scene.forces.assign(245, Thruster{0, {}, {0, 0, 1}, 1, often});
+  CHECK_THROWS_WITH(scene_from_json(scene_to_json(scene)), Catch::Contains("more than 1000000 intervals"));
 }
 
 TEST_CASE("JSON that does not describe a scene is refused with a message") {
