@@ -2,19 +2,27 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <limits.h>
+#include <linux/magic.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
+#include <sys/statfs.h>
+#include <sys/sysmacros.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <set>
+#include <sstream>
 #include <thread>
 #include <vector>
 
@@ -26,13 +34,16 @@ namespace atwood {
 namespace {
 
 constexpr std::size_t kLongestFile = std::size_t{4} << 20;
+constexpr std::chrono::milliseconds kExec{
+    5};                       // while a process begins to run another program, its environment is empty
 constexpr int kRounds = 200;  // a process that forks as fast as it is killed is no longer pursued after this many
 
 struct LiveWorkers {
   std::mutex mutex;
-  std::set<pid_t> pids;
+  std::map<pid_t, std::string> marks;  // of running workers
   bool adopting = false;
-  bool inherited = false;  // the program had children before it started a worker: `setsid server & exec atwood`
+  // Children that the program had before it started a worker (`server & exec atwood`), and the sessions of then.
+  std::set<pid_t> inherited, old_sessions;
 };
 LiveWorkers& live() {
   static LiveWorkers workers;
@@ -104,35 +115,72 @@ void kill_if_still(const Stat& seen) {
   close(handle);
 }
 
-// Whether the process is an orphan of a worker that this program has adopted. Processes that this program starts itself
-// stay in its session, which an orphan in another session cannot rejoin.
+// Whether the process is an orphan that this program has adopted. Processes that this program starts itself stay in its
+// session, which an orphan in another session cannot rejoin.
 bool adopted(const Stat& stat) {
-  return stat.parent == getpid() && stat.session != getsid(0) && !live().pids.contains(stat.pid);
+  return stat.parent == getpid() && stat.session != getsid(0) && !live().marks.contains(stat.pid) &&
+         !live().inherited.contains(stat.pid);
+}
+
+bool has_no_new_privileges(pid_t pid) {
+  return read_of_process(pid, "status").find("\nNoNewPrivs:\t1") != std::string::npos;
+}
+
+// Whether an orphan may be that of another program: as process 1 of a container, or with children inherited across
+// exec, this program adopts those too. What a confined worker has started can gain no privileges, ever.
+bool may_be_of_others(const Stat& orphan) {
+  if (live().old_sessions.contains(orphan.session)) return true;
+  if (getpid() != 1 && live().inherited.empty()) return false;
+  return !has_no_new_privileges(orphan.pid) || has_no_new_privileges(getpid());
+}
+
+// Whether it is in a running worker's session or has its mark.
+bool belongs_to_a_worker(const Stat& stat) {
+  if (live().marks.contains(stat.session)) return true;
+  return std::any_of(live().marks.begin(), live().marks.end(),
+                     [&](const auto& worker) { return carries(stat.pid, worker.second); });
+}
+
+// Those orphans that cannot be attributed to a running worker: which limit their memory is to keep is unknown.
+std::vector<Stat> strays_among(std::vector<Stat> orphans) {
+  const auto leave_strays = [&] {
+    std::erase_if(orphans, [](const Stat& one) { return may_be_of_others(one) || belongs_to_a_worker(one); });
+  };
+  leave_strays();
+  if (orphans.empty()) return orphans;
+  std::this_thread::sleep_for(kExec);
+  leave_strays();
+  return orphans;
 }
 
 // Goes through all processes once; true where it killed one, which may have started others meanwhile.
-bool sweep(pid_t worker, const std::string& mark, bool last) {
-  bool found = false;
+bool sweep(pid_t worker, const std::string& mark) {
+  std::vector<Stat> doomed, orphans;
   for (const pid_t pid : all_processes()) {
-    if (pid == getpid() || pid == worker || live().pids.contains(pid)) continue;
+    if (pid == getpid() || pid == worker || live().marks.contains(pid)) continue;
     const Stat stat = stat_of(pid);
     if (stat.pid < 0) continue;
     const bool orphan = adopted(stat);
-    if (orphan && stat.zombie && !live().inherited) {
-      waitpid(pid, nullptr, WNOHANG);
-      continue;
-    }
-    const bool in_session = stat.session == worker && worker > 0;
-    // As process 1 of a container, or with children inherited across exec, this program adopts orphans of others too.
-    const bool unclaimed = orphan && last && getpid() != 1 && !live().inherited;
-    if (stat.zombie || !(in_session || unclaimed || (orphan && carries(pid, mark)))) continue;
-    found = true;
-    kill_if_still(stat);
+    if (orphan && stat.zombie && !live().old_sessions.contains(stat.session)) waitpid(pid, nullptr, WNOHANG);
+    if (stat.zombie) continue;
+    if ((stat.session == worker && worker > 0) || (orphan && carries(pid, mark))) doomed.push_back(stat);
+    else if (orphan) orphans.push_back(stat);
   }
-  return found;
+  for (const Stat& stat : doomed) kill_if_still(stat);
+  orphans = strays_among(std::move(orphans));
+  for (const Stat& stat : orphans) kill_if_still(stat);
+  return !doomed.empty() || !orphans.empty();
 }
 
 using Processes = std::vector<Stat>;
+
+void kill_strays(const Processes& all) {
+  const auto held = lock_workers();
+  std::vector<Stat> orphans;
+  for (const Stat& stat : all)
+    if (adopted(stat)) orphans.push_back(stat);
+  for (const Stat& stat : strays_among(std::move(orphans))) kill_if_still(stat);
+}
 
 std::shared_ptr<const Processes> processes_now() {
   auto all = std::make_shared<Processes>();
@@ -151,6 +199,7 @@ std::shared_ptr<const Processes> recent_processes() {
   const std::lock_guard<std::mutex> held(mutex);
   if (!seen || Clock::now() - seen_at > kSharedLook) {
     seen = processes_now();
+    kill_strays(*seen);
     seen_at = Clock::now();
   }
   return seen;
@@ -189,6 +238,51 @@ std::int64_t own_bytes(pid_t pid) {
   return anonymous >= 0 && shared >= 0 ? anonymous + shared : value("\nPss:");
 }
 
+using Files = std::set<std::pair<dev_t, ino_t>>;
+
+// Whether the file is memory and has no name: it goes when nothing holds it open, and until then is in the size of no
+// process but as far as it is mapped.
+bool is_nameless_memory(const std::string& link, const std::string& path) {
+  if (link.starts_with("/memfd:")) return true;
+  struct statfs about {};
+  return link.ends_with(" (deleted)") && statfs(path.c_str(), &about) == 0 &&
+         (about.f_type == TMPFS_MAGIC || about.f_type == RAMFS_MAGIC);
+}
+
+// Bytes of the nameless files in memory that the process holds open and that are not `counted` yet.
+std::int64_t held_bytes(pid_t pid, Files& counted) {
+  const std::string folder = "/proc/" + std::to_string(pid) + "/fd";
+  const std::unique_ptr<DIR, int (*)(DIR*)> entries(opendir(folder.c_str()), closedir);
+  std::int64_t bytes = 0;
+  while (const dirent* entry = entries ? readdir(entries.get()) : nullptr) {
+    const std::string path = folder + "/" + entry->d_name;
+    char target[PATH_MAX];
+    const ssize_t length = readlink(path.c_str(), target, sizeof target);
+    struct stat info {};
+    if (length <= 0 || !is_nameless_memory(std::string(target, static_cast<std::size_t>(length)), path)) continue;
+    if (stat(path.c_str(), &info) == 0 && info.st_nlink == 0 && counted.emplace(info.st_dev, info.st_ino).second)
+      bytes += std::int64_t{512} * info.st_blocks;
+  }
+  return bytes;
+}
+
+// The process's share of the pages that it has mapped of these files.
+std::int64_t mapped_bytes(pid_t pid, const Files& files) {
+  std::int64_t bytes = 0, share = 0;
+  bool counts = false;
+  std::istringstream lines(read_of_process(pid, "smaps"));
+  for (std::string line; std::getline(lines, line);) {
+    unsigned major = 0, minor = 0;
+    unsigned long long file = 0;
+    if (std::sscanf(line.c_str(), "%*x-%*x %*s %*x %x:%x %llu", &major, &minor, &file) == 3)
+      counts = files.contains({makedev(major, minor), file});
+    else if (counts && line.starts_with("Pss:")) share = 1024 * std::atoll(line.c_str() + 4), bytes += share;
+    else if (counts && line.starts_with("Anonymous:"))  // copies of its own
+      bytes -= std::min<std::int64_t>(share, 1024 * std::atoll(line.c_str() + 10));
+  }
+  return bytes;
+}
+
 }  // namespace
 
 std::string next_worker_mark() {
@@ -197,20 +291,23 @@ std::string next_worker_mark() {
 }
 
 std::unique_lock<std::mutex> lock_workers() { return std::unique_lock(live().mutex); }
-void enter_worker(pid_t pid) { live().pids.insert(pid); }
+void enter_worker(pid_t pid, const std::string& mark) { live().marks[pid] = mark; }
 
 void adopt_orphans() {
   const auto held = lock_workers();
   if (live().adopting) return;
-  for (const pid_t pid : all_processes()) live().inherited = live().inherited || stat_of(pid).parent == getpid();
+  for (const pid_t pid : all_processes()) {
+    const Stat stat = stat_of(pid);
+    if (stat.parent == getpid()) live().inherited.insert(pid);
+    if (stat.pid >= 0) live().old_sessions.insert(stat.session);
+  }
   live().adopting = prctl(PR_SET_CHILD_SUBREAPER, 1) == 0;
 }
 
 void kill_descendants(pid_t worker, const std::string& mark) {
   const auto held = lock_workers();
-  live().pids.erase(worker);
-  const bool last = live().pids.empty();
-  for (int round = 0; round < kRounds && sweep(worker, mark, last); ++round)
+  live().marks.erase(worker);
+  for (int round = 0; round < kRounds && sweep(worker, mark); ++round)
     std::this_thread::sleep_for(std::chrono::microseconds(500));
 }
 
@@ -218,12 +315,16 @@ std::int64_t resident_bytes(pid_t process) { return stat_of(process).resident_pa
 
 std::int64_t family_bytes(pid_t worker, const std::string& mark, std::int64_t most) {
   const std::vector<Stat> members = family(worker, mark, *recent_processes());
-  std::int64_t sum = 0, own_sum = 0;
+  Files files;
+  std::int64_t held = 0;
+  for (const Stat& stat : members) held += held_bytes(stat.pid, files);
+  std::int64_t sum = held, own_sum = held;
   for (const Stat& stat : members) sum += stat.resident_pages * sysconf(_SC_PAGESIZE);
   if (sum <= most) return sum;
   for (const Stat& stat : members) {
     const std::int64_t own = own_bytes(stat.pid);
     own_sum += own >= 0 ? own : stat.resident_pages * sysconf(_SC_PAGESIZE);
+    if (held > 0) own_sum -= mapped_bytes(stat.pid, files);
   }
   return own_sum;
 }

@@ -178,7 +178,7 @@ Process::Process(const std::vector<std::string>& command, bool pinned, const Con
     if (pid_ == 0)
       become(arguments.data(), environment.data(), in.read, out.write, err.write, failure.write, parent, pinned,
              confined_);
-    enter_worker(pid_);
+    enter_worker(pid_, mark_);
   }
   close_end(failure.write);
   Failure why;
