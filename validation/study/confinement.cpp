@@ -243,7 +243,14 @@ std::vector<ConfinementLine> describe(const ConfinementMeans& means, std::int64_
                          std::to_string(kLandlockOfTcp) + " on)",
                      false});
   const std::string scratch = "in the scratch directory alone: ";
-  if (means.landlock_abi > 0) lines.push_back({"writing", scratch + landlock});
+  if (means.landlock_abi > 0 && means.mount != none)
+    lines.push_back({"writing", scratch + landlock + ", and a mount namespace" + in_user(means.mount)});
+  else if (means.landlock_abi > 0)
+    lines.push_back({"writing",
+                     scratch + landlock +
+                         "; modes, times and attributes of files can be changed everywhere (no mount " +
+                         "namespace: " + means.no_mount + ")",
+                     false});
   else if (means.mount != none)
     lines.push_back({"writing", scratch + "a mount namespace" + in_user(means.mount) +
                                     " (no Landlock: " + means.no_landlock + ")"});
@@ -266,7 +273,7 @@ PreparedConfinement::PreparedConfinement(const Confinement& asked) {
   if (!asked.sandbox) return;
   const ConfinementMeans& means = asked.means ? *asked.means : kernel_means();
   using enum ConfinementMeans::Namespaces;
-  const bool by_mounts = means.landlock_abi == 0 && means.mount != none;
+  const bool by_mounts = means.mount != none;
   const bool network = means.network != none;
   namespaces_ = (network ? CLONE_NEWNET : 0) | (by_mounts ? CLONE_NEWNS : 0);
   if ((network && means.network == user) || (by_mounts && means.mount == user)) namespaces_ |= CLONE_NEWUSER;

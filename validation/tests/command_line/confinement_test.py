@@ -2,11 +2,13 @@
 import csv
 import json
 import os
+import signal
+import subprocess
 import sys
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from case import Case  # noqa: E402
+from case import ATWOOD, Case  # noqa: E402
 from foreign_engine_test import ENGINE, SCENE  # noqa: E402
 
 OUT = " (sandbox = false)"
@@ -87,6 +89,33 @@ class Confinement(Case):
         words = ("--engine", engine, "--scenario", "scene.toml")
         values = lambda rows: [(row["metric"], row["t_s"], row["value"], row["truth_bar"], row["reason"]) for row in rows]
         self.assertEqual(values(self.rows(*words)[0]), values(self.rows(*words, "--no-sandbox")[0]))
+
+    def test_orphans(self):
+        """An engine's daemon without its environment is killed; what the shell had started before, and its orphans, are not."""
+        daemon = ("__import__('os').fork() == 0 and (__import__('os').setsid(), __import__('os').fork() and __import__('os')._exit(0), "
+                  "__import__('os').execve('/bin/sleep', ['sleep', DAEMON], {}))")
+        self.engine(daemon.replace("DAEMON", f"'{1000 + os.getpid()}.25'"))
+        theirs = [f"{1000 + os.getpid()}.{part}" for part in ("5", "75")]
+        script = (f"sleep {theirs[0]} & (sleep 0.3; setsid sleep {theirs[1]} &) & exec \"$0\" run --engine ./engine --scenario "
+                  "scene.toml --no-timing --fresh")
+        for words in ([], ["--no-sandbox"]):
+            done = subprocess.run(["bash", "-c", script + " " + " ".join(words), ATWOOD], cwd=self.here, stdin=subprocess.DEVNULL,
+                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            running = {}
+            for pid in filter(str.isdigit, os.listdir("/proc")):
+                try:
+                    with open(f"/proc/{pid}/cmdline") as file:
+                        command = file.read().split("\0")
+                except OSError:
+                    continue
+                if command[0] == "sleep" and command[1].startswith(f"{1000 + os.getpid()}."):
+                    running[command[1]] = int(pid)
+            for pid in running.values():
+                os.kill(pid, signal.SIGKILL)
+            self.assertEqual(done.returncode, 0)
+            self.assertLessEqual(set(theirs), set(running))
+            if not words:
+                self.assertEqual(set(theirs), set(running))
 
     def test_memory(self):
         engine = self.engine("taken = [b'x' * (1 << 20) for _ in range(300)]")

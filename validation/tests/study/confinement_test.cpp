@@ -139,6 +139,18 @@ TEST_CASE("a mount namespace: a worker changes nothing outside its scratch direc
 #endif
 }
 
+TEST_CASE("Landlock with a mount namespace: not even modes, times and attributes of other files change") {
+  if (!offered(kernel_means().mount != Namespaces::none, "mount namespaces")) return;
+  const Folder folder;
+  std::ofstream(folder / "kept") << "ours\n";
+  setenv("HOSTILE_TARGET", folder.path.c_str(), 1);
+  CHECK(Hostile()("changes_attributes").reason == "mode:EROFS folder:EROFS times:EROFS attribute:EROFS scratch:done");
+  CHECK_THAT(Hostile({.sandbox = false})("changes_attributes").reason,
+             Catch::StartsWith("mode:done folder:done times:done"));
+  unsetenv("HOSTILE_TARGET");
+  fs::permissions(folder.path, fs::perms::owner_all);
+}
+
 TEST_CASE("a network namespace: a worker reaches no server of this machine") {
   if (!offered(kernel_means().network != Namespaces::none, "network namespaces")) return;
   const Server server;
@@ -207,14 +219,16 @@ TEST_CASE("what the kernel lacks is said") {
         "writing: NOT confined (no Landlock: the kernel has none; no mount namespace: Operation not permitted)");
   means.landlock_abi = 4;
   CHECK(confinement_gaps(means) ==
-        "network: no TCP, but other protocols (Landlock, ABI 4; no network namespace: Operation not permitted)");
-  means.network = Namespaces::user;
+        "network: no TCP, but other protocols (Landlock, ABI 4; no network namespace: Operation not permitted); "
+        "writing: in the scratch directory alone: Landlock, ABI 4; modes, times and attributes of files can be changed "
+        "everywhere (no mount namespace: Operation not permitted)");
+  means.network = means.mount = Namespaces::user;
   CHECK(confinement_gaps(means).empty());
   const auto lines = describe(means, std::int64_t{3} << 29);
   REQUIRE(lines.size() == 3);
   CHECK(lines[0].how == "at most 1.5 GiB resident, with descendants");
   CHECK(lines[1].how == "none: a network namespace in a user namespace");
-  CHECK(lines[2].how == "in the scratch directory alone: Landlock, ABI 4");
+  CHECK(lines[2].how == "in the scratch directory alone: Landlock, ABI 4, and a mount namespace in a user namespace");
 }
 
 TEST_CASE("a worker that takes memory is ended at the limit, with descendants that each take less") {
@@ -242,6 +256,20 @@ TEST_CASE("a worker that takes memory after its answer is ended too; shared memo
   CHECK_FALSE(runs(worker));
   CHECK(ask("well").reason == "took more than 256 MiB of memory");
   CHECK(ask("shares_memory").status == Status::ok);
+}
+
+TEST_CASE("files in memory that a worker holds open count to its memory, once") {
+  Hostile ask({.memory_bytes = std::int64_t{256} << 20});
+  CHECK(ask("holds_memory_files", 60).reason == "took more than 256 MiB of memory");
+  CHECK(ask("maps_a_memory_file").status == Status::ok);
+}
+
+TEST_CASE("an orphan that names no running worker is killed while workers run; one that names its worker is not") {
+  Hostile ask, other;
+  CHECK(other("well").status == Status::ok);
+  CHECK(ask("leaves_a_named_daemon").reason == "runs");
+  CHECK(ask("leaves_a_daemon").reason == "ended");
+  CHECK(runs(other.client.process_id()));
 }
 
 TEST_CASE("a slow drip and ignored signals end at the time limit") {

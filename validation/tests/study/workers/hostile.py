@@ -1,7 +1,9 @@
 #!/usr/bin/env -S python3 -B
 # Methods that reach for what an engine has no business with. What they got they tell as the reason of a refusal.
 import errno
+import mmap
 import os
+import select
 import signal
 import socket
 import sys
@@ -40,6 +42,18 @@ def writes_outside(request):
                "scratch": lambda: write(os.path.join(os.environ["TMPDIR"], "file")), "null": lambda: write("/dev/null")}
     os.makedirs("locked/inside", exist_ok=True)
     os.chmod("locked", 0)
+    tell(request, *(name + ":" + tried(action) for name, action in actions.items()))
+
+
+def changes_attributes(request):
+    """HOSTILE_TARGET: a folder with the file `kept`."""
+    target = os.environ["HOSTILE_TARGET"]
+    kept = os.path.join(target, "kept")
+    scratch = os.getcwd() == os.environ.get("TMPDIR")
+    own = os.path.join(os.getcwd() if scratch else target, "own")
+    write(own)
+    actions = {"mode": lambda: os.chmod(kept, 0o640), "folder": lambda: os.chmod(target, 0o700), "times": lambda: os.utime(kept, (1, 1)),
+               "attribute": lambda: os.setxattr(kept, "user.a", b"1"), "scratch": lambda: os.chmod(own, 0o600)}
     tell(request, *(name + ":" + tried(action) for name, action in actions.items()))
 
 
@@ -127,6 +141,58 @@ def shares_memory(request):
     well(request)
 
 
-METHODS = [writes_outside, connects, reads_home, signals_parent, drips, ignores_signals, takes_memory,
-           takes_memory_in_children, takes_memory_later, shares_memory, well]
+def daemon(action):
+    """In a session of its own, an orphan. Returns a pipe that ends with it."""
+    ours, its = os.pipe()
+    if os.fork() == 0:
+        os.setsid()
+        if os.fork() == 0:
+            os.close(ours)
+            os.set_inheritable(its, True)
+            action()
+        os._exit(0)
+    os.close(its)
+    os.wait()
+    return ours
+
+
+def leaves_a_daemon(request):
+    """It sleeps without an environment."""
+    end = daemon(lambda: os.execve("/bin/sleep", ["sleep", "1000"], {}))
+    tell(request, "ended" if select.select([end], [], [], 20)[0] else "runs")
+
+
+def leaves_a_named_daemon(request):
+    """It sleeps with the worker's environment."""
+    end = daemon(lambda: os.execv("/bin/sleep", ["sleep", "1000"]))
+    tell(request, "ended" if select.select([end], [], [], 2)[0] else "runs")
+
+
+def memory_file(mib):
+    file = os.memfd_create("held")
+    for _ in range(mib):
+        os.write(file, b"x" * (1 << 20))
+    return file
+
+
+def holds_memory_files(request):
+    """Pages that are in the size of no process."""
+    kept = [memory_file(64) for _ in range(8)]
+    time.sleep(1000)
+    del kept
+
+
+def maps_a_memory_file(request):
+    """Its pages count once: as mapped and as held they would be more than the limit of the test."""
+    file = memory_file(150)
+    with mmap.mmap(file, 150 << 20) as pages:
+        for at in range(0, 150 << 20, 4096):
+            pages[at]
+        time.sleep(1)
+    well(request)
+
+
+METHODS = [writes_outside, changes_attributes, connects, reads_home, signals_parent, drips, ignores_signals, takes_memory,
+           takes_memory_in_children, takes_memory_later, shares_memory, leaves_a_daemon, leaves_a_named_daemon,
+           holds_memory_files, maps_a_memory_file, well]
 serve("hostile", [f.__name__ for f in METHODS], lambda request: globals()[request["method"].split("/")[1]](request))
