@@ -32,7 +32,7 @@ constexpr std::size_t kMaxListed = 50;  // cells named in a message
 constexpr int kMaxShares = 100'000;     // shares listed by a dry run
 
 std::string plural(std::size_t count, const char* word) {
-  return fmt::format("{} {}{}", count, word, count == 1 ? "" : "s");
+  return fmt::format("{} {}{}", count, word, count == 1 ? "" : std::string_view(word).ends_with('s') ? "es" : "s");
 }
 
 Costs costs_of(const Options& options) { return options.costs.empty() ? Costs{} : read_costs(options.costs); }
@@ -257,6 +257,7 @@ int command_merge(const Place& place, const Options& options) {
     const nlohmann::ordered_json told{{"store", out},
                                       {"cells", merged.cells},
                                       {"twice", merged.twice},
+                                      {"ended_differently", merged.ended_differently},
                                       {"times_of_other_hosts", merged.other_host},
                                       {"absent", merged.absent}};
     fmt::print("{}\n", told.dump(2));
@@ -264,6 +265,9 @@ int command_merge(const Place& place, const Options& options) {
   }
   fmt::print("{}: {} of {}", out, plural(merged.cells, "cell"), plural(options.stores.size(), "store"));
   if (merged.twice > 0) fmt::print("; {} in several, with the same results", merged.twice);
+  if (merged.ended_differently > 0)
+    fmt::print("; {} in several, with different endings: what ended by itself is taken before a timeout or a kill",
+               merged.ended_differently);
   fmt::print("\n");
   if (merged.other_host > 0)
     fmt::print("{} left out: another host's of the same cell was taken\n", plural(merged.other_host, "timed pass"));

@@ -9,6 +9,7 @@ namespace atwood {
 struct Merged {
   std::size_t cells = 0;               // in the new store
   std::size_t twice = 0;               // cells that several stores had, with the same outcome, samples and rows
+  std::size_t ended_differently = 0;   // ... of which some timed out or were killed and others were not, or all were
   std::size_t other_host = 0;          // timed passes left out, because another host's of the same cell was taken
   std::vector<std::string> absent;     // cells of the shards' plans that no store has
   std::vector<std::string> conflicts;  // what differs, both values; not empty: no store was written

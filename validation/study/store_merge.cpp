@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <set>
 #include <unordered_map>
 
@@ -30,13 +31,28 @@ using Entry = std::vector<std::variant<std::nullptr_t, std::int64_t, double, std
 std::string text_of(const Entry& entry, int i) { return std::get<std::string>(entry[static_cast<std::size_t>(i)]); }
 std::int64_t whole_of(const Entry& entry, int i) { return std::get<std::int64_t>(entry[static_cast<std::size_t>(i)]); }
 
+// Reads an input; its failures name it. Those of the output name the output.
+template <class Work> void of_input(const StoreDatabase& database, Work work) {
+  try {
+    work();
+  } catch (const SQLite::Exception& error) {
+    database.fail(error);
+  } catch (const BadBlob& error) {
+    throw StoreDamage("store " + database.path + ": " + error.what());
+  } catch (const std::invalid_argument& error) {
+    throw StoreDamage("store " + database.path + ": " + error.what());
+  }
+}
+
 // One table of one store, entry by entry in the order of keys.
 class Entries {
  public:
-  Entries(StoreDatabase& database, const StoreTable& table)
-      : database_(database), table_(table),
-        select_(*database.sql, std::string("SELECT ") + table.columns + ", checksum FROM " + table.name + " ORDER BY " +
-                                   std::string(table.columns).substr(0, std::string(table.columns).find(','))) {
+  Entries(StoreDatabase& database, const StoreTable& table) : database_(database), table_(table) {
+    const std::string columns = table.columns;
+    of_input(database, [&] {
+      select_.emplace(*database.sql, "SELECT " + columns + ", checksum FROM " + table.name + " ORDER BY " +
+                                         columns.substr(0, columns.find(',')));
+    });
     next();
   }
   bool ended() const { return ended_; }
@@ -44,28 +60,42 @@ class Entries {
   const Entry& entry() const { return entry_; }
 
   void next() {
-    ended_ = !select_.executeStep();
+    try {
+      ended_ = !select_->executeStep();
+    } catch (const SQLite::Exception& error) {
+      if (error.getErrorCode() != SQLITE_CORRUPT) database_.fail(error);
+      damaged("cannot be read after " + (key_.empty() ? "its beginning" : "the entry " + key_));
+    }
     if (ended_) return;
+    const std::string before = std::move(key_);
     ValueChecksum sum;
     entry_.clear();
     for (int i = 0; i < table_.count; ++i) {
-      const SQLite::Column column = select_.getColumn(i);
+      const SQLite::Column column = select_->getColumn(i);
       sum.add(column);
       if (column.isInteger()) entry_.emplace_back(std::int64_t{column.getInt64()});
       else if (column.isFloat()) entry_.emplace_back(column.getDouble());
       else if (column.isNull()) entry_.emplace_back(nullptr);
       else entry_.emplace_back(column.isBlob() ? blob_of(column) : column.getString());
     }
-    if (select_.getColumn(table_.count).getInt64() != sum.value())
-      throw StoreDamage("store " + database_.path + ": an entry of `" + table_.name +
+    const auto* key = std::get_if<std::string>(&entry_.front());
+    key_ = key ? *key : "";
+    if (select_->getColumn(table_.count).getInt64() != sum.value() || !key)
+      throw StoreDamage("store " + database_.path + ": the entry " + printable(key_) + " of `" + table_.name +
                         "` differs from its checksum; the next run of its shard measures it again");
-    key_ = text_of(entry_, 0);
+    if (key_ <= before && !before.empty())
+      damaged("is out of order: the entry " + key_ + " follows the entry " + before);
   }
 
  private:
+  [[noreturn]] void damaged(const std::string& what) const {
+    throw StoreDamage("store " + database_.path + ": its table `" + table_.name + "` " + printable(what) +
+                      "; the next run of its shard mends it, or says to move the file away");
+  }
+
   StoreDatabase& database_;
   const StoreTable& table_;
-  SQLite::Statement select_;
+  std::optional<SQLite::Statement> select_;
   Entry entry_;
   std::string key_;
   bool ended_ = false;
@@ -90,10 +120,13 @@ class Merge {
     for (const std::string& path : paths) {
       { const Store upgraded(path, Store::Mode::read); }
       stores_.push_back(std::make_unique<StoreDatabase>());
-      stores_.back()->path = path;
-      stores_.back()->open_for_reading(true);  // an entry that has gone is noticed
-      stores_.back()->keys.clear();
-      stores_.back()->sql->exec("PRAGMA cache_size=-16384");
+      StoreDatabase& store = *stores_.back();
+      store.path = path;
+      of_input(store, [&] {
+        store.open_for_reading(true);  // an entry that has gone is noticed
+        store.keys.clear();
+        store.sql->exec("PRAGMA cache_size=-16384");
+      });
     }
   }
 
@@ -173,7 +206,10 @@ class Merge {
     std::size_t taken = 0;
     while (taken + 1 < same.size() && !settled(same[taken].entry)) ++taken;
     if (!settled(same[taken].entry)) taken = 0;
-    ++merged_.twice;
+    const bool same_ending = std::all_of(same.begin(), same.end(), [&](const Found& one) {
+      return settled(one.entry) == settled(same[taken].entry) && outcome(one.entry) == outcome(same[taken].entry);
+    });
+    ++(same_ending ? merged_.twice : merged_.ended_differently);
     std::set<std::size_t>& from = sources_[text_of(same[taken].entry, 0)];
     const std::string name = text_of(same[taken].entry, 1) + ", " + text_of(same[taken].entry, 2) + ", " +
                              std::to_string(whole_of(same[taken].entry, 3)) + " steps";
@@ -349,34 +385,38 @@ class Merge {
 
   // ---- plans and shards ----
   void require_same_costs() {
-    std::map<std::string, std::pair<std::string, std::string>> known;  // plan -> costs, store
-    for (const auto& store : stores_) {
-      SQLite::Statement select(*store->sql, "SELECT plan, costs FROM shards");
-      while (select.executeStep()) {
-        const std::string plan = select.getColumn(0).getString(), costs = select.getColumn(1).getString();
-        const auto [place, fresh] = known.emplace(plan, std::pair(costs, store->path));
-        if (fresh || place->second.first == costs) continue;
-        const auto text = [](const std::string& hash) {
-          return hash.empty() ? std::string("no file") : "the file " + hash;
-        };
-        throw InputError(place->second.second + " and " + store->path +
-                         " are shards of one study with different costs (" + text(place->second.first) + ", " +
-                         text(costs) +
-                         "), so that their shares do not fit together; run all shards with the same --costs");
-      }
+    KnownCosts known;
+    for (const auto& store : stores_) of_input(*store, [&] { require_same_costs(*store, known); });
+  }
+
+  using KnownCosts = std::map<std::string, std::pair<std::string, std::string>>;  // plan -> costs, store
+
+  static void require_same_costs(const StoreDatabase& store, KnownCosts& known) {
+    SQLite::Statement select(*store.sql, "SELECT plan, costs FROM shards");
+    while (select.executeStep()) {
+      const std::string plan = select.getColumn(0).getString(), costs = select.getColumn(1).getString();
+      const auto [place, fresh] = known.emplace(plan, std::pair(costs, store.path));
+      if (fresh || place->second.first == costs) continue;
+      const auto text = [](const std::string& hash) {
+        return hash.empty() ? std::string("no file") : "the file " + hash;
+      };
+      throw InputError(place->second.second + " and " + store.path + " are shards of one study with different costs (" +
+                       text(place->second.first) + ", " + text(costs) +
+                       "), so that their shares do not fit together; run all shards with the same --costs");
     }
   }
 
   void find_absent() {
     std::set<std::string> seen;
-    for (const auto& store : stores_) {
-      SQLite::Statement select(*store->sql, "SELECT hash, cells FROM plans");
-      while (select.executeStep()) {
-        if (!seen.insert(select.getColumn(0).getString()).second) continue;
-        for (const PlannedCell& cell : unpack_plan(expanded(blob_of(select.getColumn(1)))))
-          if (!out_.keys[&kCells].contains(cell.hash)) merged_.absent.push_back(printable(cell.name));
-      }
-    }
+    for (const auto& store : stores_)
+      of_input(*store, [&] {
+        SQLite::Statement select(*store->sql, "SELECT hash, cells FROM plans");
+        while (select.executeStep()) {
+          if (!seen.insert(select.getColumn(0).getString()).second) continue;
+          for (const PlannedCell& cell : unpack_plan(expanded(blob_of(select.getColumn(1)))))
+            if (!out_.keys[&kCells].contains(cell.hash)) merged_.absent.push_back(printable(cell.name));
+        }
+      });
     std::sort(merged_.absent.begin(), merged_.absent.end());
     merged_.absent.erase(std::unique(merged_.absent.begin(), merged_.absent.end()), merged_.absent.end());
   }

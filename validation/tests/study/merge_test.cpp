@@ -1,4 +1,5 @@
 // The split of a study, and the merge of stores: times of two hosts, runs that ended early, truths.
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -122,6 +123,37 @@ TEST_CASE("a merge that finds another one at work leaves its file alone") {
   unsetenv("ATWOOD_STORE_JOURNAL");
 }
 
+TEST_CASE("a merge names the damaged input and its entry") {
+  const Folder folder;
+  make(folder / "a.db", {});
+  make(folder / "b.db", {});
+  {
+    SQLite::Database database(folder / "b.db", SQLite::OPEN_READWRITE);
+    database.exec("UPDATE cells SET steps = 65");
+  }
+  CHECK_THROWS_WITH(merge_stores({folder / "a.db", folder / "b.db"}, folder / "all.db"),
+                    Catch::StartsWith("store " + (folder / "b.db") + ": the entry cell of `cells` differs"));
+  // Every bit of every page but the first: wherever the damage is, no message blames the output.
+  std::ifstream file(folder / "a.db", std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+  int named = 0;
+  for (std::size_t at = 4096; at < bytes.size(); at += 97) {
+    std::string flipped = bytes;
+    for (std::size_t i = at; i < std::min(at + 97, bytes.size()); ++i)
+      flipped[i] = static_cast<char>(flipped[i] ^ 0x55);
+    std::ofstream(folder / "c.db", std::ios::binary | std::ios::trunc) << flipped;
+    try {
+      merge_stores({folder / "a.db", folder / "c.db"}, folder / "all.db");
+    } catch (const std::runtime_error& error) {
+      CHECK_THAT(error.what(), Catch::Contains("c.db"));
+      CHECK_THAT(error.what(), !Catch::Contains("all.db"));
+      ++named;
+    }
+    std::filesystem::remove(folder / "all.db");
+  }
+  CHECK(named > 10);
+}
+
 TEST_CASE("an empty store is refused: it may have been copied without its write-ahead log") {
   const Folder folder;
   make(folder / "a.db", {});
@@ -150,7 +182,10 @@ TEST_CASE("a run that time or a kill ended gives way to one that ended by itself
   const bool first = GENERATE(true, false);
   make(folder / "a.db", first ? cut : whole);
   make(folder / "b.db", first ? whole : cut);
-  CHECK(merge_stores({folder / "a.db", folder / "b.db"}, folder / "all.db").conflicts.empty());
+  const Merged merged = merge_stores({folder / "a.db", folder / "b.db"}, folder / "all.db");
+  CHECK(merged.conflicts.empty());
+  CHECK(merged.twice == 0);
+  CHECK(merged.ended_differently == 1);
   Store store(folder / "all.db", Store::Mode::read);
   CHECK(store.run("cell")->outcome.status == Status::ok);
   CHECK(store.recording("cell", {}).values.size() == 3);
