@@ -150,6 +150,9 @@ ReportData assemble_report(const Place& place, const Options& options, const Sel
                            const StudyResult& result, const std::vector<Verdict>& verdicts);
 void write_named_outputs(const Options& options, const ReportData& data);  // what -o names
 void require_outputs_make_sense(const Options& options);                   // before the work: InputError
+// A file to write to, before the work: InputError for a pipe, a socket or a device, std::runtime_error where its folder
+// is missing or cannot be written.
+void require_output(const std::string& file);
 void make_out_dir(const std::string& path);
 // With --keep none: the metrics that were measured from recordings, which are not kept (stderr).
 void report_without_recording(const Options& options, const std::set<std::string>& metrics);

@@ -101,6 +101,7 @@ std::string import_mjcf(const Place& place, const std::string& text, const std::
 
 int command_import(const Place& place, const Options& options) {
   if (options.outputs.size() > 1) throw InputError("-o: expected one file");
+  if (!options.outputs.empty()) require_output(options.outputs.front());
   const std::string text = read_input_file(options.input, "a robot's description (URDF or MJCF)", largest::kRobot);
   const std::string root = root_element(text);
   std::string toml;

@@ -46,6 +46,7 @@ int no_baseline(const Options& options, const std::string& path) {
 }
 
 int command_gate(const Place& place, const Options& options) {
+  require_outputs_make_sense(options);
   const Selection selection = select_cells(place, options);
   // With a baseline on the command line and no tolerances the baseline alone is judged.
   const bool gates_judged = options.baseline.empty() || !selection.tolerances.empty();

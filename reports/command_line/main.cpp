@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <functional>
 #include <new>
 #include <sstream>
@@ -146,6 +147,10 @@ void declare_commands(Parser& p) {
   run->add_option("--lease-expiry", o.lease_expiry_s,
                   "Seconds without a sign of life after which a process's chunk is taken again")
       ->capture_default_str();
+  for (const char* name : {"--shard", "--costs", "--lease"})  // `--shard "$SHARE"` where SHARE is not set
+    run->get_option(name)->each([name](const std::string& text) {
+      if (text.empty()) throw InputError(std::string(name) + ": found an empty text; expected a value, or no " + name);
+    });
   run->add_flag("--dry-run", o.dry_run, "Print how the study is split, and run nothing");
   run->add_option("--keep", o.keep,
                   "Recordings that are kept: all; worst (of each ladder the run with the largest error, and runs that\n"
@@ -518,6 +523,9 @@ int main(int argc, char** argv) {
     return exit_cell;
   } catch (const std::bad_alloc&) {
     return out_of_memory();
+  } catch (const std::filesystem::filesystem_error& error) {  // a folder whose rights were taken away meanwhile
+    print_error((error.path1().string() + ": cannot be reached: " + error.code().message()).c_str());
+    return exit_internal;
   } catch (const std::system_error& error) {  // fmt::print's message names no stream
     const bool printing = std::string(error.what()).rfind("cannot write to file", 0) == 0;
     print_error(printing ? ("standard output: " + error.code().message()).c_str() : error.what());

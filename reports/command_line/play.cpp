@@ -92,6 +92,7 @@ std::string output_path(const Options& options, const Scenario& scenario) {
   const std::string& output = options.outputs.front();
   if (!output.starts_with("html:") || output.size() == 5)
     throw InputError(fmt::format("-o {}: expected html:FILE", output));
+  require_output(output.substr(5));
   return output.substr(5);
 }
 

@@ -115,31 +115,6 @@ std::string verdict_of(int code, const std::vector<Verdict>& verdicts) {
   return code != exit_pass ? "fail" : verdicts.empty() ? "no gates" : "pass";
 }
 
-// Outputs must be regular files, or /dev/stdout, /dev/stderr, /dev/null: a pipe without a reader would hang, and a
-// block device would be overwritten.
-void require_ordinary(const std::string& file) {
-  std::error_code error;
-  const fs::file_status status = fs::status(file, error);
-  if (file.starts_with("/dev/std") || file.starts_with("/dev/fd/") || file == "/dev/null" || !fs::exists(status))
-    return;
-  const char* kind = fs::is_fifo(status)                                          ? "a pipe"
-                     : fs::is_socket(status)                                      ? "a socket"
-                     : fs::is_character_file(status) || fs::is_block_file(status) ? "a device"
-                                                                                  : "";
-  if (*kind != '\0') throw InputError(fmt::format("{}: found {}; expected a file to write to", file, kind));
-}
-
-// Before the work, not after it.
-void require_folder(const std::string& file) {
-  const fs::path folder = fs::absolute(file).parent_path();
-  if (!fs::is_directory(folder))
-    throw std::runtime_error(fmt::format("{}: cannot be written: no folder {}", file, folder.string()));
-  require_ordinary(file);
-  if (!fs::exists(file) && access(folder.c_str(), W_OK) != 0) {
-    throw std::runtime_error(fmt::format("{}: cannot be written: {}: {}", file, folder.string(), std::strerror(errno)));
-  }
-}
-
 }  // namespace
 
 // One line that rewrites itself on a terminal, plain lines elsewhere. A reader that has gone (`2>&1 | head`) ends no
@@ -158,6 +133,34 @@ void end_progress() {
   if (is_terminal(STDERR_FILENO)) fmt::print(stderr, "\r\x1b[2K");
 }
 
+namespace {
+
+// Outputs must be regular files, or /dev/stdout, /dev/stderr, /dev/null: a pipe without a reader would hang, and a
+// block device would be overwritten.
+void require_ordinary(const std::string& file) {
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  if (file.starts_with("/dev/std") || file.starts_with("/dev/fd/") || file == "/dev/null" || !fs::exists(status))
+    return;
+  const char* kind = fs::is_fifo(status)                                          ? "a pipe"
+                     : fs::is_socket(status)                                      ? "a socket"
+                     : fs::is_character_file(status) || fs::is_block_file(status) ? "a device"
+                                                                                  : "";
+  if (*kind != '\0') throw InputError(fmt::format("{}: found {}; expected a file to write to", file, kind));
+}
+
+}  // namespace
+
+void require_output(const std::string& file) {
+  const fs::path folder = fs::absolute(file).parent_path();
+  if (!fs::is_directory(folder))
+    throw std::runtime_error(fmt::format("{}: cannot be written: no folder {}", file, folder.string()));
+  require_ordinary(file);
+  if (!fs::exists(file) && access(folder.c_str(), W_OK) != 0) {
+    throw std::runtime_error(fmt::format("{}: cannot be written: {}: {}", file, folder.string(), std::strerror(errno)));
+  }
+}
+
 void require_outputs_make_sense(const Options& options) {
   for (const auto& output : options.outputs) {
     const auto colon = output.find(':');
@@ -168,11 +171,13 @@ void require_outputs_make_sense(const Options& options) {
       throw InputError(
           fmt::format("-o {}: expected FORMAT:FILE, format one of csv, json, markdown, junit, html", output));
     }
-    require_folder(output.substr(colon + 1));
+    require_output(output.substr(colon + 1));
   }
-  if (!options.junit.empty()) require_folder(options.junit);
+  if (!options.junit.empty()) require_output(options.junit);
   for (const char* document : {"report.html", "index.html", "compare.html", "bench.json"})
     require_ordinary(options.out_dir + "/" + document);
+  const char* summary = options.github ? std::getenv("GITHUB_STEP_SUMMARY") : nullptr;
+  if (summary && *summary) require_ordinary(summary);
 }
 
 void report_without_recording(const Options& options, const std::set<std::string>& metrics) {

@@ -281,6 +281,7 @@ int command_merge(const Place& place, const Options& options) {
 
 int command_costs(const Place& place, const Options& options) {
   if (options.outputs.size() > 1) throw InputError("-o: expected one file");
+  if (!options.outputs.empty()) require_output(options.outputs.front());
   const Selection selection = select_cells(place, options);
   const Costs costs = learn_costs(options.out_dir + "/store.db", selection.cells);
   const std::string text = costs_to_json(costs);

@@ -106,9 +106,26 @@ class Files(Refusals):
         for words in (("run", *small, "-o", "csv:pipe"), ("run", *small, "--junit", "pipe"),
                       ("compare", "atwood/rk4", "atwood/heun", "--no-timing", "-o", "json:pipe"), ("run", *small, "-o", "csv:/dev/zero")):
             self.assertIn("expected a file to write to", self.ask(*words, code=2).stderr)
+        for words in (("gate", *small[:4], "--junit", "pipe"), ("costs", "-o", "pipe"), ("import", "no.urdf", "-o", "pipe"),
+                      ("play", "ballistic", "--method", "atwood/rk4", "-o", "html:pipe")):
+            self.assertIn("pipe: found a pipe; expected a file to write to", self.ask(*words, code=2).stderr)
+        for command in ("run", "gate"):
+            told = self.ask(command, *small[:4], "--github", code=2, env={**os.environ, "GITHUB_STEP_SUMMARY": "pipe"}).stderr
+            self.assertIn("pipe: found a pipe; expected a file to write to", told)
         os.mkfifo(os.path.join(self.here, "out", "report.html"))
         self.assertIn("report.html: found a pipe", self.ask("run", *small, "--out", "out", code=2).stderr)
         self.assertFalse(os.path.exists(os.path.join(self.here, "out", "store.db")))
+
+    def test_a_folder_that_cannot_be_reached(self):
+        os.symlink("loop", os.path.join(self.here, "loop"))
+        told = self.ask("report", "--out", "loop", code=5).stderr
+        self.assertRegex(told, "loop/[a-z.]*: cannot be reached: Too many levels of symbolic links")
+
+    def test_an_empty_share(self):
+        for option in ("--shard", "--costs", "--lease"):
+            told = self.ask("run", "--scenario", "ballistic", "--method", "atwood/rk4", "--no-timing", option, "", code=2).stderr
+            self.assertIn(option + ": found an empty text", told)
+        self.assertFalse(os.path.exists(os.path.join(self.here, "atwood-out")))
 
     def test_an_id_of_the_catalogue(self):
         path = self.path("mine.toml", self.catalogue("ballistic"))
