@@ -32,8 +32,8 @@ struct Reading {
   std::unordered_map<std::string, Copies> grids;  // name of a copied body -> its copies in Scene::bodies
   std::vector<std::string> notes;                 // what reading changed, in sentences
   // The work that a file has asked for: the squares of the numbers of points of convex shapes; bytes of the files that
-  // it names; points and triangles of its meshes; points, triangles and boxes of all bodies; bodies that its forces name
-  // and times between which they act.
+  // it names; points and triangles of its meshes; points, triangles and boxes of all bodies; bodies that its forces
+  // name and times between which they act.
   double hull_work = 0;
   std::size_t mesh_bytes = 0, point_bytes = 0, corners = 0, mesh_points = 0, mesh_triangles = 0;
   std::size_t named_by_forces = 0, force_times = 0;

@@ -5,9 +5,9 @@
 // the address sanitizer.
 //
 // Writing is confined by Landlock and by a mount namespace in which all but the scratch directory is read-only, or by
-// one of them where the kernel lacks the other: Landlock does not cover modes, times and attributes of files. The network by a network namespace, or else by Landlock, which stops TCP alone. Which of them
-// this program may use is found by trying each once. Where a worker cannot be confined as far as that, it is not
-// started.
+// one of them where the kernel lacks the other: Landlock does not cover modes, times and attributes of files. The
+// network is confined by a network namespace, or else by Landlock, which stops TCP alone. Which of them this program
+// may use is found by trying each once. Where a worker cannot be confined as far as that, it is not started.
 #pragma once
 
 #include <sys/types.h>
