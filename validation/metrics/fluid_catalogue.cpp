@@ -60,8 +60,9 @@ std::vector<MetricInfo> fluid_metrics() {
       {"heat-entered-error", "1",
        "Heat that the fluid gained, the sum of m C (T - T at the start), less the given fluxes times the areas of their "
        "walls times the time, at the end, over the sum of |flux| area time. Only where one box of fluid fills the space "
-       "between fixed planes and periods, every plane has a flux or is insulated, and nothing else makes heat. The reason has the same sum of the exact temperatures: what it is off by is due to the particles' masses, which are no weights of an integral where particles "
-       "are disturbed."},
+       "between fixed planes and periods, every plane has a flux or is insulated, and nothing else makes heat. The "
+       "reason has the same sum of the exact temperatures: what it is off by is due to the particles' masses, which are "
+       "no weights of an integral where particles are disturbed."},
       {"work-by-diffusion", "1",
        "Work of the density's diffusion (+sph{density_diffusion}) over the run, over the scale of energy-budget; positive "
        "where the fluid gains energy. Its power is computed from the particles of each sample by the reference's sums, the "

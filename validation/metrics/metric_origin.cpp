@@ -275,6 +275,7 @@ const Origins& other_origins() {
       {"energy-budget",
        {"max_k |E(t_k) - E(0)| / (max K + max |dV| + max |dU|), E = sum m (|v|^2 / 2 + e(rho) + C T) + V, de = p / rho^2 drho",
         particles}},
+      {"heat-entered-error", {"(sum m C (T(t_end) - T(0)) - t_end sum q A) / (t_end sum |q| A)", here}},
       {"work-by-diffusion",
        {"integral of (grad E . (f - f without density_diffusion)) dt / E_scale, y' = f(y)", particles}},
       {"work-by-shift", {"integral of (grad E . (f - f without shift)) dt / E_scale", particles}},

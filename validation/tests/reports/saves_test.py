@@ -90,7 +90,9 @@ def report(browser, path):
         charts = [name for name in plots if re.match(re.escape(scene) + r"-.*-(step|cpu|evaluations|error|energy)\.svg", name)]
         check(len(charts) >= (5 if scene == "kepler-e0.6" else 1), f"plots of {scene}: {sorted(plots)}")
         ladder = next(plots[name] for name in charts if name.endswith("-step.svg"))
-        check(all(f">order {slope}<" in ladder for slope in (1, 2, 4, 5)), f"the guides of slope are not in the error against step of {scene}")
+        # A label that would overlap another is left out: of particles' ladders, which are short, those of high orders.
+        wanted = (1, 2, 4, 5) if scene == "kepler-e0.6" else (1,)
+        check(all(f">order {slope}<" in ladder for slope in wanted), f"the guides of slope are not in the error against step of {scene}")
         print("ok:", scene, len(charts), "charts of", len(plots), "plots,", max(len(text) for text in plots.values()), "bytes at most")
 
 
