@@ -51,7 +51,8 @@ void finish_body(Reading& r, const Value& table, BodyDraft& body);
 
 Shape read_shape(Reading& r, const Value& v);
 Force read_force(Reading& r, const Value& v);
-// Adds a force to the scene. Throws InputError past the number of forces (with those of joints), of the bodies that all of them name, or of the intervals in which they act.
+// Adds a force to the scene. Throws InputError past the number of forces (with those of joints), of the bodies that all
+// of them name, or of the intervals in which they act.
 void add_force(Reading& r, SourceLocation location, Force force);
 // Fails where the scene has as many forces as it may have; counts the intervals of one more.
 void count_force(Reading& r, SourceLocation location, std::size_t intervals);
