@@ -23,6 +23,7 @@ struct Norms {
   double of(std::size_t norm) const { return norm == 0 ? sum : norm == 1 ? std::sqrt(squares) : largest; }
 };
 constexpr std::array<const char*, 3> kNorms{"l1", "l2", "linf"};
+constexpr double kFieldRoundOff = 0x1p-51;  // relative, of an interpolated velocity: two units in the last place
 
 // The scale in the unit of a norm over particles of this mass, where the exact field is 0.
 Norms uniform(double mass, double size) {
@@ -147,7 +148,12 @@ void append_parts(const FluidTruths& truths, const Recording& run, const std::ve
       parts.time.push_back({left[0] - space[0], left[1] - space[1], left[2] - space[2]});
       const Vec bar = bar_of(truths.semi_discrete.bars[last].particles[i]);
       space_bar.push_back(sum_of(bar, bar_of(field.bars[i])));
-      time_bar.push_back(bar);  // the fields' bars are common to both differences
+      // The field's own bar is common to both differences; its round-off is not, for it is solved and interpolated in
+      // double.
+      Vec wider = bar;
+      for (std::size_t k = 0; k < 3; ++k)
+        wider[k] += kFieldRoundOff * std::fabs(static_cast<double>(near.values[i].v_m_per_s[k]));
+      time_bar.push_back(wider);
     } else {
       parts.space.push_back(left);
       space_bar.push_back(bar_of(near.bars[i]));
