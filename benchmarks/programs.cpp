@@ -117,7 +117,8 @@ Measured<std::vector<BenchFigure>> calmest_benchmarks(const std::string& bin_dir
     const rusage after = ended();
     MachineState& machine = measured.machine;
     machine.timings = std::llround((seconds(after) - seconds(before)) / kTimingS);
-    machine.interrupted = std::min<std::int64_t>(after.ru_nivcsw - before.ru_nivcsw, machine.timings);
+    const std::int64_t of_starts = 2 * std::ssize(programs);  // a program's start and end count as two
+    machine.interrupted = std::clamp<std::int64_t>(after.ru_nivcsw - before.ru_nivcsw - of_starts, 0, machine.timings);
     machine.ghz_low = std::min(ghz, ghz_after), machine.ghz_high = std::max(ghz, ghz_after);
     return measured;
   });
