@@ -133,7 +133,8 @@ PerturbationGrowth perturbation_growth(const Scenario& scenario, const Truth& tr
   if (!dynamics::unsupported(scene).empty() || dynamics::contacts_possible(scene)) return {simple, false};
   std::int64_t steps = kFewestSteps;
   for (std::int64_t n : scenario.steps) steps = std::max(steps, std::min(n, kCoarseSteps));
-  if (const auto growth = growth_by(scenario, truth, steps)) return {*growth, true};
+  // A bare problem has no positions or velocities whose growth could be measured.
+  if (const auto growth = growth_by(scenario, truth, steps)) return {*growth, scene.problem.empty()};
   const auto bodies = static_cast<double>(scene.bodies.size());
   for (steps = 4 * kCoarseSteps; static_cast<double>(steps) * (bodies * bodies + 4) <= kMostWork; steps *= 4)
     if (const auto growth = growth_by(scenario, truth, steps)) return {*growth, true};

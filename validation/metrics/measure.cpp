@@ -65,9 +65,8 @@ std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Rec
     append_landing(scenario, truth, run, rows);
     append_sizes(scenario, truth, rows);
     const PerturbationGrowth growth = remembered_growth(scenario, truth);
-    rows.push_back(
-        row("condition", growth.value, 0,
-            growth.followed ? "" : "at least: perturbations were not followed; they grow so in free flight"));
+    rows.push_back(row("condition", growth.value, 0,
+                       growth.followed ? "" : "at least: the growth of perturbations was not measured"));
   }
   append_norm_drift(scenario, run, rows);
   append_conservation(scenario, truth, run, rows);

@@ -148,8 +148,8 @@ DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value);
 // to each vector's own size there (as rounding is), the growth in units of the trajectory's size; the largest of four
 // directions. The reference's own equations, classical RK4 in double, states a part in 1e-7 apart. (truth.condition
 // scales perturbations by the trajectory's size instead and is larger: it is the condition number of the problem.)
-// Where 4000 steps do not end where the truth does, more are taken. Where as many as are tried do not either, and with
-// contacts, it is a lower bound: 1 + t_end v / size, the growth of free flight.
+// Where 4000 steps do not end where the truth does, more are taken. Where as many as are tried do not either, of a
+// bare problem and with contacts it is a lower bound: 1 + t_end v / size, the growth of free flight.
 struct PerturbationGrowth {
   double value = 0;
   bool followed = true;  // false: a lower bound
