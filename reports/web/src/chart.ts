@@ -4,7 +4,7 @@ import uPlot from 'uplot';
 import { h } from './dom';
 import { figure } from './data';
 import { chartSvg } from './chart_svg';
-import { ChartSpec, Curve, Drawing, Placed, Range, arrange, decades, powerWord } from './drawing';
+import { ChartSpec, Curve, Drawing, Placed, Range, arrange, decades, hasRoom, powerWord } from './drawing';
 import { savePlotButtons } from './save';
 import { markerPath, token } from './style';
 
@@ -268,8 +268,7 @@ export class Chart {
       const leavesBelow = yEnd < bottom;
       const xl = leavesBelow ? x0 + (bottom - y0) / slope : xEnd;
       const px = u.valToPos(xl, 'x', true), py = u.valToPos(leavesBelow ? bottom : yEnd, 'y', true);
-      if (labels.some(([lx, ly]) => Math.abs(px - lx) < 48 * dpr() && Math.abs(py - ly) < 13 * dpr())) continue;
-      labels.push([px, py]);
+      if (!hasRoom(labels, px, py, dpr())) continue;
       ctx.textAlign = falling ? 'right' : 'left';
       ctx.fillText(`order ${Math.abs(slope)}`, px + (falling ? -6 : 6) * dpr(), py - (leavesBelow ? 0 : 8 * dpr()));
     }

@@ -1,7 +1,7 @@
 // A plot as an SVG document of its own: to save, and for paper.
 import { figure } from './data';
 import { svg } from './dom';
-import { Drawing, decades, linearTicks, powerWord } from './drawing';
+import { Drawing, decades, hasRoom, linearTicks, powerWord } from './drawing';
 import { markerPath, token } from './style';
 
 const [left, right, top, bottom] = [64, 14, 34, 46];
@@ -44,9 +44,7 @@ export function chartSvg({ spec, curves, x, y, zeroLine }: Drawing, width = 760,
     const end = up + slope * (to - from), below = end < down, at = below ? from + (down - up) / slope : to;
     area.append(svg('path', { d: `M${px(from).toFixed(1)} ${py(up).toFixed(1)}L${px(to).toFixed(1)} ${py(end).toFixed(1)}`, stroke: soft, 'stroke-dasharray': '1.5 4' }));
     const lx = px(at), ly = py(below ? down : end);
-    if (labels.some(([x0, y0]) => Math.abs(lx - x0) < 48 && Math.abs(ly - y0) < 13)) continue;
-    labels.push([lx, ly]);
-    area.append(svgText(lx + (falling ? -6 : 6), ly + (below ? 4 : -4), `order ${Math.abs(slope)}`, falling ? 'end' : 'start', 11));
+    if (hasRoom(labels, lx, ly)) area.append(svgText(lx + (falling ? -6 : 6), ly + (below ? 4 : -4), `order ${Math.abs(slope)}`, falling ? 'end' : 'start', 11));
   }
   curves.forEach((curve, i) => {
     const points = curve.points.map((p) => [px(spec.xLog ? Math.log10(p.x) : p.x), py(p.y === 0 ? zeroLine ?? y[0] : Math.log10(p.y))]).filter((p) => p.every(Number.isFinite));

@@ -43,6 +43,13 @@ export function powerWord(log: number): string {
   return `10${log < 0 ? '\u207b' : ''}${digits}`;
 }
 
+// Whether a label at this place (pixels, times `scale` on a canvas) would lie on none of `labels`; it is then one of them.
+export function hasRoom(labels: [number, number][], x: number, y: number, scale = 1): boolean {
+  if (labels.some(([x0, y0]) => Math.abs(x - x0) < 48 * scale && Math.abs(y - y0) < 13 * scale)) return false;
+  labels.push([x, y]);
+  return true;
+}
+
 // Logarithms; zeros are drawn on a separate line below all other values.
 export function arrange(spec: ChartSpec, hidden: Set<string>): Drawing {
   const curves = spec.curves.filter((curve) => !hidden.has(curve.name));
