@@ -2,25 +2,11 @@
 #include <catch2/catch.hpp>
 
 #include "ida/ida.hpp"
+#include "ran.hpp"
 #include "scenes.hpp"
 #include "simulation.hpp"
 
 using namespace atwood;
-
-namespace {
-
-struct Ran {
-  Outcome outcome;
-  std::vector<Sample> samples;
-};
-Ran run(const Engine& engine, const std::string& method, const Scenario& scenario, std::int64_t samples) {
-  Ran made;
-  made.outcome = engine.run(parse_method_id(method), scenario.scene, {scenario.t_end_s, 640, samples},
-                            {[&](const Sample& s) { made.samples.push_back(s); }, {}}, 0);
-  return made;
-}
-
-}  // namespace
 
 // The crank turns at a constant rate, nine times; the coupler swings, so that the hinge between them loses nine turns.
 TEST_CASE("a closing hinge counts its turns, however few samples there are") {
@@ -29,7 +15,7 @@ TEST_CASE("a closing hinge counts its turns, however few samples there are") {
   scenario.scene.joints[0].rates[0] = 12.566;
   for (const char* method : {"atwood/dop853", "atwood/dop853:1e-9", "atwood/gauss4", "ida/bdf:1e-8"}) {
     const Engine engine = std::string(method).starts_with("ida") ? ida_engine() : atwood_engine();
-    const Ran many = run(engine, method, scenario, 160), one = run(engine, method, scenario, 1);
+    const Ran many = run(engine, method, scenario, 640, 160), one = run(engine, method, scenario, 640, 1);
     INFO(method << ": " << many.outcome.reason << one.outcome.reason);
     REQUIRE(many.outcome.status == Status::ok);
     REQUIRE(one.outcome.status == Status::ok);
@@ -59,7 +45,7 @@ TEST_CASE("IDA ends where a rope slackens") {
   rope.name = "rope";
   rope.bodies = {0, 1};
   scenario.scene.ropes = {rope};
-  const Ran ran = run(ida_engine(), "ida/bdf:1e-8", scenario, 40);
+  const Ran ran = run(ida_engine(), "ida/bdf:1e-8", scenario, 40, 40);
   CHECK(ran.outcome.status == Status::diverged);
   const std::string words = "rope `rope` is slack at t = ";
   REQUIRE(ran.outcome.reason.find(words) == 0);

@@ -171,15 +171,25 @@ TEST_CASE("a rope that is slack ends the truth") {
   CHECK(std::fabs(static_cast<double>(truth.values.back().bodies[0].p_m[2]) - z) < 0.05);
 }
 
-// A rod that falls on a stop: each bounce takes e times the one before, and the series ends.
-TEST_CASE("a joint's bounces at its stop come to rest") {
-  Scenario scenario = mechanism_scenario(4);
+namespace {
+
+// Without gravity, from rest at this angle, pressed against its stop at 0 by -2 cos(w t) N m. 1 kg m^2 about the hinge.
+Scenario door(double t_end_s, double angle_rad, double restitution, double w_rad_per_s) {
+  Scenario scenario = mechanism_scenario(t_end_s);
   scenario.scene.gravity_m_per_s2 = {0, 0, 0};
   scenario.scene.bodies = {solid("door", 2, 0.5)};
-  Joint joint = hinge(-1, 0, {}, {0, 0, 0.5}, 1, 0);  // inertia about the hinge: 1 kg m^2
-  joint.limits = JointLimits{0, 2, 0.5};
+  Joint joint = hinge(-1, 0, {}, {0, 0, 0.5}, angle_rad, 0);
+  joint.limits = JointLimits{0, 2, restitution};
   scenario.scene.joints = {joint};
-  scenario.scene.joint_forces = {JointTorque{0, 0, -2, 0, 0, {}}};
+  scenario.scene.joint_forces = {JointTorque{0, 0, -2, w_rad_per_s, 0, {}}};
+  return scenario;
+}
+
+}  // namespace
+
+// A rod that falls on a stop: each bounce takes e times the one before, and the series ends.
+TEST_CASE("a joint's bounces at its stop come to rest") {
+  const Scenario scenario = door(4, 1, 0.5, 0);
   const Truth truth = mechanism_truth(scenario, 8);
   INFO(truth.outcome.reason);
   REQUIRE(truth.outcome.status == Status::ok);
@@ -206,13 +216,7 @@ TEST_CASE("a joint's bounces at its stop come to rest") {
 
 // Pressed against its stop from rest by -2 cos(t), which pulls it off at pi / 2.
 TEST_CASE("a joint that rests at its stop leaves it: the stop's force, and the events") {
-  Scenario scenario = mechanism_scenario(2);
-  scenario.scene.gravity_m_per_s2 = {0, 0, 0};
-  scenario.scene.bodies = {solid("door", 2, 0.5)};
-  Joint joint = hinge(-1, 0, {}, {0, 0, 0.5}, 0, 0);
-  joint.limits = JointLimits{0, 2, 0};
-  scenario.scene.joints = {joint};
-  scenario.scene.joint_forces = {JointTorque{0, 0, -2, 1, 0, {}}};
+  const Scenario scenario = door(2, 0, 0, 1);
   const Truth truth = mechanism_truth(scenario, 4);
   INFO(truth.outcome.reason);
   REQUIRE(truth.outcome.status == Status::ok);
