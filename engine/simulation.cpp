@@ -10,6 +10,7 @@
 #include "fluid/options.hpp"
 #include "fluid/run.hpp"
 #include "integrators/catalogue.hpp"
+#include "integrators/extrapolation.hpp"
 #include "protocol/refusal.hpp"
 #include "scene/contact_laws.hpp"
 #include "scene/joined.hpp"
@@ -27,10 +28,9 @@ std::string combination_fault(const MethodId& id, const Settings& settings) {
   if (id.scheme != "gbs" || !id.rtol) return "";
   if (is("order", "chosen") && id.overrides.contains("columns"))
     return "atwood/gbs: with a tolerance `columns` acts with order=fixed alone";
-  constexpr std::int64_t most_columns = 8;
-  if (is("order", "fixed") && std::get<std::int64_t>(settings.at("columns")) > most_columns)
-    return "atwood/gbs: with a tolerance order=fixed takes at most 8 columns, for the differences of later ones are lost "
-           "in round-off and steps become tiny; use order=chosen";
+  if (is("order", "fixed") && std::get<std::int64_t>(settings.at("columns")) > kMaxFixedColumns)
+    return "atwood/gbs: with a tolerance order=fixed takes at most " + std::to_string(kMaxFixedColumns) +
+           " columns, for the differences of later ones are lost in round-off and steps become tiny; use order=chosen";
   return "";
 }
 

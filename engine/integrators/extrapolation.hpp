@@ -8,6 +8,8 @@
 namespace atwood {
 
 inline constexpr int kMaxColumns = 12;
+// With a tolerance and a fixed order: the differences of later columns are lost in round-off, and steps become tiny.
+inline constexpr int kMaxFixedColumns = 8;
 
 struct ExtrapolationOptions {
   int columns = 6;  // of equal steps, and with a tolerance where the order is not chosen

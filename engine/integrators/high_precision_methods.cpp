@@ -70,7 +70,8 @@ std::vector<MethodInfo> high_precision_methods() {
                      std::int64_t(6),
                      {between(2, kMaxColumns),
                       "Columns of the extrapolation, half its order, in equal steps and where `order=fixed` (with a "
-                      "tolerance at most 8)."}},
+                      "tolerance at most " +
+                          std::to_string(kMaxFixedColumns) + ")."}},
                     {"order",
                      std::string("chosen"),
                      {one_of({"chosen", "fixed"}),

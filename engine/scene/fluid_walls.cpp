@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 
 namespace atwood {
@@ -151,7 +152,7 @@ namespace {
 
 // Surface of a box or a ball, in two dimensions the circumference.
 double surface_of(const Shape& shape, int d) {
-  constexpr double pi = 3.14159265358979323846;
+  using std::numbers::pi;
   if (const auto* ball = std::get_if<Sphere>(&shape))
     return d == 2 ? 2 * pi * ball->radius_m : 4 * pi * ball->radius_m * ball->radius_m;
   const Real3& half = std::get<Box>(shape).half_extents_m;
