@@ -11,6 +11,7 @@
 namespace atwood {
 namespace {
 
+constexpr double kSquare = 1e-12;  // cosine of two axes at a right angle: round-off of attitudes
 constexpr const char* kJointColumns =
     "t_s,joint,q0,q1,q2,q3,u0,u1,u2,fx_N,fy_N,fz_N,tx_N_m,ty_N_m,tz_N_m,applied0,applied1,applied2,stop0,stop1,stop2";
 constexpr const char* kChildAxesColumns = ",fx_child_N,fy_child_N,fz_child_N,tx_child_N_m,ty_child_N_m,tz_child_N_m";
@@ -29,8 +30,6 @@ void append_state(std::string& line, const JointSample& sample, const Joint& joi
   for (int i = 0; i < 3; ++i)
     line += i < rate_count(joint.kind) ? "," + format_number(sample.u[static_cast<std::size_t>(i)], digits) : ",";
 }
-
-constexpr double kSquare = 1e-12;  // of a sine: round-off of attitudes
 
 void append_along(std::string& line, const std::array<Wide, 3>& values, int count, int digits) {
   for (int i = 0; i < 3; ++i)

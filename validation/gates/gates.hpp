@@ -25,7 +25,8 @@ struct Gate {
   std::string study;         // the file's `study = "..."`: the gate judges only runs of that study
   bool named = false;        // of a file that the user named: it is never left out silently
   std::string origin;        // file:line
-  // Its globs match cells that the command line left out, which may have its metric: without rows it gives no verdict.
+  // In a narrowed run, of a gate with globs: cells that the command line left out may match and have its metric, so
+  // that without rows it gives no verdict. The whole study judges it.
   bool partial = false;
 };
 
