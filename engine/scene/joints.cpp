@@ -310,11 +310,15 @@ void note_changes(Reading& r, const Mechanisms& mechanisms, const Scene& before,
   }
   if (most <= kUnmoved && most_rate <= kUnmoved) return;
   std::string names;
-  for (const Joint& joint : before.joints)
-    if (joint.closes_loop) names += (names.empty() ? "`" : ", `") + joint.name + "`";
-  for (const Rope& rope : before.ropes) names += (names.empty() ? "`" : ", `") + rope.name + "`";
-  const Value& first = mechanisms.joints.empty() ? *mechanisms.ropes.front() : *mechanisms.joints.front();
-  r.notes.push_back(location_text(r, first.location) + "the start was moved onto the constraints of " + names +
+  const Value* first = nullptr;
+  const auto add = [&](const std::string& name, const Value& where_named) {
+    names += (names.empty() ? "`" : ", `") + name + "`";
+    if (first == nullptr) first = &where_named;
+  };
+  for (std::size_t j = 0; j < before.joints.size(); ++j)
+    if (before.joints[j].closes_loop) add(before.joints[j].name, *mechanisms.joints[j]);
+  for (std::size_t i = 0; i < before.ropes.size(); ++i) add(before.ropes[i].name, *mechanisms.ropes[i]);
+  r.notes.push_back(location_text(r, first->location) + "the start was moved onto the constraints of " + names +
                     " by the least change in the mass metric: coordinates by at most " + describe(Value(most)) + " (" +
                     where + "), rates by at most " + describe(Value(most_rate)) + " (" + where_rate + ")");
 }

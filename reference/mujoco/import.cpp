@@ -135,6 +135,7 @@ class Importer {
     if (principal == Real4{1, 0, 0, 0}) {
       out("inertia_kg_m2 = {}\n", text(moments));
     } else {
+      ++turned_inertias_;
       const Real33 r = rivals::matrix_of(principal);
       Real33 inertia{};
       for (int i = 0; i < 3; ++i)
@@ -303,6 +304,9 @@ class Importer {
       if (count > 0) note("{} {}", count, what);
     };
     counted(m_.ngeom, "geoms: bodies have no shapes and do not collide");
+    counted(turned_inertias_,
+            "inertias about turned axes: MuJoCo finds the principal axes of a `fullinertia`, or of geoms, to "
+            "some 1e-8 of the largest moment");
     counted(m_.nu, "actuators");
     counted(m_.ntendon, "tendons");
     counted(m_.nkey, "keyframes: the start is qpos0, at rest");
@@ -319,6 +323,7 @@ class Importer {
   std::vector<std::string> notes_;
   std::vector<int> owner_;
   std::vector<Frame> frame_;
+  int turned_inertias_ = 0;
 };
 
 }  // namespace

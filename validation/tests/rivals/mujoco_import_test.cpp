@@ -69,6 +69,7 @@ TEST_CASE("an imported model moves as the file does") {
   const auto imported = mujoco::import_model(path);
   INFO((imported ? "" : imported.fault().reason));
   REQUIRE(imported);
+  CHECK_THAT(imported->toml, Catch::Contains("2 inertias about turned axes"));
   INFO(imported->toml);
   const Scene scene = scene_of(imported->toml, "import-bench");
   const Run found = run(mujoco_engine(), method(mujoco_engine(), "rk4"), scene, Plan{0.5, 1000, 1});
