@@ -10,9 +10,9 @@ namespace atwood {
 
 using namespace fluid_truth;
 
-// The whole system, then without one term more each: without diffusion, shift, viscosity, boundaries.
+// The whole system, then without one term more each: without diffusion, shift, viscosity, boundaries, sources.
 struct FluidPowersOf::Systems {
-  std::array<std::unique_ptr<FluidSystem<double>>, 5> of;
+  std::array<std::unique_ptr<FluidSystem<double>>, 6> of;
 };
 
 FluidPowersOf::~FluidPowersOf() = default;
@@ -33,6 +33,8 @@ FluidPowersOf::FluidPowersOf(const Scene& scene, const std::string& response) {
     Scene open = scene;
     open.fluid_boundaries.clear();
     systems->of[4] = sph_system<double>(open, asked);
+    for (Fluid& fluid : open.fluids) fluid.source = {}, fluid.expansion_per_K = 0;
+    systems->of[5] = sph_system<double>(open, asked);
     systems_ = std::move(systems);
   } catch (const Refused& refused) {
     unsupported_ = refused.why;
@@ -63,13 +65,13 @@ FluidPowers FluidPowersOf::at(double t_s, const std::vector<ParticleSample>& par
     y[static_cast<std::size_t>(layout.temperature) + i] = static_cast<double>(p.temperature_K);
     slope[static_cast<std::size_t>(layout.temperature) + i] = m * law.heat_capacity;
   }
-  std::array<double, 5> power{};
+  std::array<double, 6> power{};
   std::vector<double> rate(size);
   for (std::size_t k = 0; k < power.size(); ++k) {
     systems_->of[k]->rate(t_s, y.data(), rate.data());
     for (std::size_t n = 0; n < size; ++n) power[k] += slope[n] * rate[n];
   }
-  return {power[0] - power[1], power[1] - power[2], power[2] - power[3], power[3] - power[4]};
+  return {power[0] - power[1], power[1] - power[2], power[2] - power[3], power[3] - power[4], power[4] - power[5]};
 }
 
 }  // namespace atwood

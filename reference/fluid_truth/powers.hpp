@@ -6,8 +6,8 @@
 //   shift       the motion relative to the fluid and its fluxes
 //   viscosity   fluid and walls, less the heat that `viscous_heat` makes of it; of walls that move, what they drag
 //   walls       what is left of the boundaries: their pressure and their heat
-// The sums of pairs that remain keep the energy, so that without a body acceleration and buoyancy the four are the
-// whole of dE / dt.
+//   sources     the body acceleration of a manufactured field, and buoyancy, -expansion (T - T0) g
+// The sums of pairs that remain keep the energy, so that the five are the whole of dE / dt.
 #pragma once
 
 #include <memory>
@@ -21,7 +21,7 @@ namespace atwood {
 
 // [W]; in two dimensions per metre of depth. Positive: the fluid's energy grows.
 struct FluidPowers {
-  double diffusion = 0, shift = 0, viscosity = 0, walls = 0;
+  double diffusion = 0, shift = 0, viscosity = 0, walls = 0, sources = 0;
 };
 
 class FluidPowersOf {

@@ -75,11 +75,12 @@ std::vector<MetricInfo> fluid_metrics() {
       {"work-by-walls", "1",
        "The same of the rest that walls do: the pressure of their points, which is extrapolated from the fluid, and heat "
        "through them."},
+      {"work-by-sources", "1", "The same of body accelerations (`source`) and of buoyancy (`expansion_per_K`)."},
       {"energy-unaccounted", "1",
        "|E - E0 - work| at the end, over the scale of energy-budget: what neither the plain pairs of particles nor the rows "
        "of work account for: the error of the steps, and that of the integral. More than a fifth of the works: the samples "
        "are too few for the motion (sound, for instance), and rows of work are left out. Only for +sph with "
-       "density=continuity and bodies that rest, without body accelerations and buoyancy."},
+       "density=continuity, bodies that rest and three samples or more."},
       {"neighbours", "1",
        "Mean number of other particles within the support of the method's kernel, at the end, walls not counted. The "
        "reason has the support."},

@@ -1,5 +1,4 @@
 // Work of the terms of +sph that give or take energy, from the samples of a run.
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -11,22 +10,19 @@ namespace atwood {
 namespace {
 
 constexpr std::size_t kMostParticles = 50'000;
-constexpr double kRoundOff = 1e-14;  // of the scale
-constexpr double kUnresolved = 0.2;  // of the works: what is left of a motion that the samples resolve
-
-bool has_other_work(const Scene& scene) {
-  return std::any_of(scene.fluids.begin(), scene.fluids.end(),
-                     [](const Fluid& fluid) { return !fluid.source.name.empty() || fluid.expansion_per_K != 0; });
-}
+constexpr std::size_t kLeastSamples = 3;  // of fewer, one rule alone integrates: no bar
+constexpr double kRoundOff = 1e-14;       // of the scale
+constexpr double kUnresolved = 0.2;       // of the works: what is left of a motion that the samples resolve
 
 struct Term {
   const char* metric;
   double FluidPowers::*power;
 };
-constexpr std::array<Term, 4> kTerms{{{"work-by-diffusion", &FluidPowers::diffusion},
+constexpr std::array<Term, 5> kTerms{{{"work-by-diffusion", &FluidPowers::diffusion},
                                       {"work-by-shift", &FluidPowers::shift},
                                       {"work-by-viscosity", &FluidPowers::viscosity},
-                                      {"work-by-walls", &FluidPowers::walls}}};
+                                      {"work-by-walls", &FluidPowers::walls},
+                                      {"work-by-sources", &FluidPowers::sources}}};
 
 }  // namespace
 
@@ -45,7 +41,7 @@ Integral integral_of(const std::vector<double>& values, double h) {
 }
 
 std::vector<Row> fluid_work_rows(const Scene& scene, const Recording& run, const std::string& response) {
-  if (run.outcome.status != Status::ok || run.values.size() < 2 || has_other_work(scene)) return {};
+  if (run.outcome.status != Status::ok || run.values.size() < kLeastSamples) return {};
   const std::size_t count = run.values.front().particles.size();
   if (count != fluid_of_particles(scene).size() || count > kMostParticles) return {};
   const FluidPowersOf powers(scene, response);

@@ -281,6 +281,7 @@ const Origins& other_origins() {
       {"work-by-shift", {"integral of (grad E . (f - f without shift)) dt / E_scale", particles}},
       {"work-by-viscosity", {"integral of (grad E . (f - f without viscosity)) dt / E_scale", particles}},
       {"work-by-walls", {"integral of (grad E . (f - f without walls)) dt / E_scale", particles}},
+      {"work-by-sources", {"integral of (grad E . (f - f without sources)) dt / E_scale", particles}},
       {"energy-unaccounted", {"|E(t_end) - E(0) - sum of works| / E_scale", here}},
       {"neighbours", {"mean_i number of j != i with |x_ij| < R", particles}},
       {"ns-per-particle-evaluation", {"run-time / (rate-evaluations N)", here}},

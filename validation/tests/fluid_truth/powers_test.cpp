@@ -4,6 +4,7 @@
 
 #include "fluid_scenes.hpp"
 #include "fluid_truth/kernel.hpp"
+#include "fluid_truth/manufactured.hpp"
 #include "fluid_truth/powers.hpp"
 
 using namespace atwood;
@@ -107,6 +108,41 @@ TEST_CASE("The power of a wall on one particle, by hand") {
     }
   CHECK(powers.at(0, start_of(scenario)).walls == Approx(expected).epsilon(1e-12));
   CHECK(expected > 0);
+}
+
+TEST_CASE("The power of buoyancy and of a body acceleration, by hand") {
+  Scenario scenario = pair_scene();
+  Fluid& fluid = scenario.scene.fluids[0];
+  const std::string response = "sph{kernel=wendland-c2,smoothing=1.5,density_diffusion=0,shift=0}";
+  SECTION("buoyancy: -m expansion (T - T0) g . v") {
+    scenario.scene.gravity_m_per_s2 = {3, -10, 0};
+    fluid.heat_capacity_J_per_kg_K = 2;
+    fluid.temperature_K = 300;
+    fluid.expansion_per_K = 0.01;
+    fluid.particles.temperature_K = {305, 310};
+    const FluidPowers now = FluidPowersOf(scenario.scene, response).at(0, start_of(scenario));
+    CHECK(now.sources == Approx(1 * -0.05 * (3 * 1 - 10 * 0.5) + 2 * -0.1 * (3 * -1)).epsilon(1e-12));
+    CHECK(now.walls == 0);
+  }
+  SECTION("the acceleration of a manufactured field: m s . v") {
+    fluid.source.name = "mms-2d";
+    fluid.source.parameters = {{"speed_m_per_s", 3},
+                               {"length_m", 1},
+                               {"mode", 2},
+                               {"angular_frequency_rad_per_s", 4},
+                               {"density_amplitude", 0.03}};
+    const FluidPowers now = FluidPowersOf(scenario.scene, response).at(0.125, start_of(scenario));
+    const auto field = manufactured_of<double>(scenario.scene, fluid, fluid.source);
+    double expected = 0;
+    for (const ParticleSample& p : start_of(scenario)) {
+      const auto i = p.p_m[0] == 0 ? 0 : 1;
+      const Vec<double> s = field.source(0.125, {0.12 * i, 0, 0});
+      for (std::size_t a = 0; a < 2; ++a)
+        expected += fluid.particles.mass_kg[i] * s[a] * fluid.particles.velocity_m_per_s[i][a];
+    }
+    CHECK(std::fabs(expected) > 1);
+    CHECK(now.sources == Approx(expected).epsilon(1e-12));
+  }
 }
 
 TEST_CASE("Powers that are not known say why") {
