@@ -243,7 +243,9 @@ std::vector<MetricInfo> common_metrics() {
        "|reported first touch - true one| over swept poses that touch within a second: 99th percentile."},
       {"touch-time-error-max", "s",
        "|reported first touch - true one| over swept poses that touch within a second: largest."},
-      {"penetration-max", "m", "Deepest overlap of two shapes over the samples; 0 when none."},
+      {"penetration-max", "m",
+       "Deepest overlap of two shapes over the samples; 0 when none. NaN: shapes came near of which no depth is known, a "
+       "cylinder and anything but a sphere or a plane."},
       {"penetration-rms", "m", "Root mean square over the samples (t = 0 left out) of the deepest overlap."},
       {"penetration-relative", "1",
        "Deepest overlap over the samples in units of the smaller body: its radius or least half extent."},

@@ -82,7 +82,8 @@ class Overlaps {
       }
     }
   }
-  bool seen_all() const { return seen_all_; }  // every pair of shapes that came near has an exact gap
+  // Shapes that came near and have no exact gap: "box against cylinder"; empty where there are none.
+  const std::string& unknown() const { return unknown_; }
 
  private:
   template <class Visit> void look(const Sample& sample, int first, int second, const Visit& visit) {
@@ -92,10 +93,11 @@ class Overlaps {
     double depth = 0;
     if (dynamics::has_gap(scene_, pair)) {
       depth = -static_cast<double>(dynamics::gap(scene_, layout_, pair, y_.data()).gap_m);
-    } else if (geometry::no_separation(scene_.bodies[pair.a].shape, scene_.bodies[pair.b].shape).empty()) {
+    } else if (auto shapes = geometry::no_separation(scene_.bodies[pair.a].shape, scene_.bodies[pair.b].shape);
+               shapes.empty()) {
       depth = static_cast<double>(geometry::overlap_depth(scene_, sample, pair.a, pair.b));
     } else {
-      seen_all_ = false;
+      unknown_ = std::move(shapes);
     }
     if (depth > 0) visit(pair.a, pair.b, depth);
   }
@@ -104,7 +106,7 @@ class Overlaps {
   dynamics::Layout layout_;
   std::vector<Ball> balls_, planes_;
   std::vector<Wide> y_;
-  bool seen_all_ = true;
+  std::string unknown_;
 };
 
 }  // namespace
@@ -121,7 +123,10 @@ void append_penetration(const Scene& scene, const Recording& run, std::vector<Ro
     deepest = std::max(deepest, now);
     if (k > 0) sum += now * now;
   }
-  if (!overlaps.seen_all()) return;
+  if (!overlaps.unknown().empty()) {
+    rows.push_back(row("penetration-max", std::nan(""), 0, "the reference has no depth of " + overlaps.unknown()));
+    return;
+  }
   rows.push_back(row("penetration-max", deepest));
   if (run.values.size() > 1)
     rows.push_back(row("penetration-rms", std::sqrt(sum / static_cast<double>(run.values.size() - 1))));

@@ -1,4 +1,5 @@
 // What contacts carry, on a box that slides over a floor with its forces written out by hand; regimes; overlaps.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -175,6 +176,12 @@ TEST_CASE("overlap of boxes, tilted and on a plane") {
   CHECK(value_of(measure(s, {}, run), "penetration-relative") == Approx(0.02));
   run.values[1].bodies[1].p_m[2] -= 0.05;
   CHECK(value_of(measure(s, {}, run), "penetration-max") == Approx(0.05));
+  s.scene.bodies[2].shape = Cylinder{0.5, 0.5};
+  const std::vector<Row> unknown = measure(s, {}, run);
+  CHECK(std::isnan(value_of(unknown, "penetration-max")));
+  CHECK(std::ranges::any_of(
+      unknown, [](const Row& row) { return row.reason == "the reference has no depth of box against cylinder"; }));
+  CHECK(std::ranges::none_of(unknown, [](const Row& row) { return row.metric == "penetration-relative"; }));
 }
 
 TEST_CASE("impacts: place and impulses beside the truth's") {
