@@ -121,14 +121,21 @@ template <class S> bool PlanarLoops<S>::take_rows() {
 
 // ---- rates -------------------------------------------------------------------------------------------------------
 template <class S> void PlanarLoops<S>::forward_kinematics(const OneState<S>& y) {
-  run_scalar<S>(widest_vectors(), [&]() ATWOOD_INLINED { planar_.outward_pass(y, one_.links.data()); });
+  const bool turned = planar_.turn_hinges(y, one_.links.data());
+  run_scalar<S>(widest_vectors(), [&]() ATWOOD_INLINED {
+    planar_.outward_pass(y, turned, one_.links.data());
+    planar_.start_links(one_.links.data());
+  });
 }
 
 template <class S> void PlanarLoops<S>::forward_kinematics(VectorWidth width, const StateLanes<S>& y) {
   if constexpr (PackOf<S>::in_register)
     in_lanes<S>(width, [&](auto w) ATWOOD_INLINED {
       constexpr VectorWidth at = decltype(w)::value;
-      planar_.outward_pass(y.template at_width<at>(), lanes_.template at<at>().links.data());
+      auto* links = lanes_.template at<at>().links.data();
+      const auto states = y.template at_width<at>();
+      planar_.outward_pass(states, false, links);
+      planar_.start_links(links);
     });
 }
 
@@ -199,7 +206,8 @@ LaneBlock<S> PlanarLoops<S>::accelerate(VectorWidth width, const StateLanes<S>& 
 // What the equations ask of positions and rates at y, in the plane; tolerances as in Constraints::evaluate().
 template <class S> void PlanarLoops<S>::set_values(const S* y) {
   const OneState<S> state{S(0), y, unused_.data()};
-  planar_.outward_pass(state, one_.links.data(), DrivenJoints::from_state);
+  planar_.outward_pass(state, false, one_.links.data(), DrivenJoints::from_state);
+  planar_.start_links(one_.links.data());
   locate(state, DrivenJoints::from_state, one_);
   const S round_off = S(16) * real::epsilon<S>();
   for (std::size_t e = 0; e < equations_.size(); ++e) {
@@ -241,7 +249,7 @@ template <class S> S PlanarLoops<S>::worst_value(bool chosen_alone) const {
 
 // At the configuration of the last set_values().
 template <class S> void PlanarLoops<S>::factor() {
-  planar_.inward_pass(no_forces_.data(), one_.links.data());
+  planar_.inward_pass(no_forces_.data(), 0, one_.links.data());
   compute_inverse_sqrt_D(0, one_);
   for (int e = 0; e < chosen_; ++e) scale_[e] = whiten(0, equations_[e], one_, qr_.column(e));
   qr_.factor(S(1024) * real::epsilon<S>());

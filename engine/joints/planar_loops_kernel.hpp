@@ -16,7 +16,7 @@ ATWOOD_INLINE auto PlanarLoops<S>::arm_of(const End& end, const Pair& v, const W
   return {z.x * v.x - z.y * v.y, z.x * v.y + z.y * v.x};
 }
 
-// Angles, poses and velocities of the links' points A, after PlanarRates::outward_pass().
+// Angles, poses and velocities of the links' points A, after PlanarRates::start_links().
 template <class S>
 template <class States, class V>
 ATWOOD_INLINE void PlanarLoops<S>::locate(const States& y, DrivenJoints driven, Work<V>& work) const {
@@ -254,7 +254,7 @@ template <class S>
 template <class K, class States, class Applied, class V>
 ATWOOD_INLINE V PlanarLoops<S>::constrain(K lane, const States& y, const Vec3<S>& gravity_W, const Applied& applied,
                                           Work<V>& work) const {
-  planar_.inward_pass(applied, work.links.data());
+  planar_.inward_pass(applied, 0, work.links.data());
   planar_.acceleration_pass(y, gravity_W, work.links.data());
   compute_inverse_sqrt_D(lane, work);
   for (int e = 0; e < chosen_; ++e) {

@@ -1,7 +1,11 @@
 #include "joints/planar_rates_kernel.hpp"
 
+#include <algorithm>
+
 namespace atwood {
 namespace {
+
+constexpr std::size_t kLeastHingesOfPack = 4;  // fewer are quicker one by one
 
 template <class S> Vec3<S> first_hinge_axis(const Tree<S>& tree, int root, const Quat<S>& q_root) {
   const auto& links = tree.links();
@@ -75,14 +79,42 @@ template <class S> bool PlanarRates<S>::add_link(const Tree<S>& tree, int i, std
   c.J = dot(normal_B, link.J_B * normal_B);
   c.driven_start = link.driven_start;
   c.driven_rate = link.driven_rate;
+  if (turns) hinges_.push_back(static_cast<int>(links_.size()));
   links_.push_back(c);
   return true;
 }
 
+// (cos, sin) of what each hinge turns its link by, into the link's z: several at once, with the bits of each. False: there
+// are too few for it.
+template <class S> bool PlanarRates<S>::turn_hinges(const OneState<S>& y, State<S>* state, DrivenJoints driven) const {
+  if constexpr (PackOf<S>::in_register) {
+    if (hinges_.size() < kLeastHingesOfPack) return false;
+    in_lanes<S>(widest_vectors(), [&](auto width) ATWOOD_INLINED {
+      using P = PackAt<S, decltype(width)::value>;
+      for (std::size_t at = 0; at < hinges_.size(); at += kLaneCount) {
+        const std::size_t count = std::min<std::size_t>(kLaneCount, hinges_.size() - at);
+        LaneBlock<S> q{}, sine, cosine;
+        for (std::size_t k = 0; k < count; ++k) q.lane[k] = coordinate(links_[hinges_[at + k]], y, driven);
+        P sines, cosines;
+        real::same_sin_cos(load_as<P>(q.lane), sines, cosines);
+        store<S>(sines, sine.lane);
+        store<S>(cosines, cosine.lane);
+        for (std::size_t k = 0; k < count; ++k) {
+          const int i = hinges_[at + k];
+          state[i].z = {cosine.lane[k], links_[i].sign * sine.lane[k]};
+        }
+      }
+    });
+    return true;
+  }
+  return false;
+}
+
 template <class S> void PlanarRates<S>::rates(const OneState<S>& y, const Vec3<S>& gravity_W, const S* applied) {
+  const bool turned = turn_hinges(y, state_.data());
   run_scalar<S>(widest_vectors(), [&]() ATWOOD_INLINED {
-    outward_pass(y, state_.data());
-    inward_pass(applied, state_.data());
+    outward_pass(y, turned, state_.data());
+    inward_pass(applied, static_cast<int>(links_.size()), state_.data());
     acceleration_pass(y, gravity_W, state_.data());
   });
 }
@@ -95,8 +127,8 @@ void PlanarRates<S>::rates(VectorWidth width, const StateLanes<S>& y, const Vec3
       constexpr VectorWidth at = decltype(w)::value;
       const auto states = y.template at_width<at>();
       auto* work = lanes_.template at<at>().data();
-      outward_pass(states, work);
-      inward_pass(LaneValues<PackAt<S, at>>{lanes_of(applied)}, work);
+      outward_pass(states, false, work);
+      inward_pass(LaneValues<PackAt<S, at>>{lanes_of(applied)}, static_cast<int>(links_.size()), work);
       acceleration_pass(states, gravity_W, work);
     });
 }

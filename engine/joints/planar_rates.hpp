@@ -39,6 +39,7 @@ template <class S> class PlanarRates {
   template <class V> struct State {
     Pair<V> z;               // (cos, sin) of the link's angle
     Pair<V> d;               // A less the parent's A [m]
+    V offset, speed;         // of a slider
     Pair<V> s;               // a slider's axis
     Pair<V> c;               // bias of a [m/s^2]
     V w;                     // angular velocity [rad/s]
@@ -59,14 +60,22 @@ template <class S> class PlanarRates {
   int plane_across(const Vec3<S>& normal);
   bool add_link(const Tree<S>& tree, int i, std::vector<Quat<S>>& attitudes);
   friend class PlanarLoops<S>;
+  template <class States>
+  ATWOOD_INLINE static auto coordinate(const Constants& link, const States& y, DrivenJoints driven) ->
+      typename States::Value;
+  bool turn_hinges(const OneState<S>& y, State<S>* state, DrivenJoints driven = DrivenJoints::from_time) const;
   template <class States, class V>
-  ATWOOD_INLINE void outward_pass(const States& y, State<V>* state,
+  ATWOOD_INLINE void outward_pass(const States& y, bool turned, State<V>* state,
                                   DrivenJoints driven = DrivenJoints::from_time) const;
-  template <class Applied, class V> ATWOOD_INLINE void inward_pass(const Applied& applied, State<V>* state) const;
+  template <class V> ATWOOD_INLINE void start_link(int i, State<V>* state) const;
+  template <class V> ATWOOD_INLINE void start_links(State<V>* state) const;
+  template <class Applied, class V>
+  ATWOOD_INLINE void inward_pass(const Applied& applied, int started, State<V>* state) const;
   template <class States, class V>
   ATWOOD_INLINE void acceleration_pass(const States& y, const Vec3<S>& gravity_W, State<V>* state) const;
 
   std::vector<Constants> links_;
+  std::vector<int> hinges_;  // links
   std::vector<State<S>> state_;
   template <class V> using LinkStates = RegisterVector<State<V>>;
   WorkInLanes<LinkStates, S> lanes_;  // float and double

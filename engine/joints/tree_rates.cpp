@@ -1,5 +1,7 @@
 #include "joints/tree_rates.hpp"
 
+#include <algorithm>
+
 #include "math/sin_cos.hpp"
 
 namespace atwood {
@@ -155,9 +157,7 @@ ATWOOD_INLINE void TreeRates<S>::outward_pass(const Constants& of, const States&
       u[k] = link.driven ? in_all_lanes<V>(link.driven_rate) : y.at(link.at_u + k);
       y.set(link.at_q + k, u[k]);
     }
-  m.d = product(parent.R, link.from_parent_P);
-  m.w = parent.w;
-  m.alpha = parent.alpha;
+  Vec3<V> d = product(parent.R, link.from_parent_P), w = parent.w, alpha = parent.alpha;
   Vec3<V> sliding = zero3<S, V>();
   if (link.kind == JointKind::hinge || link.kind == JointKind::cylindrical) {
     m.q = product(parent.q, turned_frame(link, q[0]));
@@ -176,8 +176,8 @@ ATWOOD_INLINE void TreeRates<S>::outward_pass(const Constants& of, const States&
   m.R = rotation<S>(m.q);
   const auto turn_about = [&](int k, const Vec3<V>& s, const Vec3<V>& carrier_w) ATWOOD_INLINED {
     freedom[k].s = s;
-    m.w = m.w + u[k] * s;
-    m.alpha = m.alpha + u[k] * cross(carrier_w, s);
+    w = w + u[k] * s;
+    alpha = alpha + u[k] * cross(carrier_w, s);
   };
   switch (link.kind) {
     case JointKind::fixed: break;
@@ -187,28 +187,31 @@ ATWOOD_INLINE void TreeRates<S>::outward_pass(const Constants& of, const States&
       const int along = link.kind == JointKind::slider ? 0 : 1;
       const Vec3<V> s = product(m.R, link.axis_B);
       freedom[along].s = s;
-      m.d = m.d + q[along] * s;
+      d = d + q[along] * s;
       sliding = u[along] * s;
       if (along == 1) turn_about(0, s, parent.w);
       break;
     }
     case JointKind::universal:
       turn_about(0, product(parent.R, link.axis_P), parent.w);
-      turn_about(1, product(m.R, link.axis_B), m.w + u[1] * product(m.R, link.axis_B));
+      turn_about(1, product(m.R, link.axis_B), w + u[1] * product(m.R, link.axis_B));
       break;
     case JointKind::ball: {
       const Vec3<V> rate_B = at3(link.at_u), relative = product(m.R, rate_B);
       set_turning(link.at_q, at4(link.at_q), rate_B);
       for (int k = 0; k < 3; ++k) freedom[k].s = column_of(m.R, k);
-      m.w = m.w + relative;
-      m.alpha = m.alpha + cross(parent.w, relative);
+      w = w + relative;
+      alpha = alpha + cross(parent.w, relative);
       break;
     }
   }
-  m.a = parent.a + product(parent.B, m.d);
-  if (link.kind == JointKind::slider || link.kind == JointKind::cylindrical)
-    m.a = m.a + S(2) * cross(parent.w, sliding);
-  m.B = turning(m.alpha, m.w);
+  Vec3<V> a = parent.a + product(parent.B, d);
+  if (link.kind == JointKind::slider || link.kind == JointKind::cylindrical) a = a + S(2) * cross(parent.w, sliding);
+  m.d = d;
+  m.w = w;
+  m.alpha = alpha;
+  m.a = a;
+  m.B = turning(alpha, w);
 }
 
 // The inertia about A, and the wrench of the motion at constant rates.
@@ -271,11 +274,11 @@ ATWOOD_INLINE void TreeRates<S>::add_to_parent(const Node<V>& m, Node<V>& to) co
   to.J = sum(to.J, sum(m.J, Sym3<V>{tx.x + bx.x, ty.x + bx.y, tz.x + bx.z, ty.y + by.y, tz.y + by.z, tz.z + bz.z}));
 }
 
-// alpha and a become the changes by the rates' u', which are written.
+// alpha and a, of the parent's motion, take the changes by the rates' u', which are written.
 template <class S>
 template <class States, class V>
 ATWOOD_INLINE void TreeRates<S>::acceleration_pass(const Constants& of, const States& y, const Freedom<V>* freedom,
-                                                   Node<V>& m) const {
+                                                   Vec3<V>& alpha, Vec3<V>& a) const {
   const Link<S>& link = *of.link;
   const int to = link.joint < 0 ? link.at_q + 3 : link.at_u;
   for (int k = link.rates - 1; k >= 0; --k) {
@@ -286,11 +289,11 @@ ATWOOD_INLINE void TreeRates<S>::acceleration_pass(const Constants& of, const St
       continue;
     }
     const Freedom<V>& one = freedom[k];
-    const V du = (one.force - (dot(one.U_n, m.alpha) + dot(one.U_f, m.a))) * one.inverse_D;
+    const V du = (one.force - (dot(one.U_n, alpha) + dot(one.U_f, a))) * one.inverse_D;
     y.set(at, du);
     const bool angular = link.joint < 0 ? k >= 3 : rate_turns(link.kind, k);
-    if (angular) m.alpha = m.alpha + du * one.s;
-    else m.a = m.a + du * one.s;
+    if (angular) alpha = alpha + du * one.s;
+    else a = a + du * one.s;
   }
 }
 
@@ -310,21 +313,26 @@ ATWOOD_INLINE void TreeRates<S>::evaluate(const States& y, const Vec3<S>& gravit
       root.R = rotation<S>(root.q);
     }
     outward_pass(of, y, of.parent < 0 ? root : nodes[of.parent], nodes[i], freedoms + of.link->first_rate);
-    start(of, nodes[i]);
   }
-  for (int i = count - 1; i >= 0; --i) {
+  // Links are started as late as their children allow: the way inwards waits for each link's result and leaves room.
+  for (int i = count - 1, started = count; i >= 0; --i) {
+    while (started > std::max(links_[i].parent, 0)) --started, start(links_[started], nodes[started]);
     inward_pass(links_[i], applied, nodes[i], freedoms + links_[i].link->first_rate);
     if (links_[i].parent >= 0) add_to_parent(nodes[i], nodes[links_[i].parent]);
   }
+  Vec3<V> alpha = zero3<S, V>(), a = alpha;  // of the link before, which mostly is the parent
   for (int i = 0; i < count; ++i) {
     Node<V>& m = nodes[i];
-    m.alpha = m.a = zero3<S, V>();
-    if (links_[i].parent >= 0) {
-      const Node<V>& parent = nodes[links_[i].parent];
-      m.alpha = parent.alpha;
-      m.a = parent.a + cross(parent.alpha, m.d);
+    const int parent = links_[i].parent;
+    if (parent < 0) {
+      alpha = a = zero3<S, V>();
+    } else {
+      if (parent != i - 1) alpha = nodes[parent].alpha, a = nodes[parent].a;
+      a = a + cross(alpha, m.d);
     }
-    acceleration_pass(links_[i], y, freedoms + links_[i].link->first_rate, m);
+    acceleration_pass(links_[i], y, freedoms + links_[i].link->first_rate, alpha, a);
+    m.alpha = alpha;
+    m.a = a;
   }
 }
 

@@ -53,8 +53,8 @@ template <class S> class TreeRates {
   ATWOOD_INLINE void inward_pass(const Constants& of, const Applied& applied, Node<V>& m, Freedom<V>* freedom) const;
   template <class V> ATWOOD_INLINE void add_to_parent(const Node<V>& m, Node<V>& to) const;
   template <class States, class V>
-  ATWOOD_INLINE void acceleration_pass(const Constants& of, const States& y, const Freedom<V>* freedom,
-                                       Node<V>& m) const;
+  ATWOOD_INLINE void acceleration_pass(const Constants& of, const States& y, const Freedom<V>* freedom, Vec3<V>& alpha,
+                                       Vec3<V>& a) const;
 
   std::vector<Constants> links_;
   std::vector<Node<S>> nodes_;
