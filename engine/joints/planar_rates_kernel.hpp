@@ -55,8 +55,8 @@ ATWOOD_INLINE void PlanarRates<S>::outward_pass(const States& y, bool turned, St
   }
 }
 
-// What a link needs of its parent's attitude and its own: its place, its inertia, and the bias of its motion at constant
-// rates (Featherstone 2008, table 7.1). The vector that a turn at unit rate gives to v is (-v.y, v.x).
+// What a link needs of its parent's attitude and its own: its place, its inertia, and the bias of its motion at
+// constant rates (Featherstone 2008, table 7.1). What a turn at unit rate makes of v is (-v.y, v.x).
 template <class S> template <class V> ATWOOD_INLINE void PlanarRates<S>::start_link(int i, State<V>* state) const {
   const V zero = in_all_lanes<V>(S(0));
   const Constants& link = links_[i];

@@ -112,11 +112,13 @@ template <class S> class BallFlights {
     const S discriminant = dot(u, u) * radii * radii - dot(aside, aside);
     if (!(approach_speed < -kSpeedRoundOff<S> * norm(d) * norm(u)) || !(discriminant > 0)) return made;
     made.happens = true;
-    made.t = from + larger(S(0), (norm(d) - radii) * (norm(d) + radii) / (sqrt(discriminant) - approach_speed));
-    made.approach_speed = sqrt(discriminant) / radii;
+    const S wait = larger(S(0), (norm(d) - radii) * (norm(d) + radii) / (sqrt(discriminant) - approach_speed));
+    const Vec<S> apart = d + wait * u;  // of length R, but for balls that touch to round-off
+    made.t = from + wait;
+    made.approach_speed = wait > 0 ? sqrt(discriminant) / radii : -approach_speed / norm(d);
     made.ball = static_cast<int>(j);
     made.other = static_cast<int>(i);
-    made.normal = (1 / radii) * (d + (made.t - from) * u);
+    made.normal = (1 / norm(apart)) * apart;
     return made;
   }
 

@@ -49,8 +49,9 @@ template <class S> Meeting<S> meet(const Vec<S>& d0, const Vec<S>& u, S radii, S
   if (!(b < 0) || !(inside > 0)) return made;
   made.happens = true;
   made.t = larger(S(0), c / (sqrt(inside) - b));
-  made.normal = (1 / radii) * (d0 + made.t * u);
-  made.before = -sqrt(inside) / radii;  // u . n at contact: (b + u^2 t) / R
+  const Vec<S> d = d0 + made.t * u;  // of length R, but for spheres that touch at the start to the round-off of doubles
+  made.normal = (1 / norm(d)) * d;
+  made.before = c > 0 ? -sqrt(inside) / radii : b / norm(d);  // u . n at contact: (b + u^2 t) / R
   made.after = -e * made.before;
   made.impulse = -(1 + e) * made.before / inverse_mass;
   return made;

@@ -25,7 +25,7 @@ constexpr double kMinBounceCap = 1e-4;  // of the scene's size, for coarse toler
 
 // Relative round-off of a sum of a few products.
 constexpr double kRoundOff = 16 * 0x1p-52;
-constexpr double kClosestApproachRate = 1e-9;  // of the speeds: rate of the gap at a located closest approach
+constexpr double kClosestApproachRate = 1e-9;  // of the scene's speeds: rate of the gap at a located closest approach
 constexpr double kMissedOverlap = 1e-7;        // of the scene's size: an overlap that no root has found
 
 double length(const Triple<double>& v) { return std::sqrt(dynamics::dot(v, v)); }
@@ -47,7 +47,8 @@ Contacts::Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, co
       low_bounce_m_(
           std::min(kMinBounceInTolerances * (options.rtol * size_m_ + options.atol * options.scales.position_m),
                    kMinBounceCap * size_m_)),
-      rtol_(options.rtol), atol_m_per_s_(options.atol * options.scales.velocity_m_per_s) {
+      rtol_(options.rtol), speed_m_per_s_(options.scales.velocity_m_per_s),
+      atol_m_per_s_(options.atol * options.scales.velocity_m_per_s) {
   const dynamics::ContactPairs found = dynamics::contact_pairs(scene);
   for (const ContactPair& pair : found.pairs)
     if (!pair.compliant) pairs_.push_back({pair});  // else compliant_contacts.hpp
@@ -189,7 +190,7 @@ bool Contacts::resolve(double t_s, std::vector<double>& y, int interval, std::ve
 std::vector<ContactPair> Contacts::closest_approaches(const std::vector<double>& y) const {
   std::vector<ContactPair> made;
   for (const Pair& pair : pairs_) {
-    double speeds = 0;
+    double speeds = speed_m_per_s_;  // bodies may stand still where they are closest
     for (const int body : {pair.a, pair.b})
       if (const int at = equations_.layout().slots[body].velocity; at >= 0) speeds += length(dynamics::read3(&y[at]));
     const Gap<double> now = gap(scene_, equations_.layout(), pair, y.data());

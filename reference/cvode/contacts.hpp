@@ -49,7 +49,7 @@ class Contacts {
 
   const Scene& scene_;
   dynamics::Dynamics<double>& equations_;
-  double size_m_, low_bounce_m_, rtol_, atol_m_per_s_;
+  double size_m_, low_bounce_m_, rtol_, speed_m_per_s_, atol_m_per_s_;
   std::vector<Pair> pairs_;
   std::vector<dynamics::ContactPair> held_;  // balls at rest on a plane
   std::string failure_;

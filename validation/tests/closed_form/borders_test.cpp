@@ -151,3 +151,21 @@ TEST_CASE("Beside resonance, where long double sees resonance and quad does not,
     if (e <= 26) CHECK(closed_form_truth(given, 4).outcome.reason == "");  // the square is a double: resonance itself
   }
 }
+
+TEST_CASE(
+    "Two balls that overlap by the round-off of their places and slide past each other exchange their speeds along the line") {
+  for (const double approach : {0.1, 1e-3, 1e-6})
+    for (const char* solution : {"sphere-impact", "ball-flights"}) {
+      Scenario given = scenario(solution, 1);
+      given.scene.pairs[0].restitution = 1;
+      given.scene.bodies = {ball("a", 1, 0.5, {0, 0, 0}, {0, 0, 0}),
+                            ball("b", 1, 0.5, {0.9999999999999997, 0, 0}, {-approach, 1, 0})};
+      const Truth truth = closed_form_truth(given, 1);
+      INFO(solution << ", " << approach << ": " << truth.outcome.reason);
+      REQUIRE(truth.outcome.status == Status::ok);
+      const auto& end = truth.values.back().bodies;
+      CHECK(number(fabsq(end[0].v_m_per_s[0] + Wide(approach))) < 1e-32 * approach);
+      CHECK(number(fabsq(end[1].v_m_per_s[0])) < 1e-32);
+      CHECK(number(fabsq(end[1].v_m_per_s[1] - 1)) < 1e-32);
+    }
+}

@@ -96,6 +96,42 @@ TEST_CASE("a ball thrown at a ceiling that it just reaches or does not: bounded,
       }
 }
 
+// On a spring that pulls alike in every direction: the ball stands still where it is closest.
+TEST_CASE("a ball that turns back at a ceiling, at rest there: bounded, or refused by name") {
+  using scenes::Digits60;
+  for (const std::int64_t samples : {2, 16})
+    for (int digit = 9; digit <= 15; ++digit)
+      for (const auto& [kind, sign] :
+           {std::pair{"extended", 1.0}, {"extended", -1.0}, {"cvode", 1.0}, {"cvode", -1.0}}) {
+        Scene scene = scenes::empty_scene();
+        scene.pairs[0].restitution = 0.5;
+        const double offset_m = 1.25 - sign * std::pow(10.0, -digit);
+        scene.bodies = {scenes::point("ceiling", 0, {0, 0, 0}, {0, 0, 0}),
+                        scenes::point("ball", 1, {0, 0, 0}, {1, 0, 3})};
+        scene.bodies[0].fixed = true;
+        scene.bodies[0].shape = Plane{{0, 0, -1}, -offset_m};
+        scene.bodies[1].shape = Sphere{0.25};
+        scene.bodies[1].inertia_kg_m2 = {0.025, 0, 0, 0, 0.025, 0, 0, 0, 0.025};
+        scene.forces = {Spring{{1}, {0, 0, 0}, 9, 0, 0, {}}};
+        const Scenario given = scenes::scenario(scene, 1);
+        const Truth truth = std::string(kind) == "cvode" ? cvode_truth(given, samples) : extended_truth(given, samples);
+        INFO(kind << " at " << sign << "e-" << digit << ": " << truth.outcome.reason);
+        if (truth.outcome.status != Status::ok) CHECK(names_it(truth));
+        CHECK(static_cast<std::int64_t>(truth.values.size()) > samples / 2);
+        const Digits60 top = Digits60(offset_m) - Digits60(0.25);  // z = sin 3 t up to there
+        for (std::size_t k = 1; k < truth.values.size(); ++k) {
+          const Digits60 t = Digits60(k) / samples;
+          Digits60 z = sin(3 * t);
+          if (top < 1) {
+            const Digits60 hit = asin(top) / 3, since = t - hit, speed = cos(3 * hit) * 3 / 2;
+            if (since > 0) z = top * cos(3 * since) - speed / 3 * sin(3 * since);
+          }
+          const double error = static_cast<double>(abs(scenes::digits60(truth.values[k].bodies[1].p_m[2]) - z));
+          CHECK(error <= size(truth.bars[k].bodies[1].p_m[2]));
+        }
+      }
+}
+
 TEST_CASE("a graze to the last digit ends every truth") {
   for (const char* kind : {"extended", "cvode"})
     for (const Scenario& given : {passing(0), thrown(0)}) {
