@@ -19,7 +19,7 @@ template <class S> class JointForces {
   // Motors that are on at the time middle_s act; the others do not.
   void select(double middle_s);
   // Adds the forces along the rates of `tree` (its generalised vector) in the state (t, y). Joints that close a loop
-  // have no coordinate in the state; forces on them are refused where the scene is read.
+  // have no coordinate in the state: RigidModel refuses forces on them.
   void add(const Tree<S>& tree, S t_s, const S* y, S* applied) const;
   // J of the springs; joints whose motion is prescribed are where y has them.
   S potential_energy(const Tree<S>& tree, const S* y) const;

@@ -118,9 +118,13 @@ std::vector<Real3> rings(const Fluid& fluid) {
   return points;
 }
 
-std::vector<Real3> positions_of(const Fluid& fluid, int dimensions) {
+std::vector<Real3> positions_of(const Fluid& fluid, const Domain& domain) {
+  const int dimensions = domain.dimensions;
   if (std::holds_alternative<PointsRegion>(fluid.region)) {
     std::vector<Real3> sorted = fluid.particles.position_m;
+    for (Real3& x : sorted)  // places that are whole periods apart are the same
+      for (std::size_t a = 0; a < 3; ++a)
+        if (const double period = domain.periodic_m[a]; period > 0) x[a] -= period * std::floor(x[a] / period);
     std::sort(sorted.begin(), sorted.end());
     if (const auto twice = std::adjacent_find(sorted.begin(), sorted.end()); twice != sorted.end())
       throw InputError("two points of the fluid `" + fluid.name + "` are at the same place, " + in_words((*twice)[0]) +
@@ -294,7 +298,7 @@ void place_particles(Scene& scene) {
   const int dimensions = scene.domain.dimensions;
   std::size_t total = 0;
   for (Fluid& fluid : scene.fluids) {
-    std::vector<Real3> points = positions_of(fluid, dimensions);
+    std::vector<Real3> points = positions_of(fluid, scene.domain);
     const bool round =
         std::holds_alternative<BallRegion>(fluid.region) || std::holds_alternative<EllipsoidRegion>(fluid.region);
     const double volume =

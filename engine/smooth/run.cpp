@@ -50,9 +50,13 @@ template <class S> bool end_at(Simulation<S>& s, const std::string& fault, S t_s
   s.outcome.reason = fault + at_time(t_s);
   return false;
 }
-// Joints at their limits, at the start. False: the run cannot begin.
-template <class S> bool start_stops(Run<S>& run) {
-  return !run.stops.any() || run.stops.start(run.observer) || end_at(run.simulation, run.stops.fault(), S(0));
+// The sample at t = 0, which is the state before impacts at that instant. False: the run cannot begin.
+template <class S> bool begin(Run<S>& run) {
+  Simulation<S>& s = run.simulation;
+  const bool stops = run.stops.any();
+  if (stops && !run.stops.start(run.observer)) return end_at(s, run.stops.fault(), S(0));
+  if (!run.observe_state(0, s.y.data())) return false;
+  return !stops || run.stops.resolve_start() || end_at(s, run.stops.fault(), S(0));
 }
 
 // After an accepted step to t_s, whose end is y.
@@ -163,7 +167,7 @@ template <class S> void march_equal_steps(Run<S>& run) {
   const std::int64_t stride = plan.steps / plan.samples;
   const bool equal = plan.frame_ends_s.empty();
   restart(run);
-  if (!start_stops(run) || !run.observe_state(0, s.y.data())) return;
+  if (!begin(run)) return;
   for (std::int64_t k = 0; k < plan.samples; ++k) {
     if (s.free_flight != nullptr && equal) march_free_flight(s, plan, k * stride, (k + 1) * stride, h_s);
     else
@@ -251,7 +255,7 @@ template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolera
   const S end_s = S(run.plan.t_end_s);
   restart(run);
   s.stepper->set_tolerance(tolerance.rtol, tolerance.atol);
-  if (!start_stops(run) || !run.observe_state(0, s.y.data())) return;
+  if (!begin(run)) return;
   std::int64_t k = 1;
   S begin_s = S(0), h_s = time_at<S>(run.plan, 1);
   const std::vector<double>& switches = s.model->switch_times_s();

@@ -297,6 +297,11 @@ template <class S> bool Stops<S>::start(const Observer* observer) {
       return false;
     }
   }
+  settle(S(0));
+  return true;
+}
+
+template <class S> bool Stops<S>::resolve_start() {
   if (!resolve_impacts(S(0))) return false;
   settle(S(0));
   return true;

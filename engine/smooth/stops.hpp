@@ -21,9 +21,11 @@ template <class S> class Stops {
   explicit Stops(Simulation<S>& simulation);
   bool any() const { return !sides_.empty(); }
 
-  // At the start, and again at each restart: releases all, lets coordinates at their limits rest or bounce. False: a
-  // coordinate starts beyond its limits; fault() says which.
+  // At the start, and again at each restart: releases all, and lets coordinates rest that are pressed on their limits.
+  // False: a coordinate starts beyond its limits; fault() says which.
   bool start(const Observer* observer);
+  // The impacts of coordinates that start at their limits and move beyond, at t = 0. As resolve().
+  bool resolve_start();
   // After a step of h_s from (t_s, simulation.y) to simulation.y_new: the fraction of it up to the first event, 1 if
   // there is none. simulation.y_new is then the state there, by the stepper's last call. False: a step was not solved.
   bool locate(S t_s, S h_s, S& fraction);

@@ -66,7 +66,8 @@ std::vector<MetricInfo> fluid_metrics() {
       {"work-by-diffusion", "1",
        "Work of the density's diffusion (+sph{density_diffusion}) over the run, over the scale of energy-budget; positive "
        "where the fluid gains energy. Its power is computed from the particles of each sample by the reference's sums, the "
-       "integral is Simpson's rule over the samples, and the bar is its difference to the trapezoidal rule."},
+       "integral is Simpson's rule over the samples; the bar is the larger of its differences to the trapezoidal rule and to "
+       "itself over every second sample."},
       {"work-by-shift", "1",
        "The same of the motion relative to the fluid that keeps particles in order (+sph{shift}), with its fluxes."},
       {"work-by-viscosity", "1",
@@ -80,7 +81,7 @@ std::vector<MetricInfo> fluid_metrics() {
        "|E - E0 - work| at the end, over the scale of energy-budget: what neither the plain pairs of particles nor the rows "
        "of work account for: the error of the steps, and that of the integral. More than a fifth of the works: the samples "
        "are too few for the motion (sound, for instance), and rows of work are left out. Only for +sph with "
-       "density=continuity, bodies that rest and three samples or more."},
+       "density=continuity, bodies that rest and nine samples or more."},
       {"neighbours", "1",
        "Mean number of other particles within the support of the method's kernel, at the end, walls not counted. The "
        "reason has the support."},

@@ -1,4 +1,5 @@
 // Work of the terms of +sph that give or take energy, from the samples of a run.
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -10,7 +11,7 @@ namespace atwood {
 namespace {
 
 constexpr std::size_t kMostParticles = 50'000;
-constexpr std::size_t kLeastSamples = 3;  // of fewer, one rule alone integrates: no bar
+constexpr std::size_t kLeastSamples = 9;  // of fewer, every second one is too coarse a check of the integral
 constexpr double kRoundOff = 1e-14;       // of the scale
 constexpr double kUnresolved = 0.2;       // of the works: what is left of a motion that the samples resolve
 
@@ -26,17 +27,32 @@ constexpr std::array<Term, 5> kTerms{{{"work-by-diffusion", &FluidPowers::diffus
 
 }  // namespace
 
+namespace {
+
 // Simpson's rule over an even number of intervals; of an odd number, from 3 on, its 3/8 rule takes the last three.
-Integral integral_of(const std::vector<double>& values, double h) {
+Integral by_both_rules(const std::vector<double>& values, double h) {
   Integral made;
   const std::size_t intervals = values.empty() ? 0 : values.size() - 1;
   for (std::size_t k = 0; k < intervals; ++k) made.trapezoid += h * (values[k] + values[k + 1]) / 2;
-  if (intervals < 2) return {made.trapezoid, made.trapezoid};
+  if (intervals < 2) return {made.trapezoid, made.trapezoid, 0};
   const std::size_t by_thirds = intervals % 2 == 0 ? intervals : intervals - 3;
   for (std::size_t k = 0; k < by_thirds; k += 2)
     made.simpson += h * (values[k] + 4 * values[k + 1] + values[k + 2]) / 3;
   if (const std::size_t k = by_thirds; k < intervals)
     made.simpson += 3 * h * (values[k] + 3 * (values[k + 1] + values[k + 2]) + values[k + 3]) / 8;
+  return made;
+}
+
+}  // namespace
+
+Integral integral_of(const std::vector<double>& values, double h) {
+  Integral made = by_both_rules(values, h);
+  std::vector<double> even(values.begin(),
+                           values.end() - static_cast<std::ptrdiff_t>(values.size() % 2 == 0 && !values.empty()));
+  const double fine = by_both_rules(even, h).simpson;
+  std::vector<double> coarse;
+  for (std::size_t k = 0; k < even.size(); k += 2) coarse.push_back(even[k]);
+  made.bar = std::max(std::fabs(made.simpson - made.trapezoid), std::fabs(fine - by_both_rules(coarse, 2 * h).simpson));
   return made;
 }
 
@@ -69,7 +85,7 @@ std::vector<Row> fluid_work_rows(const Scene& scene, const Recording& run, const
     // A term that the method or the scene does not have, or viscosity all of which becomes heat.
     if (std::fabs(work.simpson) < kRoundOff * unit && std::fabs(work.trapezoid) < kRoundOff * unit) continue;
     works += std::fabs(work.simpson);
-    rows.push_back(metrics::row(kTerms[k].metric, work.simpson / unit, std::fabs(work.simpson - work.trapezoid) / unit,
+    rows.push_back(metrics::row(kTerms[k].metric, work.simpson / unit, work.bar / unit,
                                 over + "powers of " + samples + ", integrated by Simpson's rule"));
   }
   if (rows.empty()) return rows;
@@ -78,7 +94,7 @@ std::vector<Row> fluid_work_rows(const Scene& scene, const Recording& run, const
   const double left = std::fabs(change - whole.simpson);
   const bool resolved = left <= kUnresolved * works;
   if (!resolved) rows.clear();
-  rows.push_back(metrics::row("energy-unaccounted", left / unit, std::fabs(whole.simpson - whole.trapezoid) / unit,
+  rows.push_back(metrics::row("energy-unaccounted", left / unit, whole.bar / unit,
                               over + "energy changed by " + format_measure(change, 0) + " J, work is " +
                                   format_measure(whole.simpson, 0) + " J" +
                                   (resolved ? ""

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "dynamics/joint_poses.hpp"
+#include "dynamics/state.hpp"
 #include "validation/metrics/joints.hpp"
 #include "validation/metrics/measurements.hpp"
 
@@ -150,7 +151,7 @@ struct Comparison {
   const Scene& scene;
   const Truth& truth;
   const Motion &mine, &exact;
-  const std::vector<bool>& on_impact;  // by sample
+  const std::vector<bool>&on_impact, &on_switch;  // by sample
 
   // Coordinates and rates of joint j; `angles`: those that are angles, else those that are offsets.
   void take(std::size_t j, bool angles, Kept& kept) const {
@@ -250,7 +251,7 @@ struct Reaction {
 Reaction reaction_of(const Comparison& compare, std::size_t j, bool torque) {
   Reaction out;
   for (std::size_t k = 0; k < compare.mine.joints.size(); ++k) {
-    if (compare.on_impact[k]) continue;
+    if (compare.on_impact[k] || compare.on_switch[k]) continue;
     const JointSample &a = compare.mine.joints[k][j], &b = compare.exact.joints[k][j];
     const auto& mine = torque ? a.torque_N_m : a.force_N;
     const auto& exact = torque ? b.torque_N_m : b.force_N;
@@ -323,6 +324,19 @@ std::vector<bool> samples_on_impacts(const Truth& truth) {
   return on;
 }
 
+// Where a force is switched, to the rounding of the samples' times: a reaction may be that before or that after.
+std::vector<bool> samples_on_switches(const Scenario& scenario, const Truth& truth) {
+  constexpr double round_off = 0x1p-50;  // of the time
+  const std::vector<double> switches = dynamics::switch_times(scenario.scene, 2 * scenario.t_end_s);
+  std::vector<bool> on(truth.values.size(), false);
+  for (std::size_t k = 0; k < on.size(); ++k) {
+    const double t = narrow(truth.values[k].t_s);
+    on[k] = std::any_of(switches.begin(), switches.end(),
+                        [&](double at) { return std::abs(at - t) <= round_off * scenario.t_end_s; });
+  }
+  return on;
+}
+
 }  // namespace
 
 bool has_mechanism(const Scene& scene) { return !scene.joints.empty() || !scene.ropes.empty(); }
@@ -359,7 +373,8 @@ void metrics::append_joints(const Scenario& scenario, const Truth& truth, const 
   if (!has_truth(truth) || scenario.scene.joints.empty()) return;
   const Motion mine = motion_of(scenario.scene, run.values), exact = motion_of(scenario.scene, truth.values);
   const std::vector<bool> on_impact = samples_on_impacts(truth);
-  const Comparison compare{scenario.scene, truth, mine, exact, on_impact};
+  const std::vector<bool> on_switch = samples_on_switches(scenario, truth);
+  const Comparison compare{scenario.scene, truth, mine, exact, on_impact, on_switch};
   append_size(compare, rows);
   append_coordinates(compare, rows);
   append_reactions(compare, false, rows);
@@ -390,7 +405,7 @@ std::vector<MetricInfo> joint_metrics() {
        "ball the norm. Units and `body` as in error-joint-coordinate."},
       {"error-reaction-force", "N",
        "Largest norm of the error of a joint's constraint force on the child at its anchor over the samples, samples on the "
-       "instant of an impact left out. Components that the constraints leave open are not compared. Springs, dampers and "
+       "instant of an impact or of a force's switch left out. Components that the constraints leave open are not compared. Springs, dampers and "
        "motors are not part of it. The reason has the largest true component."},
       {"error-reaction-torque", "N m",
        "The same for the constraint torque on the child about its anchor. The torque of a joint with a prescribed rate is "

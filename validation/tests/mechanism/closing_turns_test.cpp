@@ -53,3 +53,32 @@ TEST_CASE("IDA ends where a rope slackens") {
   CHECK(std::fabs(std::stod(ran.outcome.reason.substr(words.size())) - 0.484) < 2e-3);
   CHECK(ran.samples.size() == 10);
 }
+
+// The spring of a closing joint has no coordinate in the state of the tree.
+TEST_CASE("forces along a joint that closes a loop are refused by name") {
+  Scenario scenario = four_bar(0.5, 0);
+  REQUIRE(scenario.scene.joints[3].closes_loop);
+  for (const JointForce& force : {JointForce{JointSpring{3, 0, 1, 0, 0}}, JointForce{JointTorque{3, 0, 1, 0, 0, {}}}}) {
+    scenario.scene.joint_forces = {force};
+    const Outcome outcome = run(atwood_engine(), "atwood/rk4", scenario, 100, 10).outcome;
+    CHECK(outcome.status == Status::unsupported);
+    CHECK_THAT(outcome.reason, Catch::Contains("along a joint that closes a loop"));
+  }
+}
+
+TEST_CASE("a joint that starts at its stop and moves into it: the sample at t = 0 is before the impact") {
+  Scenario scenario = mechanism_scenario(1);
+  scenario.scene.gravity_m_per_s2 = {0, 0, 0};
+  scenario.scene.bodies = {solid("door", 2, 0.5)};
+  Joint joint = hinge(-1, 0, {}, {0, 0, 0.5}, 0, -2);
+  joint.limits = JointLimits{0, 3, 0.5};
+  scenario.scene.joints = {joint};
+  for (const char* method : {"atwood/rk4", "atwood/dopri5:1e-9"}) {
+    const Ran made = run(atwood_engine(), method, scenario, 100, 4);
+    INFO(made.outcome.reason);
+    REQUIRE(made.outcome.status == Status::ok);
+    CHECK(made.samples[0].joints[0].u[0] == -2);
+    CHECK(std::fabs(static_cast<double>(made.samples[4].joints[0].u[0] - 1)) < 1e-12);
+    CHECK(std::fabs(static_cast<double>(made.samples[4].joints[0].q[0] - 1)) < 1e-12);
+  }
+}
