@@ -84,8 +84,8 @@ template <class S> bool PlanarRates<S>::add_link(const Tree<S>& tree, int i, std
   return true;
 }
 
-// (cos, sin) of what each hinge turns its link by, into the link's z: several at once, with the bits of each. False: too
-// few for it.
+// (cos, sin) of what each hinge turns its link by, into the link's z: several at once, with the bits of each. False:
+// there are too few for it.
 template <class S> bool PlanarRates<S>::turn_hinges(const OneState<S>& y, State<S>* state, DrivenJoints driven) const {
   if constexpr (PackOf<S>::in_register) {
     if (hinges_.size() < kLeastHingesOfPack) return false;

@@ -79,8 +79,8 @@ std::vector<Row> neighbour_rows(const Scene& scene, const Recording& run, double
 
 // Rows of work of the terms that do not keep the energy: work-by-diffusion, -shift, -viscosity, -walls, each where the
 // method (`response`: "sph{...}" with all settings) and the scene have the term, and energy-unaccounted. Their powers
-// are computed from the samples (reference/fluid_truth/powers.hpp) and integrated over them by Simpson's rule. Where the
-// samples are too few for the motion, energy-unaccounted alone, which says so. None for other responses,
+// are computed from the samples (reference/fluid_truth/powers.hpp) and integrated over them by Simpson's rule. Where
+// the samples are too few for the motion, energy-unaccounted alone, which says so. None for other responses,
 // density=summation, bodies that move, more than 50 000 particles, fewer than nine samples, and runs that did not end
 // well.
 std::vector<Row> fluid_work_rows(const Scene& scene, const Recording& run, const std::string& response);
