@@ -10,7 +10,7 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kMostParticles = 50'000;
+constexpr std::size_t kMaxParticlesOfWork = 50'000;
 constexpr double kRoundOff = 1e-14;  // of the scale
 constexpr double kUnresolved = 0.2;  // of the works: what is left of a motion that the samples resolve
 
@@ -47,7 +47,7 @@ Integral integral_of(const std::vector<double>& values, double h) {
 std::vector<Row> fluid_work_rows(const Scene& scene, const Recording& run, const std::string& response) {
   if (run.outcome.status != Status::ok || run.values.size() < 2 || has_other_work(scene)) return {};
   const std::size_t count = run.values.front().particles.size();
-  if (count != fluid_of_particles(scene).size() || count > kMostParticles) return {};
+  if (count != fluid_of_particles(scene).size() || count > kMaxParticlesOfWork) return {};
   const FluidPowersOf powers(scene, response);
   if (!powers.unsupported().empty()) return {};
   const std::vector<metrics::FluidEnergies> energies = metrics::fluid_energies(scene, run.values);
