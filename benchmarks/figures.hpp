@@ -44,7 +44,7 @@ struct GoalEntrant {
   double floor = std::numeric_limits<double>::quiet_NaN();  // accuracy_floor() of the error; NaN: not known
 };
 inline constexpr double kCancelled = 10;
-inline constexpr double kMostEvaluations = 10;  // of a rival, in those of its engine's cheapest rung
+inline constexpr double kMaxEvaluations = 10;  // of a rival, in those of its engine's cheapest rung
 // What else ran on the machine while a goal was timed.
 struct MachineState {
   std::int64_t timings = 0, interrupted = 0;  // interrupted: the worker had to wait for its processor

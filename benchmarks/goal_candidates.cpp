@@ -105,7 +105,7 @@ bool CostlyRungs::leaves_out(const PlannedCell& planned) const {
   if (!is_rival(planned.side) || method_family(planned.cell.method) == planned.cell.method) return false;
   const auto most = of_family_.find(method_family(planned.cell.method));
   const auto least = of_engine_.find(engine_of(planned.cell.method));
-  return most != of_family_.end() && least != of_engine_.end() && most->second > kMostEvaluations * least->second;
+  return most != of_family_.end() && least != of_engine_.end() && most->second > kMaxEvaluations * least->second;
 }
 
 void leave_cheap(std::vector<Candidate*>& accurate) {
@@ -121,7 +121,7 @@ void leave_cheap(std::vector<Candidate*>& accurate) {
   std::erase_if(accurate, [&](const Candidate* c) {
     const double own = c->entrant.evaluations;
     if (!counted(own)) return false;
-    if (is_rival(c->side) && own > kMostEvaluations * of_engine.at(engine_of(c->entrant.method))) return true;
+    if (is_rival(c->side) && own > kMaxEvaluations * of_engine.at(engine_of(c->entrant.method))) return true;
     const std::vector<double>& rungs = of_family.at(method_family(c->entrant.method));
     return own > kFinerRungs * rungs.front() && own > rungs[std::min<std::size_t>(1, rungs.size() - 1)];
   });

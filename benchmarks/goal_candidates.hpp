@@ -32,7 +32,7 @@ struct PlannedCell {
 std::vector<std::vector<PlannedCell>> plan_waves(const Goal& goal, const Scenario& scenario, bool with_rivals,
                                                  const std::vector<Worker>& workers, const std::string& cpu);
 
-// Which finer rungs of rivals need not run: a coarser rung of the same method needed more than kMostEvaluations times
+// Which finer rungs of rivals need not run: a coarser rung of the same method needed more than kMaxEvaluations times
 // the evaluations of the cheapest rung of the same engine that reaches the error. A method of order 2 needs a million
 // steps for 1e-12.
 class CostlyRungs {
@@ -45,7 +45,7 @@ class CostlyRungs {
 };
 
 // Leaves those that can be their side's cheapest: of the rungs of one method the two that need the fewest evaluations
-// and those within kFinerRungs of the fewest; of rivals, those within kMostEvaluations of the fewest of their engine.
+// and those within kFinerRungs of the fewest; of rivals, those within kMaxEvaluations of the fewest of their engine.
 // All reach the error. Those that count no evaluations stay.
 inline constexpr double kFinerRungs = 1.3;
 void leave_cheap(std::vector<Candidate*>& accurate);

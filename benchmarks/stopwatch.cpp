@@ -63,10 +63,10 @@ WorkerClient& Stopwatch::client(const Contender& contender) {
 }
 
 double Stopwatch::seconds(const Contender& contender) {
-  constexpr int most = 3;
+  constexpr int max_attempts = 3;
   constexpr double long_s = 0.05, long_wait = 0.01;  // a long run is interrupted on any machine
   double taken_s = 0;
-  for (int attempt = 1; attempt <= most; ++attempt) {
+  for (int attempt = 1; attempt <= max_attempts; ++attempt) {
     const pid_t process = client(contender).process_id();
     const Waits before = process > 0 ? waits_of(process) : Waits{};
     taken_s = once(contender);
@@ -76,7 +76,7 @@ double Stopwatch::seconds(const Contender& contender) {
     if (after.times == before.times) break;
     if (taken_s >= long_s && after.seconds - before.seconds <= long_wait * taken_s) break;
     ++machine_.interrupted;
-    if (attempt == most || !(contender.expected_s < long_s)) break;
+    if (attempt == max_attempts || !(contender.expected_s < long_s)) break;
     ++machine_.repeated;
   }
   return taken_s;

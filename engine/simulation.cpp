@@ -1,6 +1,7 @@
 #include "simulation.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "collision/query.hpp"
 #include "contact/event/event.hpp"
@@ -21,33 +22,35 @@ namespace atwood {
 namespace {
 
 // Settings that rule each other out, or that the others leave without effect.
-std::string combination_fault(const MethodId& id, const Settings& settings) {
+std::optional<Fault> combination_fault(const MethodId& id, const Settings& settings) {
+  const auto input = [&](const std::string& why) { return Fault{Blame::input, "atwood/" + id.scheme + ": " + why}; };
   const auto is = [&](const char* name, const char* word) { return std::get<std::string>(settings.at(name)) == word; };
   if (id.scheme == "ias15" && id.overrides.contains("epsilon") && is("criterion", "tolerance"))
-    return "atwood/ias15: `epsilon` acts with criterion=rein-spiegel or criterion=prs23 alone";
-  if (id.scheme != "gbs" || !id.rtol) return "";
+    return input("`epsilon` acts with criterion=rein-spiegel or criterion=prs23 alone");
+  if (id.scheme != "gbs" || !id.rtol) return {};
   if (is("order", "chosen") && id.overrides.contains("columns"))
-    return "atwood/gbs: with a tolerance `columns` acts with order=fixed alone";
+    return input("with a tolerance `columns` acts with order=fixed alone");
   if (is("order", "fixed") && std::get<std::int64_t>(settings.at("columns")) > kMaxFixedColumns)
-    return "atwood/gbs: with a tolerance order=fixed takes at most " + std::to_string(kMaxFixedColumns) +
-           " columns, for the differences of later ones are lost in round-off and steps become tiny; use order=chosen";
-  return "";
+    return input("with a tolerance order=fixed takes at most " + std::to_string(kMaxFixedColumns) +
+                 " columns, for the differences of later ones are lost in round-off and steps become tiny; use "
+                 "order=chosen");
+  return {};
 }
 
-std::string method_fault(const MethodId& id) {
+std::optional<Fault> method_fault(const MethodId& id) {
+  const auto input = [](const std::string& why) { return Fault{Blame::input, why}; };
   const MethodInfo* info = find_integrator(id.scheme);
-  if (info == nullptr) return "atwood has no method `" + id.scheme + "`";
-  if (id.rtol && !info->adaptive) return info->id + " takes equal steps, no tolerance";
+  if (info == nullptr) return input("atwood has no method `" + id.scheme + "`");
+  if (id.rtol && !info->adaptive) return input(info->id + " takes equal steps, no tolerance");
   for (const auto& [name, value] : id.overrides)
     if (const auto rule = info->rules.find(name); !id.rtol && rule != info->rules.end() && rule->second.needs_tolerance)
-      return info->id + ": `" + name + "` acts in runs with a tolerance alone; expected one, as in " + info->id +
-             ":1e-12";
+      return input(info->id + ": `" + name + "` acts in runs with a tolerance alone; expected one, as in " + info->id +
+                   ":1e-12");
   const auto settings = merged_settings(*info, id.overrides);
-  if (!settings) return settings.fault().reason;
-  if (const std::string fault = combination_fault(id, *settings); !fault.empty()) return fault;
+  if (!settings) return settings.fault();
   if (!id.response.empty() && find_response(id.response) == nullptr && fluid::find_response(id.response) == nullptr)
-    return "atwood has no response `+" + id.response + "` to contacts or fluids";
-  return "";
+    return input("atwood has no response `+" + id.response + "` to contacts or fluids");
+  return combination_fault(id, *settings);
 }
 
 // Refuses a response that cannot follow the scene's contact laws, then runs.
@@ -62,11 +65,12 @@ Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan,
 }
 
 // Which responses do not take mechanisms.
-std::string joints_refused(const MethodId& id, const Scene& scene) {
-  if (scene.joints.empty() && scene.ropes.empty()) return "";
-  if (!scene.fluids.empty()) return "atwood does not support fluids in a scene with joints or ropes";
-  if (!contacts_possible(scene) || id.response != "event") return "";
-  return "+event takes no bodies on joints or ropes; use +impulse or +penalty";
+std::optional<Fault> joints_fault(const MethodId& id, const Scene& scene) {
+  if (scene.joints.empty() && scene.ropes.empty()) return {};
+  if (!scene.fluids.empty())
+    return Fault{Blame::engine, "atwood does not support fluids in a scene with joints or ropes"};
+  if (!contacts_possible(scene) || id.response != "event") return {};
+  return Fault{Blame::engine, "+event takes no bodies on joints or ropes; use +impulse or +penalty"};
 }
 
 // Of the scheme alone.
@@ -82,11 +86,11 @@ Outcome run_without_contacts(const MethodId& id, const Scene& scene, const Plan&
 Outcome run(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   const bool for_fluids = fluid::find_response(id.response) != nullptr;
   const MethodId own = for_fluids ? fluid::integrator_part(id) : integrator_part(id);
-  if (const std::string fault = method_fault(own); !fault.empty()) return refused(fault);
+  if (const auto fault = method_fault(own)) return refused(*fault);
   if (for_fluids != !scene.fluids.empty())
     return refused(for_fluids ? "+" + id.response + " steps fluids, and the scene has none"
                               : "the scene has fluids: use +sph or +polynomial");
-  if (const std::string why = joints_refused(id, scene); !why.empty()) return refused(why);
+  if (const auto fault = joints_fault(id, scene)) return refused(*fault);
   if (for_fluids) return fluid::run_fluid(id, scene, plan, observer, repeats);
   if (contacts_possible(scene)) return run_in_contact(id, scene, plan, observer, repeats);
   Outcome outcome = run_without_contacts(own, scene, plan, observer, repeats);

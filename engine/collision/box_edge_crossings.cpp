@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "collision/geometry.hpp"
+#include "protocol/refusal.hpp"
 
 namespace atwood {
 
@@ -61,22 +62,15 @@ std::vector<EdgeCrossing> crossings(const PosedBox& edges_of, const PosedBox& fa
   return out;
 }
 
-ContactAnswer refused(const std::string& reason) {
-  ContactAnswer answer;
-  answer.outcome.status = Status::unsupported;
-  answer.outcome.reason = reason;
-  return answer;
-}
-
 std::array<Wide, 3> widened(const Vec& v) { return {Wide(v.x), Wide(v.y), Wide(v.z)}; }
 
 }  // namespace
 
 ContactAnswer find_contacts_by_box_edges(const Scene& scene, const ContactQuery& query) {
-  if (query.swept) return refused("box-edges has no swept test");
+  if (query.swept) return refused<ContactAnswer>("box-edges has no swept test");
   for (const Body& body : scene.bodies)
     if (!std::holds_alternative<Box>(body.shape))
-      return refused("box-edges tests boxes only; `" + body.name + "` is not a box");
+      return refused<ContactAnswer>("box-edges tests boxes only; `" + body.name + "` is not a box");
   ContactAnswer answer;
   for (std::size_t a = 0; a < scene.bodies.size(); ++a) {
     for (std::size_t b = a + 1; b < scene.bodies.size(); ++b) {

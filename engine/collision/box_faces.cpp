@@ -50,12 +50,12 @@ template <class S> struct Corner {
   S thickness;  // from the reference's core to its surface, along the normal
 };
 template <class S> struct Polygon {
-  static constexpr int max_corners = 12;  // four corners, and one more for each side that cuts; round-off can add some
-  std::array<Corner<S>, max_corners> corners;
+  static constexpr int kMaxCorners = 12;  // four corners, and one more for each side that cuts; round-off can add some
+  std::array<Corner<S>, kMaxCorners> corners;
   int count = 0;
   void add(const Corner<S>& c) {
-    assert(count < max_corners);
-    if (count < max_corners) corners[static_cast<std::size_t>(count++)] = c;
+    assert(count < kMaxCorners);
+    if (count < kMaxCorners) corners[static_cast<std::size_t>(count++)] = c;
   }
   Corner<S>& operator[](int i) { return corners[static_cast<std::size_t>(i)]; }
   const Corner<S>& operator[](int i) const { return corners[static_cast<std::size_t>(i)]; }
@@ -152,8 +152,8 @@ template <class S> void keep_four(Polygon<S>& polygon) {
   int deepest = 0;
   for (int i = 1; i < n; ++i)
     if (polygon[i].gap < polygon[deepest].gap) deepest = i;
-  std::array<int, Polygon<S>::max_corners> index;  // onwards from the deepest, and where they lie from there
-  std::array<S, Polygon<S>::max_corners> u, v;
+  std::array<int, Polygon<S>::kMaxCorners> index;  // onwards from the deepest, and where they lie from there
+  std::array<S, Polygon<S>::kMaxCorners> u, v;
   for (int i = 0, at = deepest; i < n; ++i, at = at + 1 == n ? 0 : at + 1)
     index[i] = at, u[i] = polygon[at].u - polygon[deepest].u, v[i] = polygon[at].v - polygon[deepest].v;
   S largest = S(-1);

@@ -25,7 +25,7 @@ template <class S> const Hull<S>& unit_point() {
   static const Hull<S> hull = make_hull<S>(std::vector<Real3>{{0, 0, 0}});
   return hull;
 }
-// Loops alone: front 0 1 2, back 2 1 0.
+// The two loops of a triangle's faces, front 0 1 2 and back 2 1 0, without vertices.
 template <class S> const Hull<S>& triangle_loops() {
   static const Hull<S> hull = [] {
     Hull<S> loops;

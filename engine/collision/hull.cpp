@@ -83,7 +83,8 @@ Loops flat_outline(const std::vector<Real3>& points) {
   return {front, std::vector<int>(front.rbegin(), front.rend())};
 }
 
-// The group of each triangle: those within round-off of the plane of a larger one they hang together with.
+// The group of each triangle, by number. A group is grown from its largest triangle across edges, by triangles that lie
+// in the plane of that one up to round-off.
 std::vector<int> coplanar_groups(const std::vector<Real3>& points, const std::vector<std::array<int, 3>>& triangles) {
   const int n = static_cast<int>(triangles.size());
   const long double tolerance = 32 * 0x1p-52L * extent(points);

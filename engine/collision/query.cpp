@@ -7,6 +7,7 @@
 
 #include "collision/contacts.hpp"
 #include "collision/time_of_impact.hpp"
+#include "protocol/refusal.hpp"
 
 namespace atwood {
 
@@ -110,10 +111,7 @@ ContactAnswer find_scene_contacts(const Scene& scene, const ContactQuery& query)
       const QueryBody &a = bodies[i], &b = bodies[j];
       if (a.fixed && b.fixed) continue;
       if (const char* missing = missing_contact_test(a.shape.kind, b.shape.kind)) {
-        answer = {};
-        answer.outcome.status = Status::unsupported;
-        answer.outcome.reason = std::string("atwood has no contact test of ") + missing;
-        return answer;
+        return refused<ContactAnswer>(std::string("atwood has no contact test of ") + missing);
       }
       if (query.swept) add_time_of_impact(a, b, query.t_end_s, answer);
       else add_contacts(a, b, manifolds, answer);

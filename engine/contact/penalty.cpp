@@ -1,6 +1,7 @@
 #include "contact/penalty.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include "contact/options.hpp"
 #include "contact/penalty_force.hpp"
@@ -42,7 +43,7 @@ bool stable(const MethodId& scheme, double w, double z, double h_s) {
   return outcome.status == Status::unsupported || (through && size < 100);
 }
 
-// The longest stable step, to 0.1 %; infinite for methods that are stable at any.
+// The longest stable step, to 0.1 %; infinite for methods that are stable at any, 0 where none above 2^-60 / w is.
 double longest_step(const MethodId& scheme, double w, double z) {
   double low = 0, high = 1 / w;
   while (stable(scheme, w, z, high)) {
@@ -50,27 +51,33 @@ double longest_step(const MethodId& scheme, double w, double z) {
     high *= 2;
     if (high * w > 1e4) return std::numeric_limits<double>::infinity();
   }
-  return bisect([&](double h_s) { return stable(scheme, w, z, h_s); }, low, high, 1e-3, 60).low;
+  const auto root = bisect([&](double h_s) { return stable(scheme, w, z, h_s); }, low, high, 1e-3, 60);
+  return root.converged ? root.low : 0;
 }
 
-std::string too_long_a_step(const MethodId& id, double w, double z, double h_s) {
+std::optional<Fault> step_fault(const MethodId& id, double w, double z, double h_s) {
   MethodId scheme = integrator_part(id);
   scheme.response.clear();
   scheme.scalar.clear();
-  if (stable(scheme, w, z, h_s)) return "";
+  if (stable(scheme, w, z, h_s)) return {};
   const double longest = longest_step(scheme, w, z);
-  return "steps of " + format_double(h_s) + " s are beyond the stability limit of atwood/" + id.scheme +
-         " on the stiffest contact, " + format_double(std::round(longest * 1e7) / 1e7) + " s (" +
-         format_double(std::round(w)) + " rad/s)";
+  const std::string rate = " (" + format_double(std::round(w)) + " rad/s)";
+  if (longest == 0)
+    return Fault{Blame::engine, "no step of atwood/" + id.scheme + " is stable on the stiffest contact" + rate};
+  return Fault{Blame::input, "steps of " + format_double(h_s) + " s are beyond the stability limit of atwood/" +
+                                 id.scheme + " on the stiffest contact, " +
+                                 format_double(std::round(longest * 1e7) / 1e7) + " s" + rate};
 }
 
 // Compliant impacts last: several at once act together, each by its own overlap, which is neither convention.
-std::string names_instants(const Scene& scene) {
-  if (scene.simultaneous_impacts == SimultaneousImpacts::unspecified) return "";
+std::optional<Fault> simultaneity_fault(const Scene& scene) {
+  if (scene.simultaneous_impacts == SimultaneousImpacts::unspecified) return {};
   for (const PairLaw& law : laws_in_play(scene))
     if (law.contact_law == ContactLaw::rigid)
-      return "the scene prescribes simultaneous_impacts for rigid pairs, but impacts of +penalty have no instant";
-  return "";
+      return Fault{
+          Blame::engine,
+          "the scene prescribes simultaneous_impacts for rigid pairs, but impacts of +penalty have no instant"};
+  return {};
 }
 
 template <class S>
@@ -82,7 +89,7 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   options.impact_speed_m_per_s = std::get<double>(settings->at("impact_speed_m_per_s"));
   options.damping_ratio = std::get<double>(settings->at("damping_ratio"));
   options.tangential_ratio = std::get<double>(settings->at("tangential_ratio"));
-  if (const std::string why = names_instants(scene); !why.empty()) return refused(why);
+  if (const auto fault = simultaneity_fault(scene)) return refused(*fault);
   auto force = std::make_unique<PenaltyForce<S>>(scene, options);
   if (!force->refusal().empty()) return refused(force->refusal());
   const auto stiffest = force->stiffest();
@@ -93,8 +100,8 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   Simulation<S> simulation = prepare<S>(integrator_part(id), scene, std::move(force), "contact forces");
   if (simulation.outcome.status == Status::ok && !id.rtol && plan.steps > 0) {
     const double h_s = plan.t_end_s / static_cast<double>(plan.steps);
-    const std::string fault = too_long_a_step(id, stiffest.angular_frequency_rad_per_s, stiffest.damping_ratio, h_s);
-    if (!fault.empty()) return refused(fault);
+    if (const auto fault = step_fault(id, stiffest.angular_frequency_rad_per_s, stiffest.damping_ratio, h_s))
+      return refused(*fault);
   }
   const bool prepared = simulation.outcome.status == Status::ok;
   Outcome outcome = run_prepared(simulation, integrator_part(id), plan, observer, repeats);

@@ -9,7 +9,7 @@
 namespace atwood::fluid {
 namespace {
 
-constexpr int kLargestWholeGamma = 16;
+constexpr int kMaxWholeGamma = 16;
 
 float power(float x, float y) { return static_cast<float>(real::power(x, y)); }
 double power(double x, double y) { return real::power(x, y); }
@@ -39,7 +39,7 @@ template <class S> FluidLaw<S> make_law(const Fluid& fluid) {
   law.sound_speed = S(fluid.sound_speed_m_per_s);
   law.gamma = S(fluid.tait_exponent);
   law.tait = fluid.equation_of_state == EquationOfState::tait;
-  const int whole = fluid.tait_exponent <= kLargestWholeGamma ? static_cast<int>(fluid.tait_exponent) : 0;
+  const int whole = fluid.tait_exponent <= kMaxWholeGamma ? static_cast<int>(fluid.tait_exponent) : 0;
   law.whole_gamma = whole == fluid.tait_exponent ? whole : 0;
   law.viscosity = S(fluid.density_kg_per_m3) * S(fluid.viscosity_m2_per_s);
   law.heat_capacity = S(fluid.heat_capacity_J_per_kg_K);

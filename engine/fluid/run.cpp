@@ -303,7 +303,7 @@ Outcome march(ParticleSystem<S>& particles, Stepper<S>& stepper, const MethodId&
   Outcome outcome;
   March<S> run{particles, stepper, plan, repeats > 0 ? nullptr : &observer, outcome, {}, {}, {}, {}};
   if (id.rtol)
-    if (const std::string fault = tolerance_fault(id, stepper); !fault.empty()) return refused(fault);
+    if (const auto fault = tolerance_fault(id, stepper)) return refused(*fault);
   const double rtol = id.rtol.value_or(0);
   const StepLimits limits = step_limits(id);
   Outcome made = timed_passes(repeats, whole_pass([&] {
@@ -321,7 +321,7 @@ Outcome run_fluid(const MethodId& id, const Scene& scene, const Plan& plan, cons
   if (find_response(id.response) == nullptr)
     return refused("a scene with fluids needs +sph or +polynomial behind the method's scheme");
   const MethodId own = integrator_part(id);
-  if (const std::string fault = plan_fault(own, plan); !fault.empty()) return refused(fault);
+  if (const auto fault = plan_fault(own, plan)) return refused(*fault);
   if (id.scalar.empty() || id.scalar == "double") return run_response<double>(id, scene, plan, observer, repeats);
   if (id.scalar == "float") return run_response<float>(id, scene, plan, observer, repeats);
   if (id.scalar == "long-double") return run_response<long double>(id, scene, plan, observer, repeats);

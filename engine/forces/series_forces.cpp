@@ -46,8 +46,8 @@ bool at_centre(const Real3& point) { return point == Real3{}; }
 
 template <class S> SeriesForces<S>::SeriesForces(const Scene& scene) {
   if (!scene.problem.empty()) return;
-  if (static_cast<int>(scene.bodies.size()) > most_bodies) {
-    refusal = "more than " + std::to_string(most_bodies) + " bodies";
+  if (static_cast<int>(scene.bodies.size()) > kMaxSeriesBodies) {
+    refusal = "more than " + std::to_string(kMaxSeriesBodies) + " bodies";
     return;
   }
   linear.resize(scene.bodies.size());

@@ -15,7 +15,7 @@ namespace atwood {
 template <class S> struct SeriesForces {
   explicit SeriesForces(const Scene& scene);
 
-  static constexpr int most_bodies = 128;  // series of all pairs are kept
+  static constexpr int kMaxSeriesBodies = 128;  // series of all pairs are kept
 
   std::string refusal;  // names a force without a recurrence; empty where all have one
 

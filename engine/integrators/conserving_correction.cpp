@@ -73,7 +73,7 @@ template <class S> void ProjectedRungeKutta<S>::residuals(const S* y, S* g, S* s
 template <class S> void ProjectedRungeKutta<S>::take_invariants(const S* y) {
   energy_ = S(0);
   momentum_ = {};
-  S g[most], scale[most];
+  S g[kMaxInvariants], scale[kMaxInvariants];
   residuals(y, g, scale);
   energy_ = g[0];
   momentum_ = {g[1], g[2], g[3]};
@@ -150,7 +150,7 @@ template <class S> SolveReport ProjectedRungeKutta<S>::satisfy(S* y, int constra
   find_directions(y, constraints);
   S before = S(1e30f);
   for (int n = 0; n < kMaxRounds; ++n) {
-    S g[most], scale[most], mu[most] = {};
+    S g[kMaxInvariants], scale[kMaxInvariants], mu[kMaxInvariants] = {};
     residuals(y, g, scale);
     S now = S(0);
     for (int c = 0; c < constraints; ++c)
@@ -180,7 +180,7 @@ template <class S> SolveReport ProjectedRungeKutta<S>::satisfy(S* y, int constra
 template <class S> bool ProjectedRungeKutta<S>::project_orbits(S* y) {
   SolverTallies& solvers = this->system_.solvers;
   if (model_.conservative().central()) {
-    const SolveReport all = satisfy(y, most);
+    const SolveReport all = satisfy(y, kMaxInvariants);
     solvers.add(IterativeSolver::invariant_projection, all);
     if (all.ended != SolveEnd::capped) return true;
   }

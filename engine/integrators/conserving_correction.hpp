@@ -49,7 +49,7 @@ template <class S> class ProjectedRungeKutta final : public Stepper<S> {
     S twice_energy;
     Vec3<S> momentum_W;
   };
-  static constexpr int most = 4;  // energy, three components of angular momentum
+  static constexpr int kMaxInvariants = 4;  // energy, three components of angular momentum
   void take_invariants(const S* y);
   void find_metric(const S* y);
   void find_directions(const S* y, int constraints);
@@ -69,9 +69,9 @@ template <class S> class ProjectedRungeKutta final : public Stepper<S> {
   Vec3<S> momentum_;
   std::vector<Spin> spin_;
   std::vector<Vec3<S>> force_W_;
-  std::vector<S> d_, trial_, inverse_metric_, direction_[most];  // directions: orthonormal in the metric
-  S triangle_[most][most]{};                                     // gradient_c = sum_b triangle_cb direction_b
-  bool kept_[most]{};
+  std::vector<S> d_, trial_, inverse_metric_, direction_[kMaxInvariants];  // directions: orthonormal in the metric
+  S triangle_[kMaxInvariants][kMaxInvariants]{};                           // gradient_c = sum_b triangle_cb direction_b
+  bool kept_[kMaxInvariants]{};
 };
 
 // Relaxation (Ketcheson, SIAM J. Numer. Anal. 57 (2019) 2850; Ranocha, Sayyari, Dalcin, Parsani, Ketcheson, SIAM J.

@@ -35,9 +35,9 @@ template <class S> bool ImplicitSolver<S>::end(SolveEnd ended, int iterations, S
 // z <- y0 + c g(z). Converged when a sweep changes only the last digits, stagnated when the changes no longer shrink.
 template <class S>
 auto ImplicitSolver<S>::sweep(Function g, void* context, S t_s, S c_s, const S* y0, S* z) -> Progress {
-  constexpr int most = 40;
+  constexpr int max_iterations = 40;
   S before = S(1e30f);
-  for (int k = 0; k < most; ++k) {
+  for (int k = 0; k < max_iterations; ++k) {
     g(context, t_s, z, g_.data());
     for (int i = 0; i < size_; ++i) {
       const S next = y0[i] + c_s * g_[i];
@@ -50,7 +50,7 @@ auto ImplicitSolver<S>::sweep(Function g, void* context, S t_s, S c_s, const S* 
       end(converged ? SolveEnd::converged : SolveEnd::stagnated, k + 1, now);
       return Progress::solved;
     }
-    if (!(now < S(1e30f)) || (k > 2 && now > before / S(4)) || k + 1 == most) {
+    if (!(now < S(1e30f)) || (k > 2 && now > before / S(4)) || k + 1 == max_iterations) {
       end(SolveEnd::capped, k + 1, now);
       return Progress::slow;
     }
@@ -79,9 +79,9 @@ template <class S> void ImplicitSolver<S>::factor_jacobian(Function g, void* con
 template <class S> bool ImplicitSolver<S>::newton(Function g, void* context, S t_s, S c_s, const S* y0, S* z) {
   std::copy(y0, y0 + size_, z);
   factor_jacobian(g, context, t_s, c_s, z);
-  constexpr int most = 60;
+  constexpr int max_iterations = 60;
   S before = S(1e30f);
-  for (int k = 0; k < most; ++k) {
+  for (int k = 0; k < max_iterations; ++k) {
     g(context, t_s, z, g_.data());
     for (int i = 0; i < size_; ++i) change_[i] = y0[i] + c_s * g_[i] - z[i];
     lu_.solve(change_.data());
@@ -90,7 +90,7 @@ template <class S> bool ImplicitSolver<S>::newton(Function g, void* context, S t
     if (!(now < S(1e30f))) return end(SolveEnd::capped, k + 1, now);
     if (now <= S(2) * real::epsilon<S>()) return end(SolveEnd::converged, k + 1, now);
     if (now <= S(1024) * real::epsilon<S>() && now >= before / S(2)) return end(SolveEnd::stagnated, k + 1, now);
-    if (k + 1 == most) return end(SolveEnd::capped, most, now);
+    if (k + 1 == max_iterations) return end(SolveEnd::capped, max_iterations, now);
     if (now > before / S(10)) factor_jacobian(g, context, t_s, c_s, z);
     before = now;
   }

@@ -2,24 +2,27 @@
 
 #include <algorithm>
 
+#include "integrators/families.hpp"
 #include "math/so3.hpp"
 #include "rigid/free_top.hpp"
 
 namespace atwood {
 
-Scene in_maximal_coordinates(const Scene& scene, std::string& fault) {
+Result<Scene> in_maximal_coordinates(const Scene& scene, const std::string& scheme) {
+  const auto none = [&](const std::string& of) {
+    return cannot_step(scheme, "has no " + of + " in the coordinates of all bodies");
+  };
   Scene free = scene;
-  fault.clear();
-  if (!scene.joint_forces.empty()) fault = "forces along joints";
-  for (const Rope& rope : scene.ropes)
-    for (const Pulley& pulley : rope.over)
-      if (pulley.inertia_kg_m2 > 0) fault = "pulleys with inertia";
   for (Joint& joint : free.joints) {
-    if (joint.driven_rate) fault = "prescribed motion";
-    if (joint.limits) fault = "limits";
+    if (joint.limits) return none("limits");
+    if (joint.driven_rate) return none("prescribed motion");
     joint.closes_loop = true;
     joint.hold.clear();
   }
+  for (const Rope& rope : scene.ropes)
+    for (const Pulley& pulley : rope.over)
+      if (pulley.inertia_kg_m2 > 0) return none("pulleys with inertia");
+  if (!scene.joint_forces.empty()) return none("forces along joints");
   return free;
 }
 
@@ -160,7 +163,7 @@ template <class S> bool drift_freely(const RigidModel<S>& model, S h_s, S* y) {
 }  // namespace
 
 template <class S> bool Rattle<S>::rattle(S t_s, S h_s, S* y) {
-  constexpr int most = 50;
+  constexpr int max_iterations = 50;
   constraints_.factor_at(y);
   kick(t_s, h_s / S(2), y);
   std::copy(y, y + model_.state_size(), kicked_.begin());
@@ -177,7 +180,7 @@ template <class S> bool Rattle<S>::rattle(S t_s, S h_s, S* y) {
       report.ended = SolveEnd::stagnated;
       break;
     }
-    if (n == most || !(now < S(1e30f))) {
+    if (n == max_iterations || !(now < S(1e30f))) {
       report.ended = SolveEnd::capped;
       break;
     }

@@ -13,17 +13,19 @@
 //   v* = v + h M^-1 f,   v_(n+1) = v* + M^-1 G^T lambda with G v_(n+1) = -(erp / h) g(q_n),   q_(n+1) = q_n + h v_(n+1)
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "integrators/stepper.hpp"
 #include "joints/constraints.hpp"
+#include "protocol/fault.hpp"
 #include "rigid/model.hpp"
 
 namespace atwood {
 
-// The same scene with all its bodies free: joints that placed bodies close loops. Throws nothing; `fault` says what has
-// no such form ("": all has).
-Scene in_maximal_coordinates(const Scene& scene, std::string& fault);
+// The same scene with all its bodies free: joints that placed bodies close loops. The engine's fault, with the name of
+// the scheme: limits, prescribed motion, pulleys with inertia and forces along joints have no such form.
+Result<Scene> in_maximal_coordinates(const Scene& scene, const std::string& scheme);
 
 // The constraints of a model in maximal coordinates at one state.
 template <class S> class MaximalConstraints {

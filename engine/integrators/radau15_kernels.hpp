@@ -25,7 +25,7 @@ template <class S> struct SweepEnd {
       : enough(real::max(real::epsilon<S>() / S(8), rtol / S(sequential ? 30 : 100))), contraction(last_contraction) {}
   // After a sweep that changed the rates by `now`. `blind`: the first one, without a prediction.
   ATWOOD_INLINE bool reached(S now, bool blind) {
-    constexpr int most_sweeps = 60;
+    constexpr int max_sweeps = 60;
     ++sweeps;
     left = now;
     if (!(now < S(1e30f))) return true;
@@ -46,7 +46,7 @@ template <class S> struct SweepEnd {
     if (sweeps > 9 && now > before && now > earlier) return true;  // of alternate sweeps one may grow for a while
     earlier = before;
     before = now;
-    return sweeps == most_sweeps;
+    return sweeps == max_sweeps;
   }
   SolveReport report() const { return {sweeps, static_cast<double>(left), ended}; }
 };

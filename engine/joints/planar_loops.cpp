@@ -262,7 +262,7 @@ template <class S> void PlanarLoops<S>::change(S* y, bool rates) {
 }
 
 template <class S> bool PlanarLoops<S>::project_positions(S* y) {
-  constexpr int most_iterations = 30;
+  constexpr int max_iterations = 30;
   SolveReport& report = constraints_.report_;
   report = {};
   set_values(y);
@@ -275,7 +275,7 @@ template <class S> bool PlanarLoops<S>::project_positions(S* y) {
     set_values(y);
     const S now = worst_value(true);
     report.residual = static_cast<double>(now * S(16) * real::epsilon<S>());
-    if (!(now < S(1e30f)) || n == most_iterations) return false;
+    if (!(now < S(1e30f)) || n == max_iterations) return false;
     if (now > best / S(2) && now <= S(256)) {
       report.ended = now <= S(1) ? SolveEnd::converged : SolveEnd::stagnated;
       return true;

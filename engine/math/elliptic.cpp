@@ -79,7 +79,7 @@ template <class S> S carlson_rj(S x, S y, S z, S p) {
 template <class S> JacobiFunctions<S>::JacobiFunctions(S complement) {
   a_[0] = S(1);
   b_[0] = real::sqrt(complement);
-  for (bool apart = true; apart && levels_ < most - 1; ++levels_) {
+  for (bool apart = true; apart && levels_ < kMaxLevels - 1; ++levels_) {
     const S a = a_[levels_], b = b_[levels_];
     a_[levels_ + 1] = (a + b) / S(2);
     b_[levels_ + 1] = real::sqrt(a * b);

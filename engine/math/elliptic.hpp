@@ -22,9 +22,9 @@ template <class S> class JacobiFunctions {
   Values at(S u) const;  // |u| <= K
 
  private:
-  static constexpr int most = 24;
+  static constexpr int kMaxLevels = 24;
   int levels_ = 0;
-  S a_[most], b_[most];  // of the arithmetic-geometric mean of 1 and k'
+  S a_[kMaxLevels], b_[kMaxLevels];  // of the arithmetic-geometric mean of 1 and k'
   S quarter_{};
 };
 

@@ -71,23 +71,17 @@ void read_done(const Json& done, FluidField& ended) {
 }  // namespace
 
 std::string to_line(const FieldRequest& request) {
-  std::string line = R"({"request":"fluid-field","cell":)" + std::to_string(request.cell);
-  if (!request.response.empty()) line += ",\"response\":" + dump(Json(request.response));
-  line += ",\"t_s\":[";
-  for (const Wide& t : request.t_s) {
-    append(line, t);
-    line += ',';
+  Json json{{"request", "fluid-field"}, {"cell", request.cell}};
+  if (!request.response.empty()) json["response"] = request.response;
+  json["t_s"] = Json::array();
+  for (const Wide& t : request.t_s) json["t_s"].push_back(json_number(t));
+  json["positions"] = Json::array();
+  for (const auto& positions : request.positions) {
+    Json list = Json::array();
+    for (const FieldPosition& p : positions) list.push_back({json_number(p[0]), json_number(p[1]), json_number(p[2])});
+    json["positions"].push_back(std::move(list));
   }
-  close_array(line);
-  line += ",\"positions\":[";
-  for (const auto& list : request.positions) {
-    line += '[';
-    for (const FieldPosition& p : list) append_all(line, {p[0], p[1], p[2]});
-    close_array(line);
-    line += ',';
-  }
-  close_array(line);
-  return line + ",\"scenario\":" + request.scenario + "}";
+  return with_document(json, "scenario", request.scenario);
 }
 
 FieldRequest read_field_request(std::string_view line) {

@@ -263,18 +263,34 @@ void check_protocol(const Json& json, const char* whose) {
 // ---- writing ------------------------------------------------------------------------------------------------------
 std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
+namespace {
+
+std::string wide_text(Wide value) {
+  const long double longer = static_cast<long double>(value);
+  return format_number(value, static_cast<Wide>(longer) == value ? 21 : 36);
+}
+
+}  // namespace
+
+std::string with_document(const Json& object, const char* name, const std::string& document) {
+  std::string line = dump(object);
+  line.pop_back();
+  return line + ',' + dump(name) + ':' + document + '}';
+}
+
 void append(std::string& line, Wide value) {
   const double narrow = static_cast<double>(value);
   if (static_cast<Wide>(narrow) == value && std::isfinite(narrow)) {
     line += narrow == 0 && std::signbit(narrow) ? "-0.0" : format_double(narrow);  // "-0" is read as the integer 0
     return;
   }
-  const long double longer = static_cast<long double>(value);
-  line += '"';
-  line += format_number(value, static_cast<Wide>(longer) == value ? 21 : 36);
-  line += '"';
+  line += '"' + wide_text(value) + '"';
 }
 
-Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(format_double(value)); }
+Json json_number(Wide value) {
+  const double narrow = static_cast<double>(value);
+  if (static_cast<Wide>(narrow) == value && std::isfinite(narrow)) return narrow;
+  return wide_text(value);
+}
 
 }  // namespace atwood::wire

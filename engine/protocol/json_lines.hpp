@@ -47,8 +47,11 @@ double narrow_number(const Json& json);
 void check_protocol(const Json& version, const char* whose);  // `whose`: "this worker", the side with kProtocol
 
 // ---- writing ------------------------------------------------------------------------------------------------------
-std::string dump(const Json& json);          // bytes that are not UTF-8 are replaced
+std::string dump(const Json& json);  // bytes that are not UTF-8 are replaced
+// `object`, not empty, with `name` as its last member: a document that is JSON text already, such as a scene. It is
+// not read and written again: with 10^5 bodies that takes 0.8 s, appending the text 0.03 s.
+std::string with_document(const Json& object, const char* name, const std::string& document);
 void append(std::string& line, Wide value);  // a number where a double holds it, else its text
-Json json_number(double value);
+Json json_number(Wide value);                // the same as a value
 
 }  // namespace atwood::wire

@@ -16,4 +16,11 @@ inline Outcome refused(const std::string& reason) {
 }
 inline Outcome refused(const Fault& fault) { return refused(fault.reason); }
 
+// The same of an answer that holds an outcome: a truth, a field, contacts.
+template <class Answer> Answer refused(const std::string& reason) {
+  Answer answer;
+  answer.outcome = refused(reason);
+  return answer;
+}
+
 }  // namespace atwood

@@ -96,19 +96,6 @@ void append_events(std::string& line, const std::vector<Event>& events, const st
 }
 
 // ---- contacts -----------------------------------------------------------------------------------------------------
-std::string contacts_request(const Request& request) {
-  std::string line = ",\"cell\":" + std::to_string(request.cell);
-  if (!request.test.empty()) line += ",\"test\":" + dump(Json(request.test));
-  line += std::string(",\"swept\":") + (request.contacts.swept ? "true" : "false");
-  if (request.kind == Request::Kind::contacts) {
-    return R"({"request":"contacts")" + line + ",\"t_end_s\":" + format_double(request.contacts.t_end_s) +
-           ",\"scene\":" + request.json + "}";
-  }
-  return R"({"request":"contacts-sweep")" + line + ",\"pair\":" + dump(Json(request.pair)) +
-         ",\"seed\":" + std::to_string(request.seed) + ",\"from\":" + std::to_string(request.from) +
-         ",\"count\":" + std::to_string(request.count) + "}";
-}
-
 std::uint64_t seed_of(const Json& json) {
   if (json.is_number_unsigned()) return json.get<std::uint64_t>();
   return static_cast<std::uint64_t>(integer(json, "seed"));
@@ -156,24 +143,54 @@ std::string head(std::int64_t cell) { return "{\"cell\":" + std::to_string(cell)
 }  // namespace
 
 // ---- requests -----------------------------------------------------------------------------------------------------
-std::string to_line(const Request& request) {
-  if (request.kind == Request::Kind::hello)
-    return "{\"protocol\":" + std::to_string(kProtocol) + R"(,"request":"hello"})";
-  if (request.kind == Request::Kind::truth) {
-    return R"({"request":"truth","cell":)" + std::to_string(request.cell) +
-           ",\"samples\":" + std::to_string(request.plan.samples) +
-           (request.response.empty() ? "" : ",\"response\":" + dump(Json(request.response))) +
-           ",\"scenario\":" + request.json + "}";
+namespace {
+
+std::string contacts_request(const Request& request) {
+  const bool sweep = request.kind == Request::Kind::sweep;
+  Json json{{"request", sweep ? "contacts-sweep" : "contacts"}, {"cell", request.cell}};
+  if (!request.test.empty()) json["test"] = request.test;
+  json["swept"] = request.contacts.swept;
+  if (!sweep) {
+    json["t_end_s"] = request.contacts.t_end_s;
+    return with_document(json, "scene", request.json);
   }
-  if (request.kind == Request::Kind::contacts || request.kind == Request::Kind::sweep) return contacts_request(request);
-  const bool timing = request.repeats > 0;
-  std::string line = R"({"request":"run","cell":)" + std::to_string(request.cell);
-  const char* pass = timing ? "timing" : request.profile ? "profile" : "accuracy";
-  line += ",\"method\":" + dump(Json(request.method)) + ",\"pass\":\"" + pass + "\"";
-  line += ",\"t_end_s\":" + format_double(request.plan.t_end_s) + ",\"steps\":" + std::to_string(request.plan.steps);
-  line += ",\"samples\":" + std::to_string(request.plan.samples) + ",\"repeats\":" + std::to_string(request.repeats);
-  if (!request.plan.frame_ends_s.empty()) line += ",\"frame_ends_s\":" + dump(Json(request.plan.frame_ends_s));
-  return line + ",\"scene\":" + request.json + "}";
+  json["pair"] = request.pair;
+  json["seed"] = request.seed;
+  json["from"] = request.from;
+  json["count"] = request.count;
+  return dump(json);
+}
+
+std::string truth_request(const Request& request) {
+  Json json{{"request", "truth"}, {"cell", request.cell}, {"samples", request.plan.samples}};
+  if (!request.response.empty()) json["response"] = request.response;
+  return with_document(json, "scenario", request.json);
+}
+
+std::string run_request(const Request& request) {
+  const char* pass = request.repeats > 0 ? "timing" : request.profile ? "profile" : "accuracy";
+  Json json{{"request", "run"},
+            {"cell", request.cell},
+            {"method", request.method},
+            {"pass", pass},
+            {"t_end_s", request.plan.t_end_s},
+            {"steps", request.plan.steps},
+            {"samples", request.plan.samples},
+            {"repeats", request.repeats}};
+  if (!request.plan.frame_ends_s.empty()) json["frame_ends_s"] = request.plan.frame_ends_s;
+  return with_document(json, "scene", request.json);
+}
+
+}  // namespace
+
+std::string to_line(const Request& request) {
+  switch (request.kind) {
+    case Request::Kind::hello: return dump({{"protocol", kProtocol}, {"request", "hello"}});
+    case Request::Kind::truth: return truth_request(request);
+    case Request::Kind::contacts:
+    case Request::Kind::sweep: return contacts_request(request);
+    default: return run_request(request);
+  }
 }
 
 void read_frames(const Json& json, Plan& plan) {

@@ -249,11 +249,11 @@ std::string unfilled(const Fluid& fluid, int dimensions, double spacing_m) {
 // A boundary is filled with what stands for the wall, to the depth that a kernel reaches: a plane is infinitely deep, a
 // solid as deep as it is thick. A solid thinner than two spacings, and a rectangle, let particles act through.
 std::string leaking(const Scene& scene, std::size_t boundary) {
-  constexpr double kLeastSpacings = 2;
+  constexpr double kMinSpacings = 2;
   const Body& body = scene.bodies[static_cast<std::size_t>(scene.fluid_boundaries[boundary].body)];
   double coarsest = 0;
   for (const Fluid& fluid : scene.fluids) coarsest = std::max(coarsest, fluid.spacing_m);
-  const double thickness = thickness_m(body, scene.domain.dimensions), least = kLeastSpacings * coarsest;
+  const double thickness = thickness_m(body, scene.domain.dimensions), least = kMinSpacings * coarsest;
   if (thickness >= least * (1 - 1e-12)) return "";
   return "the boundary `" + body.name + "` is " + in_words(thickness) + " m thick and leaks at a spacing of " +
          in_words(coarsest) + " m; expected at least two spacings, " + in_words(least) + " m, or a plane";

@@ -45,13 +45,12 @@ Simulation<S> prepare(const MethodId& id, const Scene& scene, std::unique_ptr<St
     return simulation;
   }
   const bool maximal = in_all_bodies(id) && !(scene.joints.empty() && scene.ropes.empty());
-  std::string fault;
-  const Scene free = maximal ? in_maximal_coordinates(scene, fault) : Scene{};
-  if (!fault.empty()) {
-    simulation.outcome = refused("atwood/" + id.scheme + " has no " + fault + " in the coordinates of all bodies");
+  const Result<Scene> free = maximal ? in_maximal_coordinates(scene, id.scheme) : Scene{};
+  if (!free) {
+    simulation.outcome = refused(free.fault());
     return simulation;
   }
-  simulation.model = std::make_unique<RigidModel<S>>(maximal ? free : scene, *options);
+  simulation.model = std::make_unique<RigidModel<S>>(maximal ? *free : scene, *options);
   RigidModel<S>& model = *simulation.model;
   if (!model.unsupported().empty()) {
     simulation.outcome = refused(model.unsupported());

@@ -271,20 +271,22 @@ template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolera
 
 }  // namespace
 
-std::string plan_fault(const MethodId& id, const Plan& plan) {
+std::optional<Fault> plan_fault(const MethodId& id, const Plan& plan) {
   if (!(plan.t_end_s > 0) || plan.steps < 1 || plan.samples < 1)
-    return "a run needs t_end_s, steps and samples above 0";
-  if (!id.rtol && plan.steps % plan.samples != 0) return "samples must divide the number of equal steps";
-  if (id.rtol && !(*id.rtol > 0)) return "a tolerance must be above 0";
-  return "";
+    return Fault{Blame::input, "a run needs t_end_s, steps and samples above 0"};
+  if (!id.rtol && plan.steps % plan.samples != 0)
+    return Fault{Blame::input, "samples must divide the number of equal steps"};
+  if (id.rtol && !(*id.rtol > 0)) return Fault{Blame::input, "a tolerance must be above 0"};
+  return {};
 }
 
-template <class S> std::string tolerance_fault(const MethodId& id, const Stepper<S>& stepper) {
+template <class S> std::optional<Fault> tolerance_fault(const MethodId& id, const Stepper<S>& stepper) {
   const double rtol = id.rtol.value_or(0), atol = id.atol.value_or(rtol / 100);
   const double round_off = static_cast<double>(real::epsilon<S>());
-  if (stepper.takes_any_tolerance() || rtol + atol >= round_off / 4) return "";
-  return "the tolerance " + format_double(rtol) + " is below the round-off of the state's scalar, " +
-         format_double(round_off) + ": no error estimate can meet it";
+  if (stepper.takes_any_tolerance() || rtol + atol >= round_off / 4) return {};
+  return Fault{Blame::input, "the tolerance " + format_double(rtol) +
+                                 " is below the round-off of the state's scalar, " + format_double(round_off) +
+                                 ": no error estimate can meet it"};
 }
 
 std::string unsolved_step(const SolverTallies& solvers, double t_s) {
@@ -319,7 +321,7 @@ Outcome run_smooth(const MethodId& id, const Scene& scene, const Plan& plan, con
 template <class S>
 Outcome run_prepared(Simulation<S>& simulation, const MethodId& id, const Plan& plan, const Observer& observer,
                      int repeats) {
-  if (const std::string fault = plan_fault(id, plan); !fault.empty()) return refused(fault);
+  if (const auto fault = plan_fault(id, plan)) return refused(*fault);
   if (simulation.outcome.status != Status::ok) return simulation.outcome;
   std::vector<S> inside_y(simulation.y.size());
   Run<S> run{simulation, plan, repeats > 0 ? nullptr : &observer, {}, {}, {}};
@@ -327,7 +329,7 @@ Outcome run_prepared(Simulation<S>& simulation, const MethodId& id, const Plan& 
   if (id.rtol) run.limits = step_limits(id);
   const Tolerance<S> tolerance{S(rtol), S(id.atol.value_or(rtol / 100))};
   if (id.rtol)
-    if (const std::string fault = tolerance_fault(id, *simulation.stepper); !fault.empty()) return refused(fault);
+    if (const auto fault = tolerance_fault(id, *simulation.stepper)) return refused(*fault);
   Outcome outcome = timed_passes(repeats, whole_pass([&] {
                                    if (id.rtol) march_adaptively(run, tolerance, inside_y);
                                    else march_equal_steps(run);
@@ -339,10 +341,10 @@ Outcome run_prepared(Simulation<S>& simulation, const MethodId& id, const Plan& 
   return outcome;
 }
 
-template std::string tolerance_fault<float>(const MethodId&, const Stepper<float>&);
-template std::string tolerance_fault<double>(const MethodId&, const Stepper<double>&);
-template std::string tolerance_fault<long double>(const MethodId&, const Stepper<long double>&);
-template std::string tolerance_fault<Quad>(const MethodId&, const Stepper<Quad>&);
+template std::optional<Fault> tolerance_fault<float>(const MethodId&, const Stepper<float>&);
+template std::optional<Fault> tolerance_fault<double>(const MethodId&, const Stepper<double>&);
+template std::optional<Fault> tolerance_fault<long double>(const MethodId&, const Stepper<long double>&);
+template std::optional<Fault> tolerance_fault<Quad>(const MethodId&, const Stepper<Quad>&);
 
 template Outcome run_smooth<float>(const MethodId&, const Scene&, const Plan&, const Observer&, int);
 template Outcome run_smooth<double>(const MethodId&, const Scene&, const Plan&, const Observer&, int);

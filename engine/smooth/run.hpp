@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "integrators/adaptive.hpp"
 #include "integrators/catalogue.hpp"
 #include "integrators/free_flight.hpp"
+#include "protocol/fault.hpp"
 #include "protocol/method.hpp"
 #include "rigid/model.hpp"
 
@@ -40,11 +42,10 @@ void observe(RigidModel<S>& model, const Plan& plan, std::int64_t k, const S* y,
 template <class S> bool healthy(const S* y, int size, S scale, S t_s, Outcome& outcome);
 template <class S> S state_scale(const S* y, int size);  // largest component, at least 1
 
-// Why a plan cannot be run, or a tolerance is none; "": it can.
-std::string plan_fault(const MethodId& id, const Plan& plan);
-// Why no error estimate in the scalar S can meet the tolerance of an id; "": one can, or the method chooses its own
-// steps.
-template <class S> std::string tolerance_fault(const MethodId& id, const Stepper<S>& stepper);
+// Why a plan cannot be run, or a tolerance is none.
+std::optional<Fault> plan_fault(const MethodId& id, const Plan& plan);
+// Why no error estimate in the scalar S can meet the tolerance of an id. None where the method chooses its own steps.
+template <class S> std::optional<Fault> tolerance_fault(const MethodId& id, const Stepper<S>& stepper);
 // The reason of a run that ends at t_s because a step's implicit equations were not solved, with the last residual.
 std::string unsolved_step(const SolverTallies& solvers, double t_s);
 // The step control's settings of an id whose settings have been checked; the standard ones for a scheme without them.

@@ -3,6 +3,7 @@
 #include "arkode/arkode.hpp"
 #include "arkode/solver.hpp"
 #include "protocol/printed_setting.hpp"
+#include "protocol/refusal.hpp"
 #include "sundials/sundials.hpp"
 
 namespace atwood {
@@ -84,41 +85,44 @@ MethodInfo info(const Scheme& scheme) {
   return made;
 }
 
-std::string read_options(const MethodId& id, arkode::Options& options) {
+Result<arkode::Options> read_options(const MethodId& id) {
+  const auto input = [](const std::string& why) { return Fault{Blame::input, why}; };
+  arkode::Options options;
   const auto& all = arkode::schemes();
   const auto found = std::find_if(all.begin(), all.end(),
                                   [&](const Scheme& s) { return to_string(s.module) + "/" + s.name == id.scheme; });
   if (found == all.end())
-    return "arkode has no scheme `" + id.scheme + "`; expected one of its tables (`atwood list methods`)";
+    return input("arkode has no scheme `" + id.scheme + "`; expected one of its tables (`atwood list methods`)");
   options.scheme = *found;
   if (!id.scalar.empty() && id.scalar != "double")
-    return "arkode computes in double; found the scalar `" + id.scalar + "`";
-  if (!id.response.empty()) return "arkode does not support contacts; found +" + id.response;
+    return input("arkode computes in double; found the scalar `" + id.scalar + "`");
+  if (!id.response.empty()) return input("arkode does not support contacts; found +" + id.response);
   options.by_tolerance = id.rtol.has_value();
   if (options.by_tolerance && found->p == 0)
-    return "arkode: the table " + found->name + " has no embedded method: expected equal steps without a tolerance";
+    return input("arkode: the table " + found->name +
+                 " has no embedded method: expected equal steps without a tolerance");
   options.rtol = id.rtol.value_or(arkode::kFixedRtol);
   options.atol = id.atol.value_or(options.by_tolerance ? options.rtol / 100 : arkode::kFixedAtol);
   const Result<Settings> settings = merged_settings(info(*found), id.overrides);
-  if (!settings) return settings.fault().reason;
+  if (!settings) return settings.fault();
   options.max_steps = std::get<std::int64_t>(settings->at("max_steps"));
   options.rate_repeats = stepping::rate_repeats(*settings);
-  if (!is_implicit(*found)) return "";
+  if (!is_implicit(*found)) return options;
   options.nonlinear_iterations = static_cast<int>(std::get<std::int64_t>(settings->at("nonlinear_iterations")));
   options.nonlinear_coefficient = std::get<double>(settings->at("nonlinear_coefficient"));
   options.nonlinear_crdown = std::get<double>(settings->at("nonlinear_crdown"));
-  return "";
+  return options;
 }
 
 Outcome run_method(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-  arkode::Options options;
-  if (const std::string why = read_options(id, options); !why.empty()) return stepping::refusal(why);
+  const auto options = read_options(id);
+  if (!options) return refused(options.fault());
   return stepping::run<double>(
-      "arkode", scene, plan, observer, repeats, options.by_tolerance,
+      "arkode", scene, plan, observer, repeats, options->by_tolerance,
       [&](const stepping::Equations<double>& equations, const std::vector<double>& y, double h_s) {
-        return arkode::make_solver(options, equations, y, h_s);
+        return arkode::make_solver(*options, equations, y, h_s);
       },
-      options.rate_repeats);
+      options->rate_repeats);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "closed_form/joint_bars.hpp"
 #include "closed_form/solution.hpp"
 #include "closed_form/spread.hpp"
+#include "protocol/refusal.hpp"
 
 namespace atwood {
 
@@ -290,10 +291,7 @@ bool is_significant(const InputRoundOff<Wide>& input_round_off, const Sample& st
 }
 
 Truth unsupported(const Scenario& scenario, const std::string& why) {
-  Truth truth;
-  truth.outcome.status = Status::unsupported;
-  truth.outcome.reason = "closed form `" + scenario.truth.solution + "`: " + why;
-  return truth;
+  return refused<Truth>("closed form `" + scenario.truth.solution + "`: " + why);
 }
 
 }  // namespace
@@ -352,8 +350,7 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
             return failed;
           }
   if (ending) {
-    truth.outcome.status = Status::unsupported;
-    truth.outcome.reason = "closed form `" + scenario.truth.solution + "`: " + ending->why;
+    truth.outcome = refused("closed form `" + scenario.truth.solution + "`: " + ending->why);
   }
   return truth;
 }

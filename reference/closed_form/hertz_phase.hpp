@@ -16,13 +16,13 @@ template <class S> struct HertzPhase {
 
 // t: from 0 to the time of the largest overlap, at which a = pi / 2.
 template <class S, class TimeOf> HertzPhase<S> hertz_phase(S t, S v, S max_overlap, const TimeOf& time_of) {
-  constexpr int most_tries = 40, quadrature_round_off = 64;  // in units of the round-off of a
+  constexpr int max_tries = 40, quadrature_round_off = 64;  // in units of the round-off of a
   // To first order d = v t, so a = (v t / d_m)^(5/4).
   const S first = v * t / max_overlap;
   HertzPhase<S> phase;
   S& a = phase.a;
   a = first < 1 ? first * sqrt(sqrt(first)) : pi<S>() / 2;
-  for (int k = 0; k < most_tries; ++k) {
+  for (int k = 0; k < max_tries; ++k) {
     if (a <= 0) return {a, t <= 0};
     const S change = (t - time_of(a)) * 5 * v / (4 * max_overlap) * fifth_root(sin(a));
     a = a + change;

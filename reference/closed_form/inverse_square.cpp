@@ -28,7 +28,7 @@ template <class S> class Anomaly {
     s = start(t);
     if (!(s > low && s < high)) s = low + (high - low) / 2;
     S width = high - low;  // at the last bisection
-    for (int tries = 0, slow = 0; tries < most_tries; ++tries) {
+    for (int tries = 0, slow = 0; tries < kMaxTries; ++tries) {
       const Time now = time(s);
       const S late = now.t - t;
       if (!is_finite(late)) return false;
@@ -51,7 +51,7 @@ template <class S> class Anomaly {
   }
 
  private:
-  static constexpr int most_tries = 1000;
+  static constexpr int kMaxTries = 1000;
   // t and r = dt/ds at s; size: of the terms that make t
   struct Time {
     S t{}, r{}, size{};
@@ -69,7 +69,7 @@ template <class S> class Anomaly {
     const S whole = beta_ > 0 ? 2 * pi<S>() / sqrt(beta_) : S(0);
     high = t / distance_;
     if (beta_ != 0 && high > 1 / sqrt(magnitude(beta_))) high = 1 / sqrt(magnitude(beta_));
-    for (int tries = 0; tries < 8 * most_tries; ++tries) {
+    for (int tries = 0; tries < 8 * kMaxTries; ++tries) {
       if (beta_ > 0 && high >= whole) {
         high = whole;
         return true;

@@ -4,23 +4,12 @@
 //   2 gamma = c / J,  W^2 = k / J  and  C, s: solutions of x'' + 2 gamma x' + W^2 x = 0 with (1, 0) and (0, 1) at t = 0
 // the free motion is x0 C + v0 s, a constant acceleration a adds a P, P = int_0^t s, and a drive its particular
 // solution. Landau and Lifshitz, Mechanics, sections 21, 22, 25, 26.
+#include "closed_form/entire.hpp"
 #include "closed_form/mechanism.hpp"
 
 namespace atwood::closed_form {
 
 namespace {
-
-// cosh(sqrt y) and sinh(sqrt y) / sqrt y, entire in y.
-template <class S> S cosh_root(S y) { return y < 0 ? cos(sqrt(-y)) : cosh(sqrt(y)); }
-template <class S> S sinhc_root(S y) {
-  if (magnitude(y) > 1) return y < 0 ? sin(sqrt(-y)) / sqrt(-y) : sinh(sqrt(y)) / sqrt(y);
-  S term = 1, sum = 0;
-  for (int k = 1; magnitude(term) > unit_round_off<S>() / 8; ++k) {
-    sum += term;
-    term *= y / (2 * k) / (2 * k + 1);
-  }
-  return sum;
-}
 
 // x'' + 2 gamma x' + stiffness x = 0
 template <class S> struct Fundamental { S c{}, s{}, p{}; };  // C, s, P

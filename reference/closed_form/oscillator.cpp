@@ -1,22 +1,11 @@
 // The linear oscillator, damped and driven, m x'' = -k (x - a) - c x' + m g + F cos(w t + phi).
 // Landau and Lifshitz, Mechanics, sections 21, 22, 25, 26.
+#include "closed_form/entire.hpp"
 #include "closed_form/solution.hpp"
 
 namespace atwood::closed_form {
 
 namespace {
-
-// cosh(sqrt y) and sinh(sqrt y) / sqrt y, entire in y: y < 0 under-, y > 0 overcritically damped.
-template <class S> S cosh_root(S y) { return y < 0 ? cos(sqrt(-y)) : cosh(sqrt(y)); }
-template <class S> S sinhc_root(S y) {
-  if (magnitude(y) > 1) return y < 0 ? sin(sqrt(-y)) / sqrt(-y) : sinh(sqrt(y)) / sqrt(y);
-  S term = 1, sum = 0;
-  for (int k = 1; magnitude(term) > unit_round_off<S>() / 8; ++k) {
-    sum += term;
-    term *= y / (2 * k) / (2 * k + 1);
-  }
-  return sum;
-}
 
 template <class S> struct Oscillator {
   S gamma{}, omega2{};      // x'' + 2 gamma x' + omega2 x = ...

@@ -38,38 +38,41 @@ MethodInfo info(bool adams) {
   return made;
 }
 
-std::string read_options(const MethodId& id, cvode::Options& options) {
+Result<cvode::Options> read_options(const MethodId& id) {
+  const auto input = [](const std::string& why) { return Fault{Blame::input, why}; };
+  cvode::Options options;
   if (id.scheme != "adams" && id.scheme != "bdf")
-    return "cvode has no scheme `" + id.scheme + "`; expected adams or bdf";
+    return input("cvode has no scheme `" + id.scheme + "`; expected adams or bdf");
   if (!id.scalar.empty() && id.scalar != "double")
-    return "cvode computes in double; found the scalar `" + id.scalar + "`";
-  if (!id.response.empty() && id.response != "event") return "cvode locates impacts (+event); found +" + id.response;
+    return input("cvode computes in double; found the scalar `" + id.scalar + "`");
+  if (!id.response.empty() && id.response != "event")
+    return input("cvode locates impacts (+event); found +" + id.response);
   options.family = id.scheme == "adams" ? cvode::Family::adams : cvode::Family::bdf;
   options.rtol = id.rtol.value_or(1e-10);
   options.atol = id.atol.value_or(options.rtol / 100);
   if (!(options.rtol > 0) || !(options.atol >= 0))
-    return "cvode: expected rtol > 0 and atol >= 0; found " + format_double(options.rtol) + " and " +
-           format_double(options.atol);
+    return input("cvode: expected rtol > 0 and atol >= 0; found " + format_double(options.rtol) + " and " +
+                 format_double(options.atol));
   const Result<Settings> settings = merged_settings(info(id.scheme == "adams"), id.overrides);
-  if (!settings) return settings.fault().reason;
+  if (!settings) return settings.fault();
   options.max_order = static_cast<int>(std::get<std::int64_t>(settings->at("max_order")));
   options.max_steps = std::get<std::int64_t>(settings->at("max_steps"));
   options.rate_repeats = static_cast<int>(std::get<std::int64_t>(settings->at("rate_repeats")));
-  return "";
+  return options;
 }
 
 Outcome run_method(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-  cvode::Options options;
-  if (const std::string why = read_options(id, options); !why.empty()) return refused(why);
+  const auto options = read_options(id);
+  if (!options) return refused(options.fault());
   if (!scene.joints.empty() || !scene.ropes.empty()) {
-    if (repeats <= 0) return cvode::run_mechanism(scene, plan.t_end_s, plan.samples, options, observer);
+    if (repeats <= 0) return cvode::run_mechanism(scene, plan.t_end_s, plan.samples, *options, observer);
     return timed_passes(repeats, [&](std::chrono::nanoseconds& busy) {
-      return cvode::run_mechanism(scene, plan.t_end_s, plan.samples, options, {}, &busy);
+      return cvode::run_mechanism(scene, plan.t_end_s, plan.samples, *options, {}, &busy);
     });
   }
-  if (repeats <= 0) return cvode::run(scene, plan.t_end_s, plan.samples, options, observer);
+  if (repeats <= 0) return cvode::run(scene, plan.t_end_s, plan.samples, *options, observer);
   return timed_passes(repeats, [&](std::chrono::nanoseconds& busy) {
-    return cvode::run(scene, plan.t_end_s, plan.samples, options, {}, nullptr, &busy);
+    return cvode::run(scene, plan.t_end_s, plan.samples, *options, {}, nullptr, &busy);
   });
 }
 

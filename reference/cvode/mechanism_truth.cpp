@@ -1,23 +1,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cvode/bars.hpp"
 #include "cvode/mechanism.hpp"
 #include "dynamics/arithmetic.hpp"
+#include "dynamics/certified_end.hpp"
 #include "mechanism/maximal.hpp"
 #include "mechanism/reduced.hpp"
 #include "mechanism/start.hpp"
 #include "mechanism/values.hpp"
+#include "protocol/refusal.hpp"
 #include "scene/mechanism.hpp"
 
 namespace atwood::cvode {
 
 namespace {
 
-constexpr double kLooseRtol = 1e-10, kTightRtol = 1e-12;
-constexpr double kSafety = 2;
-constexpr double kRelativeFloor = 1e-13;  // of the scale: double's round-off over a run
-constexpr double kEndMargin = 1e-9;       // of the time: distance of the last sample from the end of the certified part
-constexpr int kManyRates = 40;            // with more, a Newton matrix costs more than it saves
+constexpr int kManyRates = 40;  // with more, a Newton matrix costs more than it saves
 
 struct Run {
   std::vector<Sample> samples;
@@ -116,8 +115,7 @@ void add_bars(const Scene& scene, const std::vector<Run>& runs, Truth& truth) {
 Truth mechanism_truth(const Scenario& scenario, std::int64_t samples) {
   Truth truth;
   const auto refuse = [&](const std::string& why) {
-    truth.outcome.status = Status::unsupported;
-    truth.outcome.reason = "CVODE: " + why;
+    truth.outcome = refused("CVODE: " + why);
     return truth;
   };
   for (const std::string& why : {mechanism::unsupported(scenario.scene), dynamics::unsupported(scenario.scene)})
@@ -154,7 +152,7 @@ Truth mechanism_truth(const Scenario& scenario, std::int64_t samples) {
       }
     }
   const auto certified = [&](const Sample& row) {
-    return row.t_s == 0 || static_cast<double>(row.t_s) < end_s * (1 - kEndMargin);
+    return row.t_s == 0 || static_cast<double>(row.t_s) < end_s * (1 - dynamics::kEndMargin);
   };
   while (rows > 0 && !certified(runs.front().samples[rows - 1])) --rows;
   truth.values.assign(runs.front().samples.begin(), runs.front().samples.begin() + static_cast<std::ptrdiff_t>(rows));

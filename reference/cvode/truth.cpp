@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 
+#include "cvode/bars.hpp"
 #include "cvode/cvode.hpp"
 #include "cvode/mechanism.hpp"
 #include "cvode/run.hpp"
@@ -12,17 +13,15 @@
 #include "dynamics/error_growth.hpp"
 #include "dynamics/rates.hpp"
 #include "dynamics/shared_errors.hpp"
+#include "protocol/refusal.hpp"
 
 namespace atwood {
 
 namespace {
 
-constexpr double kLooseRtol = 1e-10, kTightRtol = 1e-12;
-constexpr double kSafety = 2;
-constexpr double kRelativeFloor = 1e-13;  // of the scale so far: double's round-off over a run
+using cvode::kLooseRtol, cvode::kRelativeFloor, cvode::kSafety, cvode::kTightRtol;
 // Of one operation; error_growth.hpp counts 64 of them per step. CVODE adds only small corrections at each step.
 constexpr double kRoundOff = 0x1p-56;
-constexpr double kEndMargin = 1e-9;  // of the time: distance of the last sample from the end of the certified part
 
 struct Solved {
   std::vector<Sample> values;
@@ -116,17 +115,15 @@ struct Spread {  // of the runs, for one kind of value of one body
 // that a run sums as a series depend on its tolerance and are no difference.
 std::optional<dynamics::CertifiedEnd> first_difference(const Scene& scene, const std::vector<Solved>& runs) {
   std::optional<dynamics::CertifiedEnd> end;
-  const auto at = [](Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; };
-  const auto end_at = [&](Wide t_s, const std::string& why) {
-    if (!end || t_s < end->t_s) end = dynamics::CertifiedEnd{t_s, why};
-  };
+  const auto end_at = [&](Wide t_s, const std::string& why) { dynamics::end_at(end, t_s, why); };
   struct PairEvents {
     std::vector<Wide> t_s;
     bool rests = false;
   };
   std::vector<std::map<std::pair<int, int>, PairEvents>> all;
   for (const Solved& run : runs) {
-    if (run.record.valid_until_failure) end_at(run.record.end_s, run.outcome.reason + at(run.record.end_s));
+    if (run.record.valid_until_failure)
+      end_at(run.record.end_s, run.outcome.reason + dynamics::at_time(run.record.end_s));
     auto& of = all.emplace_back();
     for (const Event& event : run.events) {
       PairEvents& rigid_contacts = of[{event.body_a, event.body_b}];
@@ -141,7 +138,7 @@ std::optional<dynamics::CertifiedEnd> first_difference(const Scene& scene, const
         if (mine.t_s.size() <= theirs.t_s.size() || (mine.rests && theirs.rests)) continue;
         const Wide t_s = mine.t_s[theirs.t_s.size()];
         end_at(t_s, "CVODE: the runs disagree on the impact of `" + scene.bodies[pair.first].name + "` and `" +
-                        scene.bodies[pair.second].name + "`" + at(t_s));
+                        scene.bodies[pair.second].name + "`" + dynamics::at_time(t_s));
       }
   return end;
 }
@@ -225,13 +222,10 @@ std::vector<std::vector<Wide>> add_shared_errors(const Scenario& scenario, Truth
         dynamics::shared_errors(scenario.scene, scenario.t_end_s, instants, truth.events, truth.event_bar_s,
                                 differences(scenario.scene, runs, samples), kRoundOff);
     for (std::size_t k = 0; k < truth.event_bar_s.size(); ++k) truth.event_bar_s[k] += shared.events_s[k];
-    if (shared.end && (!end || shared.end->t_s < end->t_s)) {
-      end = shared.end;
-      end->why = "CVODE: " + end->why;
-    }
+    if (shared.end) dynamics::end_at(end, shared.end->t_s, "CVODE: " + shared.end->why);
     made = std::move(shared.samples);
   }
-  const auto certified = [&](Wide t_s) { return !end || t_s == 0 || t_s < end->t_s * (1 - Wide(kEndMargin)); };
+  const auto certified = [&](Wide t_s) { return !end || t_s == 0 || end->is_after(t_s); };
   while (samples > 0 && !certified(runs.front().values[samples - 1].t_s)) --samples;
   truth.values.assign(runs.front().values.begin(), runs.front().values.begin() + static_cast<std::ptrdiff_t>(samples));
   while (end && !truth.events.empty() && !certified(truth.events.back().t_s)) {
@@ -250,10 +244,9 @@ Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
   const bool known = dynamics::unsupported(scenario.scene).empty();
   if (known && dynamics::contacts_possible(scenario.scene) &&
       dynamics::layout(scenario.scene).size > dynamics::ErrorGrowth::kMaxUnknowns) {
-    truth.outcome.status = Status::unsupported;
-    truth.outcome.reason = "CVODE: contacts in a scene of more than " +
-                           std::to_string(dynamics::ErrorGrowth::kMaxUnknowns) + " unknowns are not covered; found " +
-                           std::to_string(dynamics::layout(scenario.scene).size);
+    truth.outcome =
+        refused("CVODE: contacts in a scene of more than " + std::to_string(dynamics::ErrorGrowth::kMaxUnknowns) +
+                " unknowns are not covered; found " + std::to_string(dynamics::layout(scenario.scene).size));
     return truth;
   }
   const cvode::Scales scales = known ? scales_of(scenario) : cvode::Scales{};

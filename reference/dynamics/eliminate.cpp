@@ -7,9 +7,9 @@ namespace atwood::dynamics {
 
 template <class S>
 bool eliminate(const std::vector<std::vector<S>>& A, const std::vector<S>& b, S least, std::vector<S>& x) {
-  constexpr auto most = static_cast<int>(kMaxSimultaneous);
-  using Vector = Eigen::Matrix<S, Eigen::Dynamic, 1, 0, most, 1>;
-  using Square = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic, 0, most, most>;
+  constexpr auto max_unknowns = static_cast<int>(kMaxSimultaneous);
+  using Vector = Eigen::Matrix<S, Eigen::Dynamic, 1, 0, max_unknowns, 1>;
+  using Square = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic, 0, max_unknowns, max_unknowns>;
   const auto n = static_cast<Eigen::Index>(b.size());
   x.assign(b.size(), S(0));
   if (n == 0) return true;

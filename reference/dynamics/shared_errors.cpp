@@ -14,8 +14,6 @@ namespace {
 constexpr double kMaxRelativeRateError = 0.01;
 constexpr double kPositionResolution = 1e-27;  // relative to the positions: quad does not resolve smaller gaps
 
-std::string when(Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; }
-
 class ErrorPropagation {
  public:
   ErrorPropagation(const Scene& scene, double t_end_s, const std::vector<Instant<Wide>>& instants,
@@ -32,7 +30,7 @@ class ErrorPropagation {
     const Instant<Wide>* last = nullptr;
     for (const Instant<Wide>& now : instants_) {
       if (last != nullptr) growth_.flow(last->t, now.t, last->after, now.interval, now.steps);
-      if (!growth_.finite()) end(now.t, "the growth of errors cannot be followed" + when(now.t));
+      if (!growth_.finite()) end(now.t, "the growth of errors cannot be followed" + at_time(now.t));
       if (result_.end) break;
       if (now.sample >= 0) add_sample_bars(now);
       if (now.passage) check_passage(now);
@@ -46,9 +44,7 @@ class ErrorPropagation {
   }
 
  private:
-  void end(Wide t_s, std::string why) {
-    if (!result_.end || t_s < result_.end->t_s) result_.end = CertifiedEnd{t_s, std::move(why)};
-  }
+  void end(Wide t_s, const std::string& why) { end_at(result_.end, t_s, why); }
   std::string names(const ContactPair& pair) const {
     return "`" + scene_.bodies[pair.a].name + "` and `" + scene_.bodies[pair.b].name + "`";
   }
@@ -97,7 +93,7 @@ class ErrorPropagation {
     const double bar =
         growth_.gap_bound(*now.passage, now.after) + run_gap_difference(*now.passage) + kPositionResolution * size;
     if (magnitude(least.gap_m) > Wide(bar)) return;
-    end(now.t, names(*now.passage) + " pass each other" + when(now.t) +
+    end(now.t, names(*now.passage) + " pass each other" + at_time(now.t) +
                    " so closely that whether they touch is not decided within the bars");
   }
 
@@ -114,7 +110,7 @@ class ErrorPropagation {
       const Wide way = there.rate_m_per_s < 0 ? -there.rate_m_per_s * Wide(2 * bar_s) : Wide(0);
       const Wide bar = growth_.gap_bound(other, impact.before) + run_gap_difference(other) + way;
       if (there.gap_m > bar) continue;
-      end(now.t, "the impacts of " + names(impact.pairs.front()) + " and of " + names(other) + when(now.t) +
+      end(now.t, "the impacts of " + names(impact.pairs.front()) + " and of " + names(other) + at_time(now.t) +
                      " are closer in time than their bars, and the motion depends on their order");
     }
   }
@@ -139,7 +135,7 @@ class ErrorPropagation {
         if (add_low_bounces(now, pair, impact, rate + rate_bar + std::sqrt(2 * std::fabs(acceleration) * gap_bar)))
           low_bounces = true;
         else
-          end(now.t, names(pair) + " graze each other" + when(now.t) +
+          end(now.t, names(pair) + " graze each other" + at_time(now.t) +
                          ": their velocities after the impact are not decided within the bars");
       }
       if (now.t > 0) check_order(now, impact, bar_s);

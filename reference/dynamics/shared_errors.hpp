@@ -6,16 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/certified_end.hpp"
 #include "dynamics/instants.hpp"
 #include "protocol/sample.hpp"
 
 namespace atwood::dynamics {
-
-// A truth is certified for samples before t_s only; `why` says what is not decided there.
-struct CertifiedEnd {
-  Wide t_s = 0;
-  std::string why;
-};
 
 struct SharedErrors {
   std::vector<std::vector<Wide>> samples;  // [sample][component of y]: half-width

@@ -8,6 +8,7 @@
 #include "dynamics/error_growth.hpp"
 #include "dynamics/rates.hpp"
 #include "dynamics/shared_errors.hpp"
+#include "extended/bars.hpp"
 #include "extended/collocation.hpp"
 #include "extended/extrapolation.hpp"
 #include "extended/mechanism_truth.hpp"
@@ -18,19 +19,14 @@ namespace atwood {
 namespace {
 
 using namespace extended;
+using dynamics::at_time;
 using dynamics::CertifiedEnd;
+using dynamics::end_at;
 using dynamics::Layout;
 using dynamics::magnitude;
 
-constexpr double kTargetBar = 1e-20;  // of the scale
-constexpr double kUselessBar = 1e-3;  // relative to the scale: values with larger bars are not bounded
-// If one of the methods is exact, the largest difference is the whole error of the other. The bar is twice that.
-constexpr double kBarSafety = 2;
 constexpr double kQuadRoundOff = 1e-33;
 constexpr double kQuadUnit = 0x1p-113;
-constexpr double kEndMargin = 1e-9;  // of the time: distance of the last sample from the end of the certified part
-
-std::string at_time(Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; }
 
 std::vector<int> groups_of(const Layout& layout) {
   std::vector<int> groups;
@@ -100,10 +96,6 @@ Bars differences(const Layout& layout, const Trial& trial) {
   return made;
 }
 
-void end_at(std::optional<CertifiedEnd>& end, Wide t_s, const std::string& why) {
-  if (!end || t_s < end->t_s) end = CertifiedEnd{t_s, why};
-}
-
 // The differences between the runs plus the errors that they share.
 Bars compare(const Scene& scene, double t_end_s, const Layout& layout, const Trial& trial) {
   Bars made = differences(layout, trial);
@@ -121,7 +113,7 @@ Bars compare(const Scene& scene, double t_end_s, const Layout& layout, const Tri
   made.certified = made.values.size();
   for (std::size_t k = 1; k < made.values.size(); ++k) {
     const Wide t = Wide(t_end_s) * Wide(static_cast<double>(k)) / Wide(static_cast<double>(trial.samples));
-    if (made.end && t >= made.end->t_s * (1 - Wide(kEndMargin))) {
+    if (made.end && !made.end->is_after(t)) {
       made.certified = k;
       break;
     }
@@ -247,15 +239,7 @@ Truth extended_truth(const Scenario& scenario, std::int64_t samples) {
     truth.bars.push_back(dynamics::unpack_bars<Wide>(scene, t, bars.values[k].data()));
     if (!scene.problem.empty()) lorenz_bars(truth.bars.back(), truth.values.back());
   }
-  for (std::size_t k = 0; k < trial.tight.events.size(); ++k) {
-    if (bars.end && trial.tight.events[k].t_s >= bars.end->t_s * (1 - Wide(kEndMargin))) break;
-    truth.events.push_back(trial.tight.events[k]);
-    truth.event_bar_s.push_back(bars.events_s[k]);
-  }
-  if (bars.end) {
-    truth.outcome.status = Status::unsupported;
-    truth.outcome.reason = bars.end->why;
-  }
+  append_certified_events(trial.tight.events, bars.events_s, bars.end, truth);
   truth.outcome.steps_taken = trial.tight.steps;
   truth.outcome.rate_evaluations = trial.tight.evaluations + trial.loose.evaluations + trial.gauss.evaluations;
   return truth;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "dynamics/arithmetic.hpp"
+#include "dynamics/certified_end.hpp"
 #include "extended/mechanism_ropes.hpp"
 #include "extended/mechanism_stop.hpp"
 
@@ -12,6 +13,7 @@ namespace atwood::extended {
 
 namespace {
 
+using dynamics::at_time;
 using dynamics::magnitude;
 
 constexpr double kSingular = 1e-10;       // of the smallest scaled pivot: a squared sine of 1e-5
@@ -20,8 +22,6 @@ constexpr double kShortStep = 1e-15;      // of the run
 constexpr int kMaxShortSteps = 40;
 constexpr std::int64_t kMaxRateWork = 400'000'000;  // evaluations of the rates, times the size of the state
 constexpr double kAtStop = 1e-26;                   // of the coordinate's scale: a stop's gap at a located impact
-
-std::string at_time(Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; }
 
 struct Integration {
   MechanismMotion& motion;
@@ -282,7 +282,8 @@ struct Integration {
     return true;
   }
 
-  // The instant in the step at which `value` becomes positive, by bisection and regula falsi (Illinois).
+  // An instant of the step at which `value` is positive; the first one to 31 digits if 100 evaluations find it. False
+  // position, the value at the end that stays being halved. Nothing: the value is not positive at the step's end.
   template <class Value>
   std::optional<Wide> first_positive(const std::vector<Wide>& before, Wide taken, const Value& value) {
     const Wide at_end = value(y.data(), t + taken);
@@ -293,7 +294,7 @@ struct Integration {
       Wide x = high - f_high * (high - low) / (f_high - f_low);
       if (!(x > low && x < high)) x = low + (high - low) / 2;
       const auto state = state_at(before, x);
-      if (!state) return std::nullopt;
+      if (!state) break;
       const Wide f = value(state->data(), t + x);
       if (f > 0) {
         high = x, f_high = f;

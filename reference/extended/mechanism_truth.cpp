@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "dynamics/rates.hpp"
+#include "extended/bars.hpp"
 #include "extended/mechanism_path.hpp"
 #include "mechanism/start.hpp"
 #include "mechanism/values.hpp"
@@ -17,13 +18,12 @@ namespace {
 
 using namespace extended;
 using namespace mechanism;
+using dynamics::at_time;
+using dynamics::CertifiedEnd;
+using dynamics::end_at;
 using dynamics::magnitude;
 
-constexpr double kTargetBar = 1e-20;  // of the scale
-constexpr double kUselessBar = 1e-3;  // relative to the scale: values with larger bars are not bounded
-constexpr double kBarSafety = 2;
 constexpr double kQuadRoundOff = 1e-32;  // the matrices of constraints cost a digit
-constexpr double kEndMargin = 1e-9;      // of the time: distance of the last sample from the end of the certified part
 constexpr double kSameEvent = 1e-7;      // of the run: events of two runs that are the same
 // With more rates than these the run at the larger tolerance is left out, and the tolerance is larger.
 constexpr int kManyRates = 12, kVeryManyRates = 40;
@@ -42,29 +42,18 @@ struct Trial {
   bool two_runs = false;                // one of the three stands for two
 };
 
-struct End {
-  Wide t_s = 0;
-  std::string why;
-};
-
 struct Bars {
   std::vector<Sample> samples;
   std::vector<double> events_s;
   double largest = 0;
   std::size_t bounded = 0, certified = 0;
-  std::optional<End> end;
+  std::optional<CertifiedEnd> end;
 };
-
-std::string at_time(Wide t_s) { return " at t = " + format_double(static_cast<double>(t_s)) + " s"; }
-
-void end_at(std::optional<End>& end, Wide t_s, const std::string& why) {
-  if (!end || t_s < end->t_s) end = End{t_s, why};
-}
 
 // The first time at which one run has an event that another lacks, or failed. Low bounces that one run sums and another
 // still has are no difference: the other has come to rest there.
-std::optional<End> find_end(const Trial& trial, double t_end_s) {
-  std::optional<End> end;
+std::optional<CertifiedEnd> find_end(const Trial& trial, double t_end_s) {
+  std::optional<CertifiedEnd> end;
   const MechanismPath* paths[] = {&trial.tight, &trial.loose, &trial.maximal};
   for (const MechanismPath* path : paths)
     if (!path->failure.empty()) end_at(end, path->end_s, path->failure);
@@ -93,7 +82,7 @@ Bars compare(const Scenario& scenario, std::int64_t samples, const Trial& trial)
   std::vector<Wide> farthest(kinds, Wide(0));  // of each kind, so far
   for (std::size_t k = 0; k < count; ++k) {
     const Wide t = Wide(scenario.t_end_s) * Wide(static_cast<double>(k)) / Wide(static_cast<double>(samples));
-    if (made.certified == count && made.end && k > 0 && t >= made.end->t_s * (1 - Wide(kEndMargin))) made.certified = k;
+    if (made.certified == count && made.end && k > 0 && !made.end->is_after(t)) made.certified = k;
     Sample marked = trial.tight.samples[k];
     for (std::size_t j = 0; j < marked.joints.size(); ++j)
       marked.joints[j].not_unique = trial.maximal.samples[k].joints[j].not_unique;
@@ -242,11 +231,9 @@ std::string in_digits(double value) {
   return text;
 }
 
-Truth refused(const std::string& reason) {
-  Truth made;
+Truth refused_truth(const std::string& reason) {
+  Truth made = refused<Truth>(reason);
   made.source = "extended";
-  made.outcome.status = Status::unsupported;
-  made.outcome.reason = reason;
   return made;
 }
 
@@ -290,15 +277,7 @@ Truth solve(const Scenario& scenario, std::int64_t samples) {
     for (std::size_t j = 0; j < truth.values.back().joints.size(); ++j)
       truth.values.back().joints[j].not_unique = truth.bars.back().joints[j].not_unique;
   }
-  for (std::size_t k = 0; k < trial.tight.events.size(); ++k) {
-    if (bars.end && trial.tight.events[k].t_s >= bars.end->t_s * (1 - Wide(kEndMargin))) break;
-    truth.events.push_back(trial.tight.events[k]);
-    truth.event_bar_s.push_back(bars.events_s[k]);
-  }
-  if (bars.end) {
-    truth.outcome.status = Status::unsupported;
-    truth.outcome.reason = bars.end->why;
-  }
+  append_certified_events(trial.tight.events, bars.events_s, bars.end, truth);
   truth.outcome.steps_taken = trial.tight.steps;
   truth.outcome.rate_evaluations =
       trial.loose.evaluations + trial.maximal.evaluations + (in_long_double ? 0 : trial.tight.evaluations);
@@ -311,13 +290,13 @@ Truth mechanism_truth(const Scenario& scenario, std::int64_t samples) {
   const Scene& scene = scenario.scene;
   try {
     for (const std::string& why : {mechanism::unsupported(scene), dynamics::unsupported(scene)})
-      if (!why.empty()) return refused(why);
+      if (!why.empty()) return refused_truth(why);
     if (samples < 1 || !(scenario.t_end_s > 0))
-      return refused("expected t_end_s > 0 and at least 1 sample; found t_end_s = " + format_double(scenario.t_end_s) +
-                     " and " + std::to_string(samples) + " samples");
+      return refused_truth("expected t_end_s > 0 and at least 1 sample; found t_end_s = " +
+                           format_double(scenario.t_end_s) + " and " + std::to_string(samples) + " samples");
     return solve(scenario, samples);
   } catch (const MechanismError& error) {
-    return refused(error.what());
+    return refused_truth(error.what());
   }
 }
 

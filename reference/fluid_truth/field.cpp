@@ -8,6 +8,7 @@
 #include "fluid_truth/literature.hpp"
 #include "fluid_truth/solution.hpp"
 #include "fluid_truth/weakly_compressible.hpp"
+#include "protocol/refusal.hpp"
 
 namespace atwood {
 
@@ -97,13 +98,6 @@ FieldSample evaluate(const Both& both, const Scene& scene, Wide t_s, const std::
   return made;
 }
 
-FluidField refused(const std::string& why) {
-  FluidField made;
-  made.outcome.status = Status::unsupported;
-  made.outcome.reason = why;
-  return made;
-}
-
 FluidField closed_form_field(const Scenario& given, const std::string& response) {
   const std::string name = "fluid field `" + given.truth.solution + "`: ";
   const auto found = std::find_if(catalogue().begin(), catalogue().end(),
@@ -111,7 +105,7 @@ FluidField closed_form_field(const Scenario& given, const std::string& response)
   if (found == catalogue().end()) {
     std::string known;
     for (const Solution& each : catalogue()) known += (known.empty() ? "" : ", ") + std::string(each.id);
-    return refused(name + "no such solution; expected one of " + known);
+    return refused<FluidField>(name + "no such solution; expected one of " + known);
   }
   const auto scenario = std::make_shared<const Scenario>(given);
   const auto equations = std::make_shared<const std::string>(response);
@@ -120,7 +114,7 @@ FluidField closed_form_field(const Scenario& given, const std::string& response)
     both->wide = found->wide({*scenario, *equations});
     both->narrow = found->narrow({*scenario, *equations});
   } catch (const Refused& refusal) {
-    return refused(name + refusal.why);
+    return refused<FluidField>(name + refusal.why);
   }
   FluidField made;
   made.source = std::string("closed form: ") + found->citation;
@@ -144,7 +138,8 @@ FluidField fluid_field_of(const Scenario& scenario, const std::string& response)
   if (scenario.truth.kind == TruthKind::closed_form) return closed_form_field(scenario, response);
   if (scenario.truth.kind == TruthKind::weakly_compressible) return weakly_compressible_field(scenario, response);
   if (scenario.truth.kind == TruthKind::literature) return literature_field(scenario);
-  return refused("the truth of this scenario is no field: expected closed-form, weakly-compressible or literature");
+  return refused<FluidField>(
+      "the truth of this scenario is no field: expected closed-form, weakly-compressible or literature");
 }
 
 }  // namespace atwood

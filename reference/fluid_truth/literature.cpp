@@ -14,6 +14,7 @@
 #include <stdexcept>
 
 #include "fluid_truth/solution.hpp"
+#include "protocol/refusal.hpp"
 
 namespace atwood {
 
@@ -74,8 +75,7 @@ FluidField literature_field(const Scenario& given) {
       return sample;
     };
   } catch (const Refused& refusal) {
-    made.outcome.status = Status::unsupported;
-    made.outcome.reason = "literature: " + refusal.why;
+    made.outcome = refused("literature: " + refusal.why);
   }
   return made;
 }

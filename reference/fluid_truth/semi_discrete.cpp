@@ -9,6 +9,7 @@
 #include "extended/extrapolation.hpp"
 #include "fluid_truth/particles.hpp"
 #include "fluid_truth/solution.hpp"
+#include "protocol/refusal.hpp"
 
 namespace atwood {
 
@@ -301,8 +302,7 @@ Truth semi_discrete_truth(const Scenario& scenario, std::int64_t samples) {
   const auto refuse = [&](const std::string& why) {
     truth = {};
     truth.source = "semi-discrete";
-    truth.outcome.status = Status::unsupported;
-    truth.outcome.reason = "semi-discrete: " + why;
+    truth.outcome = refused("semi-discrete: " + why);
   };
   try {
     require(samples >= 1 && scenario.t_end_s > 0, "expected t_end_s > 0 and at least 1 sample");

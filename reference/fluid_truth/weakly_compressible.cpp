@@ -6,6 +6,7 @@
 
 #include "fluid_truth/solution.hpp"
 #include "fluid_truth/spectral.hpp"
+#include "protocol/refusal.hpp"
 #include "scene/files.hpp"
 
 namespace atwood {
@@ -197,11 +198,9 @@ FluidField weakly_compressible_field(const Scenario& given, const std::string& r
       return sample;
     };
   } catch (const Refused& refusal) {
-    made.outcome.status = Status::unsupported;
-    made.outcome.reason = "weakly compressible: " + refusal.why;
+    made.outcome = refused("weakly compressible: " + refusal.why);
   } catch (const std::invalid_argument& error) {
-    made.outcome.status = Status::unsupported;
-    made.outcome.reason = std::string("weakly compressible: ") + error.what();
+    made.outcome = refused(std::string("weakly compressible: ") + error.what());
   }
   return made;
 }

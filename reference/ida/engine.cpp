@@ -3,6 +3,7 @@
 #include "ida/mechanism.hpp"
 #include "ida/solver.hpp"
 #include "protocol/printed_setting.hpp"
+#include "protocol/refusal.hpp"
 #include "protocol/timed_passes.hpp"
 #include "sundials/sundials.hpp"
 
@@ -30,31 +31,33 @@ MethodInfo info() {
   return made;
 }
 
-std::string read_options(const MethodId& id, ida::Options& options) {
-  if (id.scheme != "bdf") return "ida has no scheme `" + id.scheme + "`; it has bdf";
-  if (!id.scalar.empty() && id.scalar != "double") return "ida runs in double, not " + id.scalar;
-  if (!id.response.empty()) return "ida does not support contacts; found +" + id.response;
+Result<ida::Options> read_options(const MethodId& id) {
+  const auto input = [](const std::string& why) { return Fault{Blame::input, why}; };
+  ida::Options options;
+  if (id.scheme != "bdf") return input("ida has no scheme `" + id.scheme + "`; it has bdf");
+  if (!id.scalar.empty() && id.scalar != "double") return input("ida runs in double, not " + id.scalar);
+  if (!id.response.empty()) return input("ida does not support contacts; found +" + id.response);
   options.rtol = id.rtol.value_or(1e-10);
   options.atol = id.atol.value_or(options.rtol / 100);
   const Result<Settings> settings = merged_settings(info(), id.overrides);
-  if (!settings) return settings.fault().reason;
+  if (!settings) return settings.fault();
   options.max_order = static_cast<int>(std::get<std::int64_t>(settings->at("max_order")));
   options.max_steps = std::get<std::int64_t>(settings->at("max_steps"));
-  return "";
+  return options;
 }
 
 Outcome run_method(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
-  ida::Options options;
-  if (const std::string why = read_options(id, options); !why.empty()) return stepping::refusal(why);
+  const auto options = read_options(id);
+  if (!options) return refused(options.fault());
   if (!scene.joints.empty() || !scene.ropes.empty()) {
-    if (repeats <= 0) return ida::run_mechanism(scene, plan.t_end_s, plan.samples, options, observer);
+    if (repeats <= 0) return ida::run_mechanism(scene, plan.t_end_s, plan.samples, *options, observer);
     return timed_passes(repeats, [&](std::chrono::nanoseconds& busy) {
-      return ida::run_mechanism(scene, plan.t_end_s, plan.samples, options, {}, &busy);
+      return ida::run_mechanism(scene, plan.t_end_s, plan.samples, *options, {}, &busy);
     });
   }
   return stepping::run<double>("ida", scene, plan, observer, repeats, true,
                                [&](const stepping::Equations<double>& equations, const std::vector<double>& y, double) {
-                                 return ida::make_solver(options, equations, y);
+                                 return ida::make_solver(*options, equations, y);
                                });
 }
 

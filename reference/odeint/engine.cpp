@@ -4,6 +4,7 @@
 #include "odeint/catalogue.hpp"
 #include "odeint/odeint.hpp"
 #include "protocol/printed_setting.hpp"
+#include "protocol/refusal.hpp"
 
 namespace atwood {
 
@@ -58,33 +59,35 @@ MethodInfo info(const Entry& entry) {
   return made;
 }
 
-std::string read_choice(const MethodId& id, const Entry& entry, const Settings& settings, Choice& choice) {
+Result<Choice> read_choice(const MethodId& id, const Entry& entry, const Settings& settings) {
+  const auto input = [](const std::string& why) { return Fault{Blame::input, why}; };
   if (!id.scalar.empty() && id.scalar != "double" && id.scalar != "long-double")
-    return "odeint runs here in double and long-double, not " + id.scalar;
-  if (!id.response.empty()) return "odeint has no contacts: no +" + id.response;
+    return input("odeint runs here in double and long-double, not " + id.scalar);
+  if (!id.response.empty()) return input("odeint has no contacts: no +" + id.response);
   if (id.rtol && !entry.by_tolerance)
-    return "odeint's " + entry.name + " has no error control: it takes equal steps, no tolerance";
+    return input("odeint's " + entry.name + " has no error control: it takes equal steps, no tolerance");
+  Choice choice;
   choice.rtol = id.rtol.value_or(1e-8);
   choice.atol = id.atol.value_or(choice.rtol / 100);
   if (entry.has_in_place) choice.in_place = std::get<bool>(settings.at("in_place"));
   if (entry.has_epsilon) choice.epsilon = std::get<double>(settings.at("epsilon"));
-  return "";
+  return choice;
 }
 
 Outcome run_method(const MethodId& id, const Scene& scene, const Plan& plan, const Observer& observer, int repeats) {
   const auto found =
       std::find_if(entries().begin(), entries().end(), [&](const Entry& entry) { return entry.name == id.scheme; });
   if (found == entries().end())
-    return stepping::refusal("odeint has no stepper `" + id.scheme + "`; `atwood list methods` shows them");
+    return refused("odeint has no stepper `" + id.scheme + "`; `atwood list methods` shows them");
   const Result<Settings> settings = merged_settings(info(*found), id.overrides);
-  if (!settings) return stepping::refusal(settings.fault().reason);
-  Choice choice;
-  if (const std::string why = read_choice(id, *found, *settings, choice); !why.empty()) return stepping::refusal(why);
+  if (!settings) return refused(settings.fault());
+  const Result<Choice> choice = read_choice(id, *found, *settings);
+  if (!choice) return refused(choice.fault());
   const auto with = [&]<class S>(odeint::Make<S> make) {
     return stepping::run<S>(
         "odeint", scene, plan, observer, repeats, found->by_tolerance,
         [&](const stepping::Equations<S>& equations, const std::vector<S>& y, S h_s) {
-          return make(equations, y, h_s, choice);
+          return make(equations, y, h_s, *choice);
         },
         stepping::rate_repeats(*settings));
   };

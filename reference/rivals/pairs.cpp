@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "protocol/refusal.hpp"
 #include "rivals/world.hpp"
 #include "scene/inertia.hpp"
 
@@ -20,8 +21,7 @@ ContactAnswer ask_pairs(const char* engine, const Scene& scene,
       }
   } catch (const std::invalid_argument& error) {
     answer = {};
-    answer.outcome.status = Status::unsupported;
-    answer.outcome.reason = std::string(engine) + ": " + error.what();
+    answer.outcome = refused(std::string(engine) + ": " + error.what());
   }
   return answer;
 }

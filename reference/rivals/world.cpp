@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "protocol/timed_passes.hpp"
 #include "rivals/vector.hpp"
 
 namespace atwood::rivals {
@@ -294,26 +295,23 @@ Outcome accuracy_pass(const WorldMaker& make, const Scene& scene, const Plan& pl
 
 // Building the worlds is not timed; the first run is a warm-up of caches and allocators.
 Outcome timed_pass(const WorldMaker& make, const Scene& scene, const Plan& plan, int repeats, std::int64_t substeps) {
-  Outcome outcome;
-  outcome.steps_taken = plan.steps;
-  for (int repeat = -1; repeat < repeats; ++repeat) {
+  return timed_passes(repeats, [&](std::chrono::nanoseconds& busy) {
+    Outcome outcome;
+    outcome.steps_taken = plan.steps;
     const auto world = make(scene, false);
     Stepper stepper(scene, plan, substeps, *world);
     const auto start = std::chrono::steady_clock::now();
     for (std::int64_t n = 0; n < plan.steps; ++n)
       stepper.step(
           n, [] {}, [](double) {});
-    const auto stop = std::chrono::steady_clock::now();
+    busy = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start);
+    outcome.rate_evaluations = std::max<std::int64_t>(0, world->rate_calls());
     if (const auto reason = not_finite(scene, stepper, plan.steps)) {
       outcome.status = Status::not_finite;
       outcome.reason = *reason;
-      return outcome;
     }
-    if (repeat < 0) continue;
-    outcome.rate_evaluations = std::max<std::int64_t>(0, world->rate_calls());
-    outcome.busy_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(stop - start).count());
-  }
-  return outcome;
+    return outcome;
+  });
 }
 
 // One run, the clock read around every step of the plan.

@@ -164,8 +164,6 @@ bool accelerations_depend_on_time(const Scene& scene) {
                      [](const Force& force) { return std::holds_alternative<Drive>(force); });
 }
 
-Outcome refusal(const std::string& reason) { return refused(reason); }
-
 Setting rate_repeats_setting() {
   return {"rate_repeats", std::int64_t(1), {between(1, 1000), "How often each rate is evaluated; it counts once."}};
 }
@@ -176,9 +174,9 @@ int rate_repeats(const Settings& settings) {
 template <class S>
 Outcome run(const std::string& engine, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
             bool by_tolerance, const Maker<S>& make, int rate_repeats) {
-  if (const std::string why = uncovered(scene, plan.t_end_s); !why.empty()) return refusal(engine + ": " + why);
+  if (const std::string why = uncovered(scene, plan.t_end_s); !why.empty()) return refused(engine + ": " + why);
   if (!(plan.t_end_s > 0) || plan.samples < 1 || plan.steps < 1 || plan.steps % plan.samples != 0) {
-    return refusal(engine + ": nothing to run");
+    return refused(engine + ": nothing to run");
   }
   if (repeats <= 0) {
     Integration<S> integration(scene, plan, observer, by_tolerance, rate_repeats);

@@ -59,8 +59,6 @@ Outcome run(const std::string& engine, const Scene& scene, const Plan& plan, con
 Setting rate_repeats_setting();
 int rate_repeats(const Settings& settings);  // its value among checked settings
 
-Outcome refusal(const std::string& reason);
-
 extern template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool,
                             const Maker<double>&, int);
 extern template Outcome run(const std::string&, const Scene&, const Plan&, const Observer&, int, bool,

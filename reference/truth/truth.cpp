@@ -4,6 +4,7 @@
 #include "cvode/cvode.hpp"
 #include "extended/extended.hpp"
 #include "fluid_truth/semi_discrete.hpp"
+#include "protocol/refusal.hpp"
 
 namespace atwood {
 
@@ -20,9 +21,9 @@ Truth solve_truth(const Scenario& scenario, std::int64_t samples) {
   }
   Truth made;
   made.source = "none";
-  made.outcome.status = Status::unsupported;
-  made.outcome.reason = scenario.truth.kind == TruthKind::none ? "no truth: the scenario names none"
-                                                               : "this truth is a field: it has no samples of its own";
+  made.outcome =
+      refused(scenario.truth.kind == TruthKind::none ? "no truth: the scenario names none"
+                                                     : "this truth is a field: it has no samples of its own");
   return made;
 }
 

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "dynamics/state.hpp"
+#include "protocol/refusal.hpp"
 #include "scene/csv.hpp"
 #include "scene/input_file.hpp"
 #include "truth/truth.hpp"
@@ -98,8 +99,7 @@ Truth values_truth(const Scenario& scenario, std::int64_t samples) {
   } catch (const std::exception& error) {
     truth = Truth{};
     truth.source = "values: " + scenario.truth.file;
-    truth.outcome.status = Status::unsupported;
-    truth.outcome.reason = error.what();
+    truth.outcome = refused(error.what());
   }
   return truth;
 }

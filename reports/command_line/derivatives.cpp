@@ -23,7 +23,7 @@
 namespace atwood {
 namespace {
 
-constexpr int kMostRates = 200;
+constexpr int kMaxRates = 200;
 constexpr int kStepExponents = 14;  // of the differences: 1e-1 to 1e-14
 constexpr const char* kEntryColumns = "t_s,of,of_component,by,by_name,by_component,derivative,difference,error";
 constexpr const char* kLadderColumns = "t_s,by,from,step,error";
@@ -59,7 +59,7 @@ void require_tree(const Scenario& scenario) {
     if (!body.fixed && !placed[i]) rates += rotates(body) ? 6 : 3;
   }
   if (rates == 0) refuse("no joint of it moves by itself");
-  if (rates > kMostRates) refuse(fmt::format("the mechanisms have {} rates, more than {}", rates, kMostRates));
+  if (rates > kMaxRates) refuse(fmt::format("the mechanisms have {} rates, more than {}", rates, kMaxRates));
 }
 
 // ---- the state at the time that is asked for ------------------------------------------------------------------------

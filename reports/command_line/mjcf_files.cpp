@@ -25,12 +25,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kDeepestInclude = 16;
-constexpr std::size_t kMostIncluded = 256;         // files
-constexpr std::size_t kMostNamed = 10'000;         // files, the included ones among them
-constexpr std::size_t kMostFolders = 4;            // that <compiler> elements name, of one kind
-constexpr std::size_t kLongestName = 1024;         // bytes
-constexpr std::size_t kMostNameBytes = 256 << 10;  // of all names: each part of a path is looked up
-constexpr const char* kIncluded = "include";       // the element
+constexpr std::size_t kMaxIncluded = 256;         // files
+constexpr std::size_t kMaxNamed = 10'000;         // files, the included ones among them
+constexpr std::size_t kMaxFolders = 4;            // that <compiler> elements name, of one kind
+constexpr std::size_t kLongestName = 1024;        // bytes
+constexpr std::size_t kMaxNameBytes = 256 << 10;  // of all names: each part of a path is looked up
+constexpr const char* kIncluded = "include";      // the element
 
 // Text that two parsers may read in two ways is refused, so references (`&#47;`) are left as they are written.
 constexpr unsigned kParsing = pugi::parse_cdata | pugi::parse_fragment | pugi::parse_doctype;
@@ -132,9 +132,9 @@ class Model {
       for (const pugi::xml_attribute attribute : node.attributes()) {
         if (!std::string_view(attribute.name()).starts_with("file") || *attribute.value() == 0) continue;
         NamedFile file{kind_of(node.name()), attribute.value(), where(), beside};
-        if (++named_ > kMostNamed)
+        if (++named_ > kMaxNamed)
           throw InputError(
-              fmt::format("{} names more than {} files with those before; expected fewer", file.where, kMostNamed));
+              fmt::format("{} names more than {} files with those before; expected fewer", file.where, kMaxNamed));
         require_plain(file.name, file.where);
         if (std::string_view(node.name()) == kIncluded) included.push_back(file);
         files_.push_back(std::move(file));
@@ -178,9 +178,9 @@ class Model {
     if (name.size() > kLongestName)
       throw InputError(fmt::format("{} has a path of {} bytes; expected at most {}", where, name.size(), kLongestName));
     name_bytes_ += name.size();
-    if (name_bytes_ > kMostNameBytes)
+    if (name_bytes_ > kMaxNameBytes)
       throw InputError(fmt::format("{} has a path that makes more than {} bytes with those before; expected fewer",
-                                   where, kMostNameBytes));
+                                   where, kMaxNameBytes));
   }
 
   template <class Where> void take_folders(pugi::xml_node compiler, const Where& where) {
@@ -191,11 +191,11 @@ class Model {
           if (folders.contains(folder.value())) continue;
           std::error_code error;
           folders.emplace(folder.value(), fs::weakly_canonical(folder_ / folder.value(), error));
-          if (error || folders.size() > kMostFolders)
+          if (error || folders.size() > kMaxFolders)
             throw InputError(
                 fmt::format("{}: `{}` {}", where(), folder.name(),
                             error ? "cannot be followed; expected a folder"
-                                  : fmt::format("is one of more than {} folders; expected fewer", kMostFolders)));
+                                  : fmt::format("is one of more than {} folders; expected fewer", kMaxFolders)));
         }
     };
     take("meshdir", mesh_folders_);
@@ -208,7 +208,7 @@ class Model {
       if (!fs::is_regular_file(full, error) || !included_.insert(full.string()).second) continue;
       if (depth > kDeepestInclude)
         throw InputError(fmt::format("{} is nested in {} other files; expected fewer", file.where, depth - 1));
-      if (included_.size() > kMostIncluded)
+      if (included_.size() > kMaxIncluded)
         throw InputError(
             fmt::format("{} is the {}th file that is included; expected fewer", file.where, included_.size()));
       read(read_input_file(full.string(), "a part of a model (MJCF)", largest::kRobot), full.string(),

@@ -18,7 +18,7 @@
 namespace atwood {
 namespace {
 
-constexpr double kMostPairs = 1e7;  // in quad, 5 s
+constexpr double kMaxPairs = 1e7;   // in quad, 5 s
 constexpr std::size_t kMany = 500;  // with more bodies no engine is asked
 constexpr double kAskLimit_s = 5;
 
@@ -159,7 +159,7 @@ double pairs_of_potentials(const Scene& scene) {
 }
 
 std::string energy_words(const Scene& scene) {
-  if (const double pairs = pairs_of_potentials(scene); pairs > kMostPairs)
+  if (const double pairs = pairs_of_potentials(scene); pairs > kMaxPairs)
     return fmt::format("not added up: {:.3g} pairs of bodies attract or repel each other", pairs);
   Sample start;
   for (const Body& body : scene.bodies) {

@@ -12,6 +12,7 @@
 #include "reports/render/text.hpp"
 #include "scene/files.hpp"
 #include "scene/split_mix.hpp"
+#include "validation/metrics/order_statistics.hpp"
 #include "validation/study/process.hpp"
 #include "validation/study/worker_client.hpp"
 
@@ -247,22 +248,21 @@ std::vector<TuneEvidence> SettingSearch::beside_default(const std::vector<Scenar
         of_tuned.push_back(std::fabs(value_of(runs, method, n + k * scenario.samples, metric)));
       }
       if (of_default.empty()) continue;
-      std::sort(of_default.begin(), of_default.end());
       const bool failed = std::any_of(of_tuned.begin(), of_tuned.end(), [](double v) { return !std::isfinite(v); });
-      std::sort(of_tuned.begin(), of_tuned.end());  // medians
-      const auto middle = [](const std::vector<double>& v) { return (v[(v.size() - 1) / 2] + v[v.size() / 2]) / 2; };
-      const auto half_range = [](const std::vector<double>& v) { return (v.back() - v.front()) / 2; };
+      const auto [least, most] = std::minmax_element(of_default.begin(), of_default.end());
+      const double half_range = (*most - *least) / 2;
       TuneFigure figure{scenario.id, metric, n, {}, bar, 0, ratio};
       for (const std::int64_t f : {1, 2, 4}) {
         const double value = value_of(rungs, base, n * f, metric);
         if (!std::isfinite(value)) break;
         figure.of_default.push_back(value);
       }
-      double at_equal_time = middle(of_default);
+      double at_equal_time = metrics::median_in_place(of_default);
       if (!figure.of_default.empty() && figure.of_default[0] != 0)
         at_equal_time *= std::min(1.0, default_at_equal_time(figure) / std::fabs(figure.of_default[0]));
-      evidence.push_back({scenario.id, metric, n, held_out, at_equal_time, failed ? kNone : middle(of_tuned),
-                          half_range(of_default) + bar + kMinDifference, ratio});
+      evidence.push_back({scenario.id, metric, n, held_out, at_equal_time,
+                          failed ? kNone : metrics::median_in_place(of_tuned), half_range + bar + kMinDifference,
+                          ratio});
     }
   }
   return evidence;

@@ -107,7 +107,7 @@ std::string left_out_words(const GoalResult& goal) {
   return fmt::format(
       "{} finer rungs of {} rivals' methods, whose coarser ones need more than {:.0f} times the evaluations of their "
       "engine's cheapest that reaches the error",
-      goal.left_out.size(), families.size(), kMostEvaluations);
+      goal.left_out.size(), families.size(), kMaxEvaluations);
 }
 
 std::string machine_words(const MachineState& machine) {

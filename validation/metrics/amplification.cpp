@@ -83,7 +83,7 @@ void metrics::reference_step(const dynamics::Dynamics<double>& f, double t, doub
 namespace {
 
 constexpr std::int64_t kFewestSteps = 1000, kCoarseSteps = 4000;
-constexpr double kMostWork = 2e7;  // of refined runs: steps x (bodies^2 + 4), some 4 s
+constexpr double kMaxRefinedWork = 2e7;  // of refined runs: steps x (bodies^2 + 4), some 4 s
 
 // The growth by a run of this many steps; nothing where the run does not end where the truth does, for it then shows
 // the step's error. The states are compared at 4000 instants or a few more.
@@ -136,7 +136,7 @@ PerturbationGrowth perturbation_growth(const Scenario& scenario, const Truth& tr
   // A bare problem has no positions or velocities whose growth could be measured.
   if (const auto growth = growth_by(scenario, truth, steps)) return {*growth, scene.problem.empty()};
   const auto bodies = static_cast<double>(scene.bodies.size());
-  for (steps = 4 * kCoarseSteps; static_cast<double>(steps) * (bodies * bodies + 4) <= kMostWork; steps *= 4)
+  for (steps = 4 * kCoarseSteps; static_cast<double>(steps) * (bodies * bodies + 4) <= kMaxRefinedWork; steps *= 4)
     if (const auto growth = growth_by(scenario, truth, steps)) return {*growth, true};
   return {simple, false};
 }

@@ -1,4 +1,5 @@
-// Roots of functions of one variable. Private to this room.
+// Roots of functions of one variable. Private to this room, which shares no numerics with the engine that it judges
+// (engine/math/bracketed_root.hpp).
 #pragma once
 
 namespace atwood::metrics {

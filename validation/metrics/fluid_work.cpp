@@ -10,10 +10,10 @@
 namespace atwood {
 namespace {
 
-constexpr std::size_t kMostParticles = 50'000;
-constexpr std::size_t kLeastSamples = 9;  // of fewer, every second one is too coarse a check of the integral
-constexpr double kRoundOff = 1e-14;       // of the scale
-constexpr double kUnresolved = 0.2;       // of the works: what is left of a motion that the samples resolve
+constexpr std::size_t kMaxParticlesOfWork = 50'000;
+constexpr std::size_t kMinSamplesOfWork = 9;  // of fewer, every second one is too coarse a check of the integral
+constexpr double kRoundOff = 1e-14;           // of the scale
+constexpr double kUnresolved = 0.2;           // of the works: what is left of a motion that the samples resolve
 
 struct Term {
   const char* metric;
@@ -57,9 +57,9 @@ Integral integral_of(const std::vector<double>& values, double h) {
 }
 
 std::vector<Row> fluid_work_rows(const Scene& scene, const Recording& run, const std::string& response) {
-  if (run.outcome.status != Status::ok || run.values.size() < kLeastSamples) return {};
+  if (run.outcome.status != Status::ok || run.values.size() < kMinSamplesOfWork) return {};
   const std::size_t count = run.values.front().particles.size();
-  if (count != fluid_of_particles(scene).size() || count > kMostParticles) return {};
+  if (count != fluid_of_particles(scene).size() || count > kMaxParticlesOfWork) return {};
   const FluidPowersOf powers(scene, response);
   if (!powers.unsupported().empty()) return {};
   const std::vector<metrics::FluidEnergies> energies = metrics::fluid_energies(scene, run.values);

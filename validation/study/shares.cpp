@@ -6,6 +6,7 @@
 
 #include "scene/files.hpp"
 #include "scene/printable.hpp"
+#include "validation/metrics/order_statistics.hpp"
 #include "validation/study/content_hash.hpp"
 #include "validation/study/key_table.hpp"
 
@@ -124,10 +125,7 @@ double usual_step_ns(const Costs& costs) {
   std::vector<double> all;
   for (const auto& [name, rungs] : costs.ladder_ns)
     if (!rungs.empty()) all.push_back(step_ns(rungs));
-  if (all.empty()) return 0;
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  return *middle;
+  return metrics::median_in_place(all);
 }
 
 double cost_of(const Cell& cell, const std::string& ladder, const Costs& costs, double usual_ns) {

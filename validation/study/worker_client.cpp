@@ -7,6 +7,7 @@
 #include <random>
 #include <utility>
 
+#include "protocol/refusal.hpp"
 #include "scene/files.hpp"
 #include "validation/study/worker_identity.hpp"
 
@@ -186,11 +187,8 @@ Outcome WorkerClient::prepare() {
 Outcome WorkerClient::exchange(std::string text, double limit_s,
                                const std::function<std::optional<Outcome>(const std::string& line)>& take) {
   if (text.size() > wire::kLongestLine) {
-    Outcome outcome;
-    outcome.status = Status::unsupported;
-    outcome.reason = "the scene takes " + megabytes(text.size()) + " as a line of the worker protocol, which allows " +
-                     megabytes(wire::kLongestLine);
-    return outcome;
+    return refused("the scene takes " + megabytes(text.size()) + " as a line of the worker protocol, which allows " +
+                   megabytes(wire::kLongestLine));
   }
   // What a process does after the end of an answer is no fault of the next cell, whether it is noticed before the next
   // request is sent or shortly after it: then a new process is asked, once.

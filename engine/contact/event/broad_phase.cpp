@@ -2,6 +2,7 @@
 #include "contact/event/proximity.hpp"
 
 #include "contact/event/report.hpp"
+#include "protocol/refusal.hpp"
 
 namespace atwood::event {
 
@@ -36,7 +37,7 @@ S clearance(const Bodies<S>& bodies, const Proximity<S>& proximity, const ShapeP
 
 template <class S> bool refuse_if_near(Report& report, const ShapePair<S>& pair, S clear) {
   if (pair.refusal.empty() || clear > S(0)) return true;
-  report.outcome = {Status::unsupported, pair.refusal, 0, 0, {}};
+  report.outcome = refused(pair.refusal);
   return false;
 }
 

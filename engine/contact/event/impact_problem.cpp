@@ -191,7 +191,7 @@ template <class S> void record_impulses(ImpactProblem<S>& problem, int first, in
 // than a few times at one instant: the approach that is left belongs to the next impact.
 template <class S>
 bool accept_unconverged(ImpactProblem<S>& problem, const std::vector<Vec3<S>>& u_before, int first, int count) {
-  constexpr int most_unconverged = 4;
+  constexpr int max_unconverged = 4;
   S gain = S(0), size = S(0);  // twice the work of the impulses
   for (int i = 0; i < count; ++i) {
     const ImpactPoint<S>& point = problem.impacts.points[first + i];
@@ -200,7 +200,7 @@ bool accept_unconverged(ImpactProblem<S>& problem, const std::vector<Vec3<S>>& u
     gain += part;
     size += real::abs(part);
   }
-  if (++problem.unconverged <= most_unconverged && gain <= real::sqrt(real::epsilon<S>()) * size) return true;
+  if (++problem.unconverged <= max_unconverged && gain <= real::sqrt(real::epsilon<S>()) * size) return true;
   problem.report.outcome = {
       Status::unsupported,
       "atwood's +event found no impulses of several contacts of one instant that obey Coulomb's law",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 
 #include "contact/options.hpp"
 #include "contact/stepping/contact_points.hpp"
@@ -20,25 +21,28 @@ constexpr const char *kJointsNotMet = "the joint constraints were not satisfied"
                      *kImpactsStandStill = "10000 impacts or more followed each other without the time advancing";
 
 // Impacts with restitution are resolved one after another, contacts without it are solved together. A scene that
-// names a convention for simultaneous impacts is refused where one of its pairs follows the other convention. Returns
-// the reason; "": there is none.
-std::string convention_conflict(const Scene& scene) {
+// names a convention for simultaneous impacts is refused where one of its pairs follows the other convention.
+std::optional<Fault> convention_fault(const Scene& scene) {
   const SimultaneousImpacts named = scene.simultaneous_impacts;
-  if (named == SimultaneousImpacts::unspecified) return "";
+  if (named == SimultaneousImpacts::unspecified) return {};
   for (const PairLaw& law : laws_in_play(scene)) {
     if (named == SimultaneousImpacts::together && law.restitution > 0)
-      return "the scene's simultaneous_impacts is together: +impulse takes impacts with restitution one after another";
+      return Fault{
+          Blame::engine,
+          "the scene's simultaneous_impacts is together: +impulse takes impacts with restitution one after another"};
     if (named == SimultaneousImpacts::sequential && !(law.restitution > 0))
-      return "the scene's simultaneous_impacts is sequential: +impulse solves contacts without restitution together";
+      return Fault{
+          Blame::engine,
+          "the scene's simultaneous_impacts is sequential: +impulse solves contacts without restitution together"};
   }
-  return "";
+  return {};
 }
 
-// Why +impulse refuses the scene; "" if it does not.
-std::string refusal(const Scene& scene) {
-  if (const std::string conflict = convention_conflict(scene); !conflict.empty()) return conflict;
+// Why +impulse does not take the scene.
+std::optional<Fault> scene_fault(const Scene& scene) {
+  if (const auto fault = convention_fault(scene)) return fault;
   for (const PairLaw& pair : scene.pairs)
-    if (pair.rolling_friction_m > 0) return "atwood's +impulse has no rolling friction";
+    if (pair.rolling_friction_m > 0) return Fault{Blame::engine, "atwood's +impulse has no rolling friction"};
   // Whether a pair of shapes has a contact test depends on their kinds alone: two moving and two fixed bodies of each
   // kind stand for all.
   std::vector<const Body*> representatives;
@@ -55,18 +59,19 @@ std::string refusal(const Scene& scene) {
       const char* what = missing_contact_test(static_cast<ShapeKind>(representatives[a]->shape.index()),
                                               static_cast<ShapeKind>(representatives[b]->shape.index()));
       if (what != nullptr)
-        return "atwood has no contact test for `" + representatives[a]->name + "` and `" + representatives[b]->name +
-               "`: " + what;
+        return Fault{Blame::engine, "atwood has no contact test for `" + representatives[a]->name + "` and `" +
+                                        representatives[b]->name + "`: " + what};
     }
-  return "";
+  return {};
 }
 
-std::string joints_refusal(const MethodId& id, const Scene& scene, const Options& options) {
-  if (!scene.ropes.empty()) return "+impulse takes no ropes; use +penalty";
-  if (scene.joints.empty()) return "";
-  if (id.scheme != "symplectic-euler") return "+impulse steps mechanisms by symplectic-euler alone";
-  if (options.sleeping) return "+impulse{sleeping=true} takes no bodies on joints";
-  return "";
+std::optional<Fault> joints_fault(const MethodId& id, const Scene& scene, const Options& options) {
+  if (!scene.ropes.empty()) return Fault{Blame::engine, "+impulse takes no ropes; use +penalty"};
+  if (scene.joints.empty()) return {};
+  if (id.scheme != "symplectic-euler")
+    return Fault{Blame::engine, "+impulse steps mechanisms by symplectic-euler alone"};
+  if (options.sleeping) return Fault{Blame::engine, "+impulse{sleeping=true} takes no bodies on joints"};
+  return {};
 }
 
 template <class S>
@@ -233,11 +238,11 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   if (!settings) return refused(settings.fault());
   const Options options = options_of(*settings);
   if (id.rtol) return refused("+impulse takes equal steps, no tolerance");
-  if (const std::string why = refusal(scene); !why.empty()) return refused(why);
+  if (const auto fault = scene_fault(scene)) return refused(*fault);
   if (options.sleeping && !scene.forces.empty())
     return refused(
         "+impulse{sleeping=true}: only gravity and contacts may act, for a change of a force would not wake a body");
-  if (const std::string why = joints_refusal(id, scene, options); !why.empty()) return refused(why);
+  if (const auto fault = joints_fault(id, scene, options)) return refused(*fault);
   Scene free = scene;  // every body has its own coordinates
   free.joints.clear();
   free.joint_forces.clear();

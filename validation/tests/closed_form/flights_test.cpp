@@ -5,24 +5,17 @@
 
 #include "scenes.hpp"
 #include "validation/tests/catalogued.hpp"
+#include "vectors.hpp"
 
 using namespace atwood;
 using namespace atwood::testing;
 
 namespace {
 
-using Vec3 = std::array<double, 3>;
-Vec3 plus(const Vec3& a, double s, const Vec3& b) { return {a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]}; }
-Vec3 times(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double along(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-double length(const Vec3& a) { return std::sqrt(along(a, a)); }
 template <class Q> Vec3 turned(const Q& q, const Vec3& v) {
   const Vec3 u{double(q[1]), double(q[2]), double(q[3])};
   return plus(v, 2, times(u, plus(times(u, v), double(q[0]), v)));
 }
-template <class V> Vec3 narrow(const V& v) { return {double(v[0]), double(v[1]), double(v[2])}; }
 
 struct Moving {
   Vec3 p, v, w_W;

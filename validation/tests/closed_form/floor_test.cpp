@@ -4,18 +4,12 @@
 
 #include "scenes.hpp"
 #include "validation/tests/catalogued.hpp"
+#include "vectors.hpp"
 
 using namespace atwood;
 using namespace atwood::testing;
 
 namespace {
-
-using Vec3 = std::array<double, 3>;
-Vec3 plus(const Vec3& a, double s, const Vec3& b) { return {a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]}; }
-Vec3 times(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double along(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 struct Moving {
   Vec3 p, v, w;

@@ -31,6 +31,15 @@ inline V3 turned(const Q4& q, const V3& v, bool back = false) {
   return made;
 }
 
+inline Scenario mechanism(const std::string& solution, double t_end_s, std::vector<Body> bodies,
+                          std::vector<Joint> joints, Real3 gravity = down) {
+  Scenario given = scenario(solution, t_end_s);
+  given.scene.gravity_m_per_s2 = gravity;
+  given.scene.bodies = std::move(bodies);
+  given.scene.joints = std::move(joints);
+  return given;
+}
+
 inline Joint with_start(Joint given, double coordinate, double rate) {
   given.coordinates[0] = coordinate;
   given.rates[0] = rate;

@@ -9,17 +9,6 @@ using namespace atwood::testing;
 
 namespace {
 
-const Real3 down{0, 0, -9.8};
-
-Scenario mechanism(const std::string& solution, double t_end_s, std::vector<Body> bodies, std::vector<Joint> joints,
-                   Real3 gravity = down) {
-  Scenario given = scenario(solution, t_end_s);
-  given.scene.gravity_m_per_s2 = gravity;
-  given.scene.bodies = std::move(bodies);
-  given.scene.joints = std::move(joints);
-  return given;
-}
-
 double worst(const Scenario& given, std::int64_t samples) {
   const Truth truth = closed_form_truth(given, samples);
   INFO(truth.outcome.reason);

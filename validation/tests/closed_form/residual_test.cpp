@@ -27,8 +27,6 @@ double residual_of(const std::string& solution, double t_end_s, std::vector<Body
   return residual(given, samples);
 }
 
-const Real3 down{0, 0, -9.8};
-
 }  // namespace
 
 TEST_CASE("Points in force fields solve their equations") {

@@ -14,6 +14,8 @@
 
 namespace atwood::testing {
 
+inline const Real3 down{0, 0, -9.8};
+
 inline Scenario scenario(const std::string& solution, double t_end_s) {
   Scenario made;
   made.id = solution;

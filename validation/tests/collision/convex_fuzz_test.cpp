@@ -62,9 +62,6 @@ Shape hostile_shape(ShapeKind kind, Random& random, double scale, double thinnes
   }
 }
 
-template <class S> bool finite(const Vec3<S>& v) {
-  return real::is_finite(v.x) && real::is_finite(v.y) && real::is_finite(v.z);
-}
 template <class S> bool is_unit(const Vec3<S>& n) { return real::abs(norm(n) - S(1)) < S(64) * real::epsilon<S>(); }
 
 struct Pose {

@@ -31,6 +31,10 @@ template <class S> Transform<S> placed_at(const Vec3<double>& p_W, const Quat<do
            rotate(q, Vec3<S>{S(0), S(0), S(1)})}};
 }
 
+template <class S> bool finite(const Vec3<S>& v) {
+  return real::is_finite(v.x) && real::is_finite(v.y) && real::is_finite(v.z);
+}
+
 // Points on an ellipsoid.
 inline std::vector<Real3> boulder(Random& random, int points, const Real3& radii) {
   std::vector<Real3> out;

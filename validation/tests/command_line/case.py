@@ -10,6 +10,28 @@ ATWOOD = os.path.abspath(sys.argv[1])
 ROOT = os.path.abspath(sys.argv[2]) if len(sys.argv) > 2 and os.path.isdir(sys.argv[2]) else None
 
 
+def thrown_stone(steps):
+    """The text of a scene."""
+    return """id = "mine"
+title = "A thrown stone"
+claim = "It falls."
+tags = ["smooth"]
+[run]
+t_end_s = 1.0
+steps = STEPS
+samples = 64
+[world]
+gravity_m_per_s2 = [0, 0, -9.8]
+[[body]]
+name = "stone"
+mass_kg = 2.0
+position_m = [0, 0, 1]
+velocity_m_per_s = [1, 0, 2]
+[truth]
+kind = "extended"
+""".replace("STEPS", steps)
+
+
 class Case(unittest.TestCase):
     environment = None  # of the calls; None: this process's own
 

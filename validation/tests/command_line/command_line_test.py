@@ -12,31 +12,12 @@ import time
 import unittest
 import xml.etree.ElementTree as xml
 
-from case import ATWOOD, ROOT, Case
+from case import ATWOOD, ROOT, Case, thrown_stone
 
 os.environ["ATWOOD_CALLED_AS"] = "./atwood"  # as the script in front of the program calls it
 SMALL = ["--scenario", "kepler-e0.6", "--method", "atwood/rk4", "--steps", "960", "--no-timing"]
 
-SCENE = """id = "mine"
-title = "A thrown stone"
-claim = "It falls."
-tags = ["smooth"]
-[run]
-t_end_s = 1.0
-steps = [64, 128]
-samples = 64
-[world]
-gravity_m_per_s2 = [0, 0, -9.8]
-[[body]]
-name = "stone"
-mass_kg = 2.0
-position_m = [0, 0, 1]
-velocity_m_per_s = [1, 0, 2]
-[truth]
-kind = "extended"
-[[invariant]]
-quantity = "energy"
-"""
+SCENE = thrown_stone("[64, 128]") + '[[invariant]]\nquantity = "energy"\n'
 
 
 def atwood(*words, cwd=None, **more):

@@ -6,26 +6,10 @@ import os
 import sys
 import unittest
 
-from case import Case
+from case import Case, thrown_stone
 
 
-SCENE = """id = "mine"
-title = "A thrown stone"
-tags = ["smooth"]
-[run]
-t_end_s = 1.0
-steps = [64]
-samples = 64
-[world]
-gravity_m_per_s2 = [0, 0, -9.8]
-[[body]]
-name = "stone"
-mass_kg = 2.0
-position_m = [0, 0, 1]
-velocity_m_per_s = [1, 0, 2]
-[truth]
-kind = "extended"
-"""
+SCENE = thrown_stone("[64]").replace('claim = "It falls."\n', "")
 
 ENGINE = """#!/usr/bin/env python3
 import json, sys

@@ -8,7 +8,7 @@ import sys
 import time
 import unittest
 
-from case import ATWOOD, Case
+from case import ATWOOD, Case, thrown_stone
 
 
 # Flight under constant weight, exact but for the factor that the module beside it holds.
@@ -36,24 +36,7 @@ for line in sys.stdin:
     say({"cell": r["cell"], "done": {"status": "ok", "reason": "", "steps_taken": r["steps"], "rate_evaluations": 0}})
 """
 
-SCENE = """id = "mine"
-title = "A thrown stone"
-claim = "It falls."
-tags = ["smooth"]
-[run]
-t_end_s = 1.0
-steps = [64, 128, 256, 512]
-samples = 64
-[world]
-gravity_m_per_s2 = [0, 0, -9.8]
-[[body]]
-name = "stone"
-mass_kg = 2.0
-position_m = [0, 0, 1]
-velocity_m_per_s = [1, 0, 2]
-[truth]
-kind = "extended"
-"""
+SCENE = thrown_stone("[64, 128, 256, 512]")
 
 
 class OwnEngine(Case):

@@ -8,30 +8,11 @@ import sys
 import unittest
 import xml.etree.ElementTree as xml
 
-from case import ATWOOD, Case
+from case import ATWOOD, Case, thrown_stone
 
 SMALL = ["--scenario", "kepler-e0.6", "--method", "atwood/rk4", "--steps", "960"]
 
-SCENE = """id = "mine"
-title = "A thrown stone"
-claim = "It falls."
-tags = ["smooth"]
-[run]
-t_end_s = 1.0
-steps = [64, 128]
-samples = 64
-[world]
-gravity_m_per_s2 = [0, 0, -9.8]
-[[body]]
-name = "stone"
-mass_kg = 2.0
-position_m = [0, 0, 1]
-velocity_m_per_s = [1, 0, 2]
-[truth]
-kind = "extended"
-[[invariant]]
-quantity = "energy"
-"""
+SCENE = thrown_stone("[64, 128]") + '[[invariant]]\nquantity = "energy"\n'
 
 # Answers as `BODY(k)` says for each sample, and ends as STATUS says.
 WORKER = """#!/usr/bin/env python3

@@ -6,7 +6,7 @@ import sys
 import time
 import unittest
 
-from case import ATWOOD, Case
+from case import ATWOOD, Case, thrown_stone
 
 
 # Flight under constant weight; the module beside it makes it wrong at 64 steps.
@@ -35,24 +35,7 @@ for line in sys.stdin:
     print(json.dumps({"cell": r["cell"], "done": done}), flush=True)
 """
 
-SCENE = """id = "mine"
-title = "A thrown stone"
-claim = "It falls."
-tags = ["smooth"]
-[run]
-t_end_s = 1.0
-steps = [64, 128, 256]
-samples = 64
-[world]
-gravity_m_per_s2 = [0, 0, -9.8]
-[[body]]
-name = "stone"
-mass_kg = 2.0
-position_m = [0, 0, 1]
-velocity_m_per_s = [1, 0, 2]
-[truth]
-kind = "extended"
-"""
+SCENE = thrown_stone("[64, 128, 256]")
 
 GATES = """[[gate]]
 scenario = "*"

@@ -6,6 +6,7 @@
 
 #include "contact/penalty_force.hpp"
 #include "simulation.hpp"
+#include "validation/tests/recorded.hpp"
 
 using namespace atwood;
 
@@ -39,30 +40,22 @@ PairLaw linear(double k, double c, bool pull) {
   return law;
 }
 
-struct Ran {
-  std::vector<Sample> samples;
-  std::vector<Event> events;
-  Outcome outcome;
-};
+using testing::Recorded;
+
 // Whatever the outcome's status: for tests of a refusal.
-Ran try_run(const std::string& method, const Scene& scene, double t_end_s, std::int64_t steps,
-            std::int64_t samples = 1) {
-  Ran ran;
-  Observer observer;
-  observer.sample = [&](const Sample& s) { ran.samples.push_back(s); };
-  observer.event = [&](const Event& e) { ran.events.push_back(e); };
-  ran.outcome = atwood_engine().run(parse_method_id(method), scene, {t_end_s, steps, samples}, observer, 0);
-  return ran;
+Recorded try_run(const std::string& method, const Scene& scene, double t_end_s, std::int64_t steps,
+                 std::int64_t samples = 1) {
+  return testing::record(atwood_engine().run, parse_method_id(method), scene, {t_end_s, steps, samples});
 }
 
 // The test fails here unless the run ended ok with all its samples.
-Ran run(const std::string& method, const Scene& scene, double t_end_s, std::int64_t steps, std::int64_t samples = 1) {
-  Ran ran = try_run(method, scene, t_end_s, steps, samples);
-  INFO(method << ": " << to_string(ran.outcome.status) << ", " << ran.outcome.reason);
-  REQUIRE(static_cast<std::int64_t>(ran.samples.size()) == samples + 1);
+Recorded run(const std::string& method, const Scene& scene, double t_end_s, std::int64_t steps,
+             std::int64_t samples = 1) {
+  Recorded ran = try_run(method, scene, t_end_s, steps, samples);
+  testing::require_whole(ran, method, {t_end_s, steps, samples});
   return ran;
 }
-double vz(const Ran& ran) { return static_cast<double>(ran.samples.back().bodies[1].v_m_per_s[2]); }
+double vz(const Recorded& ran) { return static_cast<double>(ran.samples.back().bodies[1].v_m_per_s[2]); }
 double z(const Sample& s) { return static_cast<double>(s.bodies[1].p_m[2]); }
 
 }  // namespace
@@ -73,7 +66,7 @@ TEST_CASE("a linear contact: restitution and duration by the damped oscillator's
     const double s = std::sqrt(1 - ratio * ratio), c = 2 * ratio * w * m;
     for (const bool pull : {true, false}) {
       const double e = pull ? std::exp(-M_PI * ratio / s) : std::exp(-2 * ratio * std::acos(ratio) / s);
-      const Ran ran = run("atwood/rk4+penalty", into_plane(linear(k, c, pull)), 0.1, 20000, 10);
+      const Recorded ran = run("atwood/rk4+penalty", into_plane(linear(k, c, pull)), 0.1, 20000, 10);
       INFO("damping ratio " << ratio << (pull ? ", pulls" : ""));
       // The dashpot's force sets in with a jump, somewhere within a step: of its impulse a step's worth may be missed.
       CHECK(vz(ran) == Approx(3 * e).margin(2 * ratio * w * 5e-6 * 3));
@@ -94,7 +87,7 @@ TEST_CASE("Hertz: an impact without damping sinks in by (5 m v^2 / 4 K)^(2/5) an
   law.contact_law = ContactLaw::hertz;
   law.modulus_Pa = 1e7;
   const double K = 4.0 / 3 * 1e7 * std::sqrt(0.25), deepest = std::pow(1.25 * 2 * 9 / K, 0.4);
-  const Ran ran = run("atwood/rk4+penalty", into_plane(law), 0.1, 40000, 20000);
+  const Recorded ran = run("atwood/rk4+penalty", into_plane(law), 0.1, 40000, 20000);
   double lowest = 1;
   for (const Sample& s : ran.samples) lowest = std::min(lowest, z(s));
   CHECK(0.25 - lowest == Approx(deepest).epsilon(1e-6));
@@ -107,7 +100,7 @@ TEST_CASE("a rigid pair's restitution comes out, and the overlap that was wanted
   for (const double e : {1.0, 0.8, 0.3, 0.05}) {
     PairLaw law;
     law.restitution = e;
-    const Ran ran = run("atwood/rk4+penalty{overlap=0.01}", into_plane(law), 0.1, 50000, 25000);
+    const Recorded ran = run("atwood/rk4+penalty{overlap=0.01}", into_plane(law), 0.1, 50000, 25000);
     INFO(e << " " << ran.outcome.reason);
     CHECK(vz(ran) ==
           Approx(3 * e).margin(2 * damping_ratio_of(e) * 2400 * 2e-6 * 3 + 1e-9));  // as above, w = 6 / (0.01 0.25)
@@ -128,7 +121,7 @@ TEST_CASE("sliding friction slows by mu g, and the tangential spring holds on a 
   scene.bodies[1].position_m = {0, 0, 0.25 - 2 * 10 / 2e5};  // where the spring carries its weight
   scene.bodies[1].velocity_m_per_s = {2, 0, 0};
   // 5/7 of 2 m/s when it rolls, after 2 / (3.5 mu g) seconds; a ball has no static hold, so the slope is for a box.
-  const Ran rolls = run("atwood/rk4+penalty", scene, 0.5, 20000, 10);
+  const Recorded rolls = run("atwood/rk4+penalty", scene, 0.5, 20000, 10);
   const auto vx = [](const Sample& s) { return static_cast<double>(s.bodies[1].v_m_per_s[0]); };
   CHECK(vx(rolls.samples[2]) == Approx(2 - 0.4 * 10 * 0.1).epsilon(1e-3));
   CHECK(vx(rolls.samples[10]) == Approx(2 * 5.0 / 7).epsilon(1e-3));
@@ -139,11 +132,11 @@ TEST_CASE("sliding friction slows by mu g, and the tangential spring holds on a 
   scene.bodies[1].velocity_m_per_s = {0, 0, 0};
   scene.bodies[1].position_m = {0, 0, 0.25 - 2 * 10 / (4 * 2e5)};  // on four corners
   scene.gravity_m_per_s2 = {3, 0, -10};
-  const Ran holds = run("atwood/rk4+penalty", scene, 1, 20000, 10);
+  const Recorded holds = run("atwood/rk4+penalty", scene, 1, 20000, 10);
   CHECK(std::fabs(static_cast<double>(holds.samples.back().bodies[1].p_m[0])) < 1e-3);
   CHECK(std::fabs(vx(holds.samples.back())) < 1e-4);
   scene.gravity_m_per_s2 = {5, 0, -10};
-  const Ran slides = run("atwood/rk4+penalty", scene, 1, 20000, 10);
+  const Recorded slides = run("atwood/rk4+penalty", scene, 1, 20000, 10);
   CHECK(vx(slides.samples.back()) == Approx(5 - 4).epsilon(1e-2));
 }
 
@@ -154,7 +147,7 @@ TEST_CASE("any integrator steps it: partitioned, implicit, adaptive, multistep; 
   for (const char* method : {"atwood/velocity-verlet+penalty", "atwood/symplectic-euler+penalty",
                              "atwood/dopri5:1e-9+penalty", "atwood/gauss4+penalty", "atwood/adams-bashforth4+penalty",
                              "atwood/leapfrog+penalty", "atwood/rk4+penalty@long-double"}) {
-    const Ran ran = run(method, scene, 0.1, 20000);
+    const Recorded ran = run(method, scene, 0.1, 20000);
     INFO(method << ": " << ran.outcome.reason);
     CHECK(vz(ran) == Approx(3).epsilon(2e-3));
   }
@@ -164,7 +157,7 @@ TEST_CASE("a step beyond the stability limit is refused with the limit; so is a 
   PairLaw law;
   law.restitution = 0.9;
   const Scene scene = into_plane(law);
-  const Ran coarse = try_run("atwood/velocity-verlet+penalty", scene, 0.1, 10);
+  const Recorded coarse = try_run("atwood/velocity-verlet+penalty", scene, 0.1, 10);
   CHECK(coarse.outcome.status == Status::unsupported);
   CHECK(coarse.outcome.reason.find("beyond the stability limit of atwood/velocity-verlet") != std::string::npos);
   // k / m = (6 m/s / 0.25 mm)^2: Verlet's limit is 2 / w, a little less with the damping of e = 0.9.
@@ -178,7 +171,7 @@ TEST_CASE("a step beyond the stability limit is refused with the limit; so is a 
   CHECK(try_run("atwood/rk4+penalty", inelastic, 0.1, 20000).outcome.reason.find("cannot have a restitution of 0") !=
         std::string::npos);
   run("atwood/rk4+penalty{damping_ratio=1}", inelastic, 0.1, 20000);
-  const Ran series = try_run("atwood/taylor+penalty", scene, 0.1, 20000);
+  const Recorded series = try_run("atwood/taylor+penalty", scene, 0.1, 20000);
   CHECK(series.outcome.status == Status::unsupported);
   INFO(series.outcome.reason);
   CHECK(series.outcome.reason.find("contact forces") != std::string::npos);
@@ -198,7 +191,7 @@ TEST_CASE("momentum of two balls passes over to round-off, spin and friction wit
   scene.bodies[0].position_m = {0.1, 0.05, -0.2};
   scene.bodies[0].velocity_m_per_s = {0, 0, 0};
   scene.bodies[0].angular_velocity_body_rad_per_s = {3, -4, 5};
-  const Ran ran = run("atwood/rk4+penalty", scene, 0.1, 20000);
+  const Recorded ran = run("atwood/rk4+penalty", scene, 0.1, 20000);
   Wide p[3] = {0, 0, 0}, L[3] = {0, 0, 0}, p0[3] = {0, 0, -6}, L0[3] = {0.05 * 3, 0.05 * -4, 0.05 * 5};
   for (const BodySample& b : ran.samples.back().bodies) {
     const auto &x = b.p_m, &v = b.v_m_per_s;
@@ -228,7 +221,7 @@ TEST_CASE("+penalty refuses a convention for simultaneous impacts, unless the sc
   Scene scene = into_plane(law);
   run("atwood/rk4+penalty", scene, 0.001, 2000);
   scene.simultaneous_impacts = SimultaneousImpacts::sequential;
-  const Ran refused = try_run("atwood/rk4+penalty", scene, 0.001, 2000);
+  const Recorded refused = try_run("atwood/rk4+penalty", scene, 0.001, 2000);
   CHECK(refused.outcome.status == Status::unsupported);
   CHECK(refused.outcome.reason.find("simultaneous_impacts") != std::string::npos);
   law.contact_law = ContactLaw::linear;
@@ -246,7 +239,7 @@ TEST_CASE("searches for the direction of least overlap are counted, and how they
   scene.bodies[0].position_m = {0, 0, -0.5};
   scene.bodies[1].shape =
       Convex{{{0.25, 0, 0}, {-0.25, 0, 0}, {0, 0.25, 0}, {0, -0.25, 0}, {0, 0, 0.25}, {0, 0, -0.25}}};
-  const Ran ran = run("atwood/rk4+penalty", scene, 0.05, 5000);
+  const Recorded ran = run("atwood/rk4+penalty", scene, 0.05, 5000);
   REQUIRE(ran.outcome.solvers.count("expanding-polytope") == 1);
   const SolveTally& tally = ran.outcome.solvers.at("expanding-polytope");
   CHECK(tally.converged > 1000);  // in each of four rates a step, for 10 ms of contact

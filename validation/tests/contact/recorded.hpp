@@ -1,51 +1,27 @@
 // Scenes of the contact tests, and runs of them with their samples and events.
 #pragma once
 
-#include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include "scene/scene.hpp"
 #include "simulation.hpp"
+#include "validation/tests/recorded.hpp"
 
 namespace atwood::recorded {
 
-struct Recorded {
-  Outcome outcome;
-  std::vector<Sample> samples;
-  std::vector<Event> events;
-
-  Real3 p(int body) const { return doubles(samples.back().bodies[static_cast<std::size_t>(body)].p_m); }
-  Real3 v(int body) const { return doubles(samples.back().bodies[static_cast<std::size_t>(body)].v_m_per_s); }
-  Real3 w(int body) const { return doubles(samples.back().bodies[static_cast<std::size_t>(body)].w_rad_per_s); }
-  int count(EventKind kind) const {
-    int found = 0;
-    for (const Event& event : events) found += event.kind == kind;
-    return found;
-  }
-  static Real3 doubles(const std::array<Wide, 3>& x) {
-    return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
-  }
-};
+using testing::Recorded;
 
 // Runs `scene` and returns what was observed, whatever the outcome's status: for tests of a refusal.
 inline Recorded try_run(const std::string& method, const Scene& scene, const Plan& plan) {
-  Recorded recorded;
-  Observer observer;
-  observer.sample = [&](const Sample& s) { recorded.samples.push_back(s); };
-  observer.event = [&](const Event& e) { recorded.events.push_back(e); };
-  recorded.outcome = run_with_contacts(parse_method_id(method), scene, plan, observer, 0);
-  return recorded;
+  return testing::record(run_with_contacts, parse_method_id(method), scene, plan);
 }
 
 // Runs `scene`; the test fails here unless the run ended ok with all its samples.
 inline Recorded run(const std::string& method, const Scene& scene, const Plan& plan) {
   Recorded recorded = try_run(method, scene, plan);
-  INFO(method << ": " << to_string(recorded.outcome.status) << ", " << recorded.outcome.reason);
-  REQUIRE(recorded.outcome.status == Status::ok);
-  REQUIRE(static_cast<std::int64_t>(recorded.samples.size()) == plan.samples + 1);
+  testing::require_whole(recorded, method, plan);
   return recorded;
 }
 

@@ -2,38 +2,27 @@
 #pragma once
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include "contact/stepping/run.hpp"
 #include "validation/tests/catalogued.hpp"
+#include "validation/tests/recorded.hpp"
 
 namespace atwood::stepping_scenes {
 
-struct Recorded {
-  Outcome outcome;
-  std::vector<Sample> samples;
-  std::vector<Event> events;
-};
+using testing::Recorded;
 
 // Runs `scene` and returns what was observed, whatever the outcome's status: for tests of a refusal.
 inline Recorded try_run(const std::string& method, const Scene& scene, const Plan& plan) {
-  Recorded recorded;
-  Observer observer;
-  observer.sample = [&](const Sample& s) { recorded.samples.push_back(s); };
-  observer.event = [&](const Event& e) { recorded.events.push_back(e); };
-  recorded.outcome = run_impulse(parse_method_id(method), scene, plan, observer, 0);
-  return recorded;
+  return testing::record(run_impulse, parse_method_id(method), scene, plan);
 }
 
 // Runs `scene`; the test fails here unless the run ended ok with all its samples.
 inline Recorded run(const std::string& method, const Scene& scene, const Plan& plan) {
   Recorded recorded = try_run(method, scene, plan);
-  INFO(method << ": " << to_string(recorded.outcome.status) << ", " << recorded.outcome.reason);
-  REQUIRE(recorded.outcome.status == Status::ok);
-  REQUIRE(static_cast<std::int64_t>(recorded.samples.size()) == plan.samples + 1);
+  testing::require_whole(recorded, method, plan);
   return recorded;
 }
 

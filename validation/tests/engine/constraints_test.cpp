@@ -12,19 +12,9 @@ namespace {
 
 const double g = 9.81, kPi = std::acos(-1.0);
 
-struct Recorded {
-  Outcome outcome;
-  std::vector<Sample> samples;
-  std::vector<Event> events;
-};
 Recorded record(const Scene& scene, const std::string& method, double t_end_s, std::int64_t steps,
                 std::int64_t samples) {
-  Recorded recorded;
-  Observer observer;
-  observer.sample = [&](const Sample& sample) { recorded.samples.push_back(sample); };
-  observer.event = [&](const Event& event) { recorded.events.push_back(event); };
-  const Plan plan{t_end_s, steps, samples};
-  recorded.outcome = atwood_engine().run(parse_method_id(method), scene, plan, observer, 0);
+  Recorded recorded = testing::record(atwood_engine().run, parse_method_id(method), scene, {t_end_s, steps, samples});
   INFO(recorded.outcome.reason);
   CHECK(recorded.outcome.status != Status::unsupported);
   return recorded;

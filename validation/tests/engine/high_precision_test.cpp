@@ -33,20 +33,6 @@ TEST_CASE("the executed order of extrapolation is twice its columns") {
   CHECK(executed_order("gbs", free_box(), 1, 20) == Approx(12).margin(0.24));
 }
 
-Scene pleiades() {
-  Scene scene = empty_scene();
-  const double x[] = {3, 3, -1, -3, 2, -2, 2}, y[] = {3, -3, 2, 0, 0, -4, 4}, vx[] = {0, 0, 0, 0, 0, 1.75, -1.5},
-               vy[] = {0, 0, 0, -1.25, 1, 0, 0};
-  MutualGravity gravity;
-  gravity.constant_m3_per_kg_s2 = 1;
-  for (int i = 0; i < 7; ++i) {
-    scene.bodies.push_back(point("star-" + std::to_string(i + 1), i + 1, {x[i], y[i], 0}, {vx[i], vy[i], 0}));
-    gravity.bodies.push_back(i);
-  }
-  scene.forces.push_back(gravity);
-  return scene;
-}
-
 // Relative 2-norm of the whole state, against the digits computed in 113 bits.
 double pleiades_error(const Recorded& end) {
   double squares = 0, size = 0;

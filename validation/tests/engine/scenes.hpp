@@ -1,7 +1,6 @@
 // Scenes of the engine's tests, and runs of them.
 #pragma once
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -11,6 +10,7 @@
 #include "rigid/model.hpp"
 #include "simulation.hpp"
 #include "smooth/run.hpp"
+#include "validation/tests/recorded.hpp"
 
 namespace atwood::testing {
 
@@ -122,26 +122,30 @@ inline Scene thrust_and_drag() {
   return scene;
 }
 
-struct Recorded {
-  std::vector<Sample> samples;
-  Outcome outcome;
-};
+// Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.10.
+inline Scene pleiades() {
+  Scene scene = empty_scene();
+  const double x[] = {3, 3, -1, -3, 2, -2, 2}, y[] = {3, -3, 2, 0, 0, -4, 4}, vx[] = {0, 0, 0, 0, 0, 1.75, -1.5},
+               vy[] = {0, 0, 0, -1.25, 1, 0, 0};
+  MutualGravity gravity;
+  gravity.constant_m3_per_kg_s2 = 1;
+  for (int i = 0; i < 7; ++i) {
+    scene.bodies.push_back(point("star-" + std::to_string(i + 1), i + 1, {x[i], y[i], 0}, {vx[i], vy[i], 0}));
+    gravity.bodies.push_back(i);
+  }
+  scene.forces.push_back(gravity);
+  return scene;
+}
 
 // Runs `scene` and returns what was observed, whatever the outcome's status: for tests of a refusal or a divergence.
 inline Recorded try_run(const MethodId& id, const Scene& scene, const Plan& plan) {
-  Recorded recorded;
-  Observer observer;
-  observer.sample = [&](const Sample& sample) { recorded.samples.push_back(sample); };
-  recorded.outcome = atwood_engine().run(id, scene, plan, observer, 0);
-  return recorded;
+  return record(atwood_engine().run, id, scene, plan);
 }
 
 // Runs `scene`; the test fails here unless the run ended ok with all its samples.
 inline Recorded run(const MethodId& id, const Scene& scene, const Plan& plan) {
   Recorded recorded = try_run(id, scene, plan);
-  INFO(to_string(id) << ": " << to_string(recorded.outcome.status) << ", " << recorded.outcome.reason);
-  REQUIRE(recorded.outcome.status == Status::ok);
-  REQUIRE(static_cast<std::int64_t>(recorded.samples.size()) == plan.samples + 1);
+  require_whole(recorded, to_string(id), plan);
   return recorded;
 }
 

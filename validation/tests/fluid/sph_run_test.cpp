@@ -6,28 +6,24 @@
 #include "fluid/run.hpp"
 #include "integrators/catalogue.hpp"
 #include "scenes.hpp"
+#include "validation/tests/recorded.hpp"
 
 using namespace atwood;
 using namespace atwood::fluid;
+using testing::record;
+using testing::Recorded;
+using testing::require_whole;
 
 namespace {
 
-struct Run {
-  Outcome outcome;
-  std::vector<Sample> samples;
-};
-Run try_run(const std::string& id, const Scene& scene, double t_end_s, std::int64_t steps, std::int64_t samples = 1) {
-  Run run;
-  run.outcome = run_fluid(parse_method_id("atwood/" + id), scene, {t_end_s, steps, samples, {}},
-                          {[&](const Sample& sample) { run.samples.push_back(sample); }, {}, nullptr}, 0);
-  return run;
+Recorded try_run(const std::string& id, const Scene& scene, double t_end_s, std::int64_t steps,
+                 std::int64_t samples = 1) {
+  return record(run_fluid, parse_method_id("atwood/" + id), scene, {t_end_s, steps, samples});
 }
 std::vector<Sample> run(const std::string& id, const Scene& scene, double t_end_s, std::int64_t steps,
                         std::int64_t samples = 1) {
-  const Run made = try_run(id, scene, t_end_s, steps, samples);
-  INFO(made.outcome.reason);
-  REQUIRE(made.outcome.status == Status::ok);
-  REQUIRE(made.samples.size() == static_cast<std::size_t>(samples + 1));
+  const Recorded made = try_run(id, scene, t_end_s, steps, samples);
+  require_whole(made, id, {t_end_s, steps, samples});
   return made.samples;
 }
 
@@ -184,7 +180,7 @@ TEST_CASE("a scheme claims an order for fluids exactly if it steps one") {
   for (const MethodInfo& info : integrator_catalogue()) {
     INFO(info.id);
     const std::string scheme = info.id.substr(info.id.find('/') + 1);
-    const Run made = try_run(scheme + "+sph{density=summation,viscosity=none}", scene, 0.001, 4);
+    const Recorded made = try_run(scheme + "+sph{density=summation,viscosity=none}", scene, 0.001, 4);
     CHECK((made.outcome.status != Status::unsupported) == claimed_order(info).has_value());
   }
 }
@@ -194,7 +190,7 @@ TEST_CASE("a tolerance, and what steps by multistep, extrapolation and implicit 
   const Sample exact = run("rk4+sph", scene, 0.1, 2000).back();
   for (const char* id : {"dopri5:1e-9+sph", "gbs:1e-9+sph", "adams-bashforth4+sph", "gauss4+sph"}) {
     INFO(id);
-    const Run made = try_run(id, scene, 0.1, 100);
+    const Recorded made = try_run(id, scene, 0.1, 100);
     INFO(made.outcome.reason);
     REQUIRE(made.outcome.status == Status::ok);
     CHECK(largest_difference(made.samples.back(), exact) < 1e-5);
@@ -227,7 +223,7 @@ TEST_CASE("leapfrog returns: to round-off in doubles, to the same bits on the la
 TEST_CASE("what cannot be kept is refused by name") {
   const Scene scene = block_scene();
   const auto reason = [](const std::string& id, const Scene& of, double t_end_s = 0.1, std::int64_t steps = 100) {
-    const Run made = try_run(id, of, t_end_s, steps);
+    const Recorded made = try_run(id, of, t_end_s, steps);
     CHECK(made.outcome.status == Status::unsupported);
     return made.outcome.reason;
   };
@@ -249,7 +245,7 @@ TEST_CASE("equal steps beyond the limit are refused with it, and a step below it
   scene.fluids[0].viscosity_m2_per_s = 0;
   // Sound: explicit Euler and Heun have no interval on the imaginary axis.
   for (const char* scheme : {"rk4", "explicit-euler", "heun", "dopri5"}) {
-    const Run coarse = try_run(std::string(scheme) + "+sph", scene, 1, 20);
+    const Recorded coarse = try_run(std::string(scheme) + "+sph", scene, 1, 20);
     INFO(scheme << coarse.outcome.reason);
     CHECK(coarse.outcome.status == Status::unsupported);
     CHECK_THAT(coarse.outcome.reason, Catch::Contains("stability limit"));
@@ -257,7 +253,7 @@ TEST_CASE("equal steps beyond the limit are refused with it, and a step below it
   CHECK(try_run("heun+sph{shift=0}", scene, 1, 200).outcome.status == Status::unsupported);
   CHECK(try_run("rk4+sph", scene, 1, 200).outcome.status == Status::ok);
   scene.fluids[0].viscosity_m2_per_s = 3;
-  const Run viscous = try_run("rk4+sph", scene, 1, 200);
+  const Recorded viscous = try_run("rk4+sph", scene, 1, 200);
   CHECK(viscous.outcome.status == Status::unsupported);
   CHECK_THAT(viscous.outcome.reason, Catch::Contains("by viscosity"));
 }
@@ -265,7 +261,7 @@ TEST_CASE("equal steps beyond the limit are refused with it, and a step below it
 TEST_CASE("a run that goes wrong says which particle, where and when") {
   Scene scene = block_scene({.periodic = false});
   scene.fluids[0].particles.velocity_m_per_s[5] = {-1e308, 0, 0};
-  const Run made = try_run("rk4+sph", scene, 1e-2, 100);
+  const Recorded made = try_run("rk4+sph", scene, 1e-2, 100);
   CHECK(made.outcome.status == Status::not_finite);
   CHECK_THAT(made.outcome.reason, Catch::Contains("of `water`") && Catch::Contains("at t = "));
 }

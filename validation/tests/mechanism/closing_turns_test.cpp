@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "ida/ida.hpp"
-#include "ran.hpp"
+#include "runs.hpp"
 #include "scenes.hpp"
 #include "simulation.hpp"
 
@@ -15,10 +15,8 @@ TEST_CASE("a closing hinge counts its turns, however few samples there are") {
   scenario.scene.joints[0].rates[0] = 12.566;
   for (const char* method : {"atwood/dop853", "atwood/dop853:1e-9", "atwood/gauss4", "ida/bdf:1e-8"}) {
     const Engine engine = std::string(method).starts_with("ida") ? ida_engine() : atwood_engine();
-    const Ran many = run(engine, method, scenario, 640, 160), one = run(engine, method, scenario, 640, 1);
+    const Recorded many = run(engine, method, scenario, 640, 160), one = run(engine, method, scenario, 640, 1);
     INFO(method << ": " << many.outcome.reason << one.outcome.reason);
-    REQUIRE(many.outcome.status == Status::ok);
-    REQUIRE(one.outcome.status == Status::ok);
     double largest_change = 0;
     for (std::size_t k = 1; k < many.samples.size(); ++k)
       largest_change =
@@ -45,7 +43,7 @@ TEST_CASE("IDA ends where a rope slackens") {
   rope.name = "rope";
   rope.bodies = {0, 1};
   scenario.scene.ropes = {rope};
-  const Ran ran = run(ida_engine(), "ida/bdf:1e-8", scenario, 40, 40);
+  const Recorded ran = try_run(ida_engine(), "ida/bdf:1e-8", scenario, 40, 40);
   CHECK(ran.outcome.status == Status::diverged);
   const std::string words = "rope `rope` is slack at t = ";
   REQUIRE(ran.outcome.reason.find(words) == 0);

@@ -174,7 +174,7 @@ struct Contract {
   int version;
   std::uint64_t hash;
 };
-constexpr Contract kContract = {1, 0x4b7aab2abc23e0cc};
+constexpr Contract kContract = {1, 0x193dd067f973402c};
 
 }  // namespace
 

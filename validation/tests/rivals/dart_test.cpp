@@ -27,21 +27,6 @@ std::string refusal_of(const Scene& scene, const Settings& overrides = {}) {
   return refused.outcome.reason;
 }
 
-Body flat_box(const std::string& name, const Real3& position_m) {
-  Body box = box_body(name, 1, {0.17 / 12, 0.17 / 12, 0.32 / 12});
-  box.shape = Box{{0.2, 0.2, 0.05}};
-  box.position_m = position_m;
-  return box;
-}
-
-// A box that slides over the floor, v0 = 2 m/s: it stops after v0^2 / (2 mu g).
-Scene sliding_box(double mu, double cos, double sin) {
-  Scene scene = bounce(0, 0, mu);
-  scene.bodies[1] = flat_box("box", {0, 0, 0.05});
-  scene.bodies[1].velocity_m_per_s = {2 * cos, 2 * sin, 0};
-  return scene;
-}
-
 }  // namespace
 
 TEST_CASE("a ball leaves the floor with e (v + g h): restitution is of a velocity with the step's gravity in it") {

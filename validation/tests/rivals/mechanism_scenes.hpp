@@ -190,4 +190,21 @@ inline Scene zoo(const std::vector<JointKind>& kinds) {
   return scene;
 }
 
+// Of the kind, between the world and a placed body at rest, that closes a loop.
+inline Joint closing_joint(const Scene& scene, JointKind kind, int child) {
+  Joint last = joint_of("closing", kind, -1, child);
+  last.closes_loop = true;
+  last.axis_body = unit(0.1, 0.7, 0.4);
+  last.anchors_body_m[1] = {0.2, -0.3, 0.1};
+  const Pose link = pose_of(scene, child);
+  const V3 at = link.p + link.r * v3(last.anchors_body_m[1]);
+  last.anchors_body_m[0] = {at[0], at[1], at[2]};
+  last.frame_wxyz = scene.bodies[static_cast<std::size_t>(child)].orientation_wxyz;
+  last.axes_body[1] = unit(0.3, 0.5, -0.8);
+  const V3 first = (link.r * v3(last.axes_body[1])).cross(V3(0.1, 0.9, 0.2)).normalized();
+  last.axes_body[0] = {first[0], first[1], first[2]};
+  if (kind == JointKind::ball) last.coordinates = {1, 0, 0, 0};
+  return last;
+}
+
 }  // namespace atwood::test

@@ -309,19 +309,7 @@ static Scene loop(JointKind closing) {
   scene.bodies[0].velocity_m_per_s = scene.bodies[0].angular_velocity_body_rad_per_s = {};
   for (auto& joint : scene.joints) joint.rates = {};
   place(scene);
-  Joint last = joint_of("closing", closing, -1, 3);
-  last.closes_loop = true;
-  last.axis_body = unit(0.1, 0.7, 0.4);
-  last.anchors_body_m[1] = {0.2, -0.3, 0.1};
-  const Pose link = pose_of(scene, 3);
-  const V3 at = link.p + link.r * v3(last.anchors_body_m[1]);
-  last.anchors_body_m[0] = {at[0], at[1], at[2]};
-  last.frame_wxyz = scene.bodies[3].orientation_wxyz;
-  last.axes_body[1] = unit(0.3, 0.5, -0.8);
-  const V3 first = (link.r * v3(last.axes_body[1])).cross(V3(0.1, 0.9, 0.2)).normalized();
-  last.axes_body[0] = {first[0], first[1], first[2]};
-  if (closing == JointKind::ball) last.coordinates = {1, 0, 0, 0};
-  scene.joints.push_back(last);
+  scene.joints.push_back(closing_joint(scene, closing, 3));
   return scene;
 }
 

@@ -19,21 +19,6 @@ Run run_with(const std::string& scheme, const Scene& scene, const Plan& plan, co
   return run(engine(), method(engine(), scheme, overrides), scene, plan);
 }
 
-Body flat_box(const std::string& name, const Real3& position_m) {
-  Body box = box_body(name, 1, {0.17 / 12, 0.17 / 12, 0.32 / 12});
-  box.shape = Box{{0.2, 0.2, 0.05}};
-  box.position_m = position_m;
-  return box;
-}
-
-// A box that slides over the floor, v0 = 2 m/s: it stops after v0^2 / (2 mu g).
-Scene sliding_box(double mu, double cos, double sin) {
-  Scene scene = bounce(0, 0, mu);
-  scene.bodies[1] = flat_box("box", {0, 0, 0.05});
-  scene.bodies[1].velocity_m_per_s = {2 * cos, 2 * sin, 0};
-  return scene;
-}
-
 // Materials a, b, c (and the floor's, 3), with friction `table` for the pairs of a, b, c among each other.
 Scene of_materials(const std::vector<PairLaw>& laws, int materials) {
   Scene scene = bounce(0, 0);

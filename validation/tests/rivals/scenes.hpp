@@ -5,10 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <catch2/catch.hpp>
-
-#include "protocol/method.hpp"
-#include "scene/scene.hpp"
+#include "validation/tests/recorded.hpp"
 
 namespace atwood::test {
 
@@ -70,10 +67,22 @@ inline Scene head_on(double restitution, double m1_kg, double m2_kg) {
   return scene;
 }
 
-struct Run {
-  Outcome outcome;
-  std::vector<Sample> samples;
-  std::vector<Event> events;
+inline Body flat_box(const std::string& name, const Real3& position_m) {
+  Body box = box_body(name, 1, {0.17 / 12, 0.17 / 12, 0.32 / 12});
+  box.shape = Box{{0.2, 0.2, 0.05}};
+  box.position_m = position_m;
+  return box;
+}
+
+// A box that slides over the floor, v0 = 2 m/s: it stops after v0^2 / (2 mu g).
+inline Scene sliding_box(double mu, double cos, double sin) {
+  Scene scene = bounce(0, 0, mu);
+  scene.bodies[1] = flat_box("box", {0, 0, 0.05});
+  scene.bodies[1].velocity_m_per_s = {2 * cos, 2 * sin, 0};
+  return scene;
+}
+
+struct Run : testing::Recorded {
   double p(int body, int axis) const { return static_cast<double>(samples.back().bodies[body].p_m[axis]); }
   double v(int body, int axis) const { return static_cast<double>(samples.back().bodies[body].v_m_per_s[axis]); }
   double w(int body, int axis) const { return static_cast<double>(samples.back().bodies[body].w_rad_per_s[axis]); }
@@ -86,20 +95,13 @@ struct Run {
 
 // Runs `scene` and returns what was observed, whatever the outcome's status: for tests of a refusal.
 inline Run try_run(const Engine& engine, const MethodId& id, const Scene& scene, const Plan& plan) {
-  Run result;
-  Observer observer;
-  observer.sample = [&](const Sample& sample) { result.samples.push_back(sample); };
-  observer.event = [&](const Event& event) { result.events.push_back(event); };
-  result.outcome = engine.run(id, scene, plan, observer, 0);
-  return result;
+  return {testing::record(engine.run, id, scene, plan)};
 }
 
 // Runs `scene`; the test fails here unless the run ended ok with all its samples.
 inline Run run(const Engine& engine, const MethodId& id, const Scene& scene, const Plan& plan) {
   Run result = try_run(engine, id, scene, plan);
-  INFO(to_string(id) << ": " << to_string(result.outcome.status) << ", " << result.outcome.reason);
-  REQUIRE(result.outcome.status == Status::ok);
-  REQUIRE(static_cast<std::int64_t>(result.samples.size()) == plan.samples + 1);
+  testing::require_whole(result, to_string(id), plan);
   return result;
 }
 
