@@ -25,7 +25,12 @@ std::int64_t samples_of(const Cell& cell) {
 }
 
 // The samples of the start and of instant k, as if the run ended there.
-template <class Samples> Samples ends_at(const Samples& all, std::size_t k) { return {all.front(), all[k]}; }
+SampleSeries ends_at(const SampleSeries& all, std::size_t k) {
+  SampleSeries two;
+  two.push_back(all.front());
+  two.push_back(all[k]);
+  return two;
+}
 
 }  // namespace
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/sample.hpp"
+#include "protocol/sample_series.hpp"
 
 namespace atwood {
 
@@ -64,7 +64,7 @@ inline std::string resolution_text(const Resolution& at) {
 
 // A run as it was recorded: what metrics see. `values` has samples + 1 entries, or fewer when it ended early.
 struct Recording {
-  std::vector<Sample> values;
+  SampleSeries values;
   std::vector<Event> events;
   Outcome outcome;
 };

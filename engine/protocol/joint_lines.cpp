@@ -44,7 +44,7 @@ void append_joint(std::string& line, const JointSample& joint, const Joint* of, 
   close_row(line);
 }
 
-void append_ropes(std::string& line, const char* name, const std::vector<RopeSample>& ropes) {
+void append_ropes(std::string& line, const char* name, std::span<const RopeSample> ropes) {
   append_list(line, name, ropes.size(), [&](std::size_t i) {
     line += '[';
     append(line, ropes[i].tension_N);
@@ -101,7 +101,8 @@ void refuse_more(std::size_t size, std::size_t most, const std::string& what) {
 
 }  // namespace
 
-void append_joints(std::string& line, const Sample& sample, const Sample* bar, const std::vector<Joint>* joints) {
+void append_joints(std::string& line, const SampleView& sample, const SampleView* bar,
+                   const std::vector<Joint>* joints) {
   const std::size_t n = sample.joints.size();
   const auto of = [&](std::size_t i) { return joints && i < joints->size() ? &(*joints)[i] : nullptr; };
   if (n > 0) {
@@ -128,7 +129,7 @@ void append_joints(std::string& line, const Sample& sample, const Sample* bar, c
                   [&](std::size_t i) { line += std::to_string(sample.joints[i].not_unique) + ','; });
     if (bar)
       append_list(line, "joint_bars", n, [&](std::size_t i) {
-        append_joint(line, bar->joints.at(i), of(i), reports_reaction(bar->joints[i]));
+        append_joint(line, checked(bar->joints, i), of(i), reports_reaction(bar->joints[i]));
       });
   }
   if (!sample.ropes.empty()) append_ropes(line, "ropes", sample.ropes);

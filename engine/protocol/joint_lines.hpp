@@ -25,7 +25,8 @@
 namespace atwood::wire {
 
 // Appends the members that the sample has. `joints` are the scene's, for the number of their coordinates; null: padded.
-void append_joints(std::string& line, const Sample& sample, const Sample* bar, const std::vector<Joint>* joints);
+void append_joints(std::string& line, const SampleView& sample, const SampleView* bar,
+                   const std::vector<Joint>* joints);
 
 // What a line says of joints, as it comes: members of a JSON object have no order.
 struct JointMembers {

@@ -122,8 +122,8 @@ void answer_truth(TruthSolver solve, const wire::Request& request, Pipe& pipe) {
   }
   const wire::Put put = [&](const std::string& line) { pipe.put(line); };
   for (std::size_t i = 0; i < truth.values.size(); ++i) {
-    wire::sample_lines(request.cell, truth.values[i], &truth.bars[i], {}, put, wire::kLongestPart,
-                       &scenario.scene.joints);
+    const SampleView bar = truth.bars[i];
+    wire::sample_lines(request.cell, truth.values[i], &bar, {}, put, wire::kLongestPart, &scenario.scene.joints);
   }
   wire::event_lines(request.cell, truth.events, &truth.event_bar_s, put);
   pipe.put(wire::truth_done_line(request.cell, truth));

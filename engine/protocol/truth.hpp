@@ -4,15 +4,15 @@
 #include <string>
 #include <vector>
 
-#include "protocol/sample.hpp"
+#include "protocol/sample_series.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood {
 
 struct Truth {
-  std::string source;          // "closed form: <citation>", "extended: GBS 24 and Gauss 20", "cvode: ..."
-  std::vector<Sample> values;  // samples + 1 of them; fewer when the truth ends at a time given in the reason
-  std::vector<Sample> bars;    // same layout: half-width of every value (q: of each component); 0 at t = 0
+  std::string source;   // "closed form: <citation>", "extended: GBS 24 and Gauss 20", "cvode: ..."
+  SampleSeries values;  // samples + 1 of them; fewer when the truth ends at a time given in the reason
+  SampleSeries bars;    // same layout: half-width of every value (q: of each component); 0 at t = 0
   std::vector<Event> events;
   std::vector<double> event_bar_s;  // half-width of each event's time
   double condition = 0;             // largest growth of a relative perturbation of the initial state; 0: not computed

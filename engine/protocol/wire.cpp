@@ -260,13 +260,13 @@ Request read_request(std::string_view line, std::int64_t& cell) {
 namespace {
 
 // "particles":[...], with "particle_bars", from `particle` on: at least one, until the line has `longest` bytes.
-void append_particles(std::string& line, const Sample& sample, const Sample* bar, std::size_t& particle,
+void append_particles(std::string& line, const SampleView& sample, const SampleView* bar, std::size_t& particle,
                       std::size_t longest) {
   std::string bars;
   line += ",\"particles\":[";
   do {
     append_particle(line, sample.particles[particle]);
-    if (bar) append_particle(bars, bar->particles.at(particle));
+    if (bar) append_particle(bars, checked(bar->particles, particle));
     ++particle;
   } while (particle < sample.particles.size() && line.size() + bars.size() < longest);
   close_array(line);
@@ -277,7 +277,7 @@ void append_particles(std::string& line, const Sample& sample, const Sample* bar
 
 }  // namespace
 
-void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, const std::vector<Event>& events,
+void sample_lines(std::int64_t cell, const SampleView& sample, const SampleView* bar, const std::vector<Event>& events,
                   const Put& put, std::size_t longest, const std::vector<Joint>* joints) {
   bool joints_sent = false;
   std::size_t body = 0, particle = 0, contact = 0;
@@ -290,7 +290,7 @@ void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, co
     line += ",\"bodies\":[";
     for (; body < sample.bodies.size() && line.size() + bars.size() < longest; ++body) {
       append_body(line, sample.bodies[body]);
-      if (bar) append_body(bars, bar->bodies.at(body));
+      if (bar) append_body(bars, checked(bar->bodies, body));
     }
     close_array(line);
     if (bar) {
@@ -323,7 +323,8 @@ void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, co
 
 namespace {
 
-std::string one_line(std::int64_t cell, const Sample& sample, const Sample* bar, const std::vector<Event>& events) {
+std::string one_line(std::int64_t cell, const SampleView& sample, const SampleView* bar,
+                     const std::vector<Event>& events) {
   std::string only;
   sample_lines(
       cell, sample, bar, events, [&](const std::string& line) { only = line; }, std::string::npos);
@@ -332,11 +333,11 @@ std::string one_line(std::int64_t cell, const Sample& sample, const Sample* bar,
 
 }  // namespace
 
-std::string sample_line(std::int64_t cell, const Sample& sample, const std::vector<Event>& events) {
+std::string sample_line(std::int64_t cell, const SampleView& sample, const std::vector<Event>& events) {
   return one_line(cell, sample, nullptr, events);
 }
 
-std::string truth_line(std::int64_t cell, const Sample& value, const Sample& bar) {
+std::string truth_line(std::int64_t cell, const SampleView& value, const SampleView& bar) {
   return one_line(cell, value, &bar, {});
 }
 

@@ -57,15 +57,15 @@ std::string hello_line(const Engine& engine);
 // begin with its name and a slash. `run` stays empty.
 Engine read_hello(std::string_view line);
 
-std::string sample_line(std::int64_t cell, const Sample& sample, const std::vector<Event>& events);
-std::string truth_line(std::int64_t cell, const Sample& value, const Sample& bar);
+std::string sample_line(std::int64_t cell, const SampleView& sample, const std::vector<Event>& events);
+std::string truth_line(std::int64_t cell, const SampleView& value, const SampleView& bar);
 // A sample (with its bar where that is not null) in as many lines as it takes to keep each near `longest` bytes. All
 // but the last say "more":true, all but the first say with "from" which body their first row is of, and with
 // "from_particle" which particle; rows of bodies come before particles, these before contacts, and events with the last
 // line. Joints and ropes (protocol/joint_lines.hpp) stand on the line of the last body, all of them. Each line goes to
 // `put`. `joints` are the scene's, for the number of their coordinates; null: all are padded.
 using Put = std::function<void(const std::string& line)>;
-void sample_lines(std::int64_t cell, const Sample& sample, const Sample* bar, const std::vector<Event>& events,
+void sample_lines(std::int64_t cell, const SampleView& sample, const SampleView* bar, const std::vector<Event>& events,
                   const Put& put, std::size_t longest = kLongestPart, const std::vector<Joint>* joints = nullptr);
 // Lines of events alone, {"cell":7,"events":[...],"more":true}, until at most `most` are left; those stay in `events`
 // (and `bar_s`, where that is not null) for the line that comes next.

@@ -20,8 +20,9 @@ template <class S> Motion<S> solve_ballistic(const Scenario& scenario, const std
 }  // namespace
 
 Solution ballistic() {
-  return {"ballistic", "free flight under uniform gravity, p = p0 + v0 t + g t^2/2", feature::kFreeMotion,
-          solve_ballistic<Narrow>, solve_ballistic<Wide>};
+  return {"ballistic",           "free flight under uniform gravity, p = p0 + v0 t + g t^2/2",
+          feature::kFreeMotion,  solve_ballistic<Narrow>,
+          solve_ballistic<Wide>, true};
 }
 
 // A free body under uniform gravity: the same path of the centre, with the attitude from free_rotation().
@@ -29,7 +30,10 @@ Solution free_rigid_body() {
   return {"free-rigid-body",
           "free asymmetric top by Jacobi elliptic functions with attitude, van Zon and Schofield, J. Comput. Phys. 225 "
           "(2007) 145; Carlson's symmetric integrals; uniform gravity",
-          feature::kFreeMotion, solve_ballistic<Narrow>, solve_ballistic<Wide>};
+          feature::kFreeMotion,
+          solve_ballistic<Narrow>,
+          solve_ballistic<Wide>,
+          true};
 }
 
 }  // namespace atwood::closed_form

@@ -42,6 +42,7 @@ constexpr double kSmoothSafety = 16, kImpactSafety = 64;
 // The start of a loop is projected onto its constraints to about 1e-31 only; the factor makes the start's rounding to
 // long double, which both evaluations share otherwise, stand for that.
 constexpr double kLoopSafety = 4096;
+constexpr std::int64_t kInstantsAtOnce = 4096;
 constexpr double kEndMargin = 1e-9;  // of the time: distance of the last sample from the end of the certified part
 
 struct BodySpread {
@@ -60,9 +61,15 @@ bool same_impacts(const Motion<Narrow>& a, const Motion<Narrow>& b) {
                     });
 }
 
-template <class S> std::vector<S> instants(const Scenario& scenario, std::int64_t samples) {
+// Some of the instants of samples + 1 samples: `count` from number `first` on, as far as there are so many.
+struct Instants {
+  std::int64_t samples = 0, first = 0, count = 0;
+};
+
+template <class S> std::vector<S> times_of(const Scenario& scenario, const Instants& at) {
   std::vector<S> t_s;
-  for (std::int64_t k = 0; k <= samples; ++k) t_s.push_back(S(scenario.t_end_s) * S(k) / S(samples));
+  for (std::int64_t k = at.first; k <= at.samples && k < at.first + at.count; ++k)
+    t_s.push_back(S(scenario.t_end_s) * S(k) / S(at.samples));
   return t_s;
 }
 
@@ -90,11 +97,11 @@ struct Rounding {
   const int before = std::fegetround();
 };
 
-Realisations narrow_realisations(const Solution& solution, const Scenario& scenario, std::int64_t samples) {
+Realisations narrow_realisations(const Solution& solution, const Scenario& scenario, const Instants& at) {
   Realisations made;
   for (const int direction : {FE_TONEAREST, FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
     const Rounding rounding(direction);
-    Motion<Narrow> motion = solution.narrow(scenario, instants<Narrow>(scenario, samples));
+    Motion<Narrow> motion = solution.narrow(scenario, times_of<Narrow>(scenario, at));
     if (made.empty() || same_impacts(made.front(), motion)) made.push_back(std::move(motion));
     if (!made.front().refusal.empty()) break;
   }
@@ -130,23 +137,35 @@ Wide longest_arm(const Scene& scene) {
   return arm;
 }
 
+// What the bars depend on from one sample to the next: the spreads and the largest sizes so far.
+struct SpreadSoFar {
+  SpreadSoFar(const Scene& scene, const Motion<Wide>& wide)
+      : loops(std::any_of(scene.joints.begin(), scene.joints.end(), [](const Joint& j) { return j.closes_loop; })),
+        safety(loops                 ? kLoopSafety
+               : wide.events.empty() ? kSmoothSafety
+                                     : kImpactSafety),
+        bodies(scene.bodies.size()), joints(scene, safety, loops) {
+    for (const Pose<Wide>& start : wide.poses.front()) places = larger(places, norm(start.p_WB));
+  }
+
+  bool loops = false;
+  double safety = 0;
+  std::vector<BodySpread> bodies;
+  JointBars joints;
+  MotionScales scales;
+  Wide places = 0, speeds = 0, rates = 0;  // the largest of all bodies
+};
+
 // Answers the name of a body whose motion amplifies round-off too much for a bar; empty: there is none.
 std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide>& t_s, const Motion<Wide>& wide,
-                        const Realisations& narrow, const Impacts& impacts) {
-  if (t_s.empty()) return "";
-  const bool loops =
-      std::any_of(scene.joints.begin(), scene.joints.end(), [](const Joint& j) { return j.closes_loop; });
-  const double safety = loops ? kLoopSafety : wide.events.empty() ? kSmoothSafety : kImpactSafety;
-  std::vector<BodySpread> spreads(wide.poses.front().size());
-  JointBars joint_bars(scene, safety, loops);
-  MotionScales scales;
+                        const Realisations& narrow, const Impacts& impacts, SpreadSoFar& so_far) {
+  auto& [loops, safety, spreads, joint_bars, scales, places, speeds, rates] = so_far;
   const Wide noise = 1024 * unit_round_off<Narrow>() / kMeasureLimit;
-  Wide places = 0, speeds = 0, rates = 0;  // the largest so far of all bodies
   const bool jointed = !scene.joints.empty();
   const Wide arm = longest_arm(scene);
-  for (const Pose<Wide>& start : wide.poses.front()) places = larger(places, norm(start.p_WB));
   for (std::size_t k = 0; k < t_s.size(); ++k) {
-    Sample &value = truth.values.emplace_back(), &bar = truth.bars.emplace_back();
+    const bool at_start = truth.values.empty();
+    Sample value, bar;
     value.t_s = bar.t_s = t_s[k];
     for (const Pose<Wide>& w : wide.poses[k]) value.bodies.push_back({w.p_WB, w.q_WB, w.v_WB, w.w_WB_B});
     scales.include(value.bodies);
@@ -164,13 +183,13 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
         of.v.include(w.v_WB, n.v_WB);
         of.w.include(w.w_WB_B, n.w_WB_B);
       }
-      if (k == 0 && scene.joints.empty()) continue;  // the poses of a mechanism are computed at the start, too
+      if (at_start && scene.joints.empty()) continue;  // the poses of a mechanism are computed at the start, too
       places = larger(places, of.p.scale);
       speeds = larger(speeds, of.v.scale);
       rates = larger(rates, of.w.scale);
       if (jointed) speeds = larger(speeds, rates * places);  // a centre may rest on the axis of a turn
-      if (k > 0 && (!of.p.is_measure(of.v.scale * t_s[k] + noise * places) || !of.q.is_measure(1) ||
-                    !of.v.is_measure(of.v.scale + noise * speeds) || !of.w.is_measure(of.w.scale + noise * rates)))
+      if (!at_start && (!of.p.is_measure(of.v.scale * t_s[k] + noise * places) || !of.q.is_measure(1) ||
+                        !of.v.is_measure(of.v.scale + noise * speeds) || !of.w.is_measure(of.w.scale + noise * rates)))
         return scene.bodies[i].name;
       // Joints place their child from anchor to anchor: a centre on the axis of a turn rests to the round-off of those.
       const Wide size = jointed ? scales.place_m + arm : Wide(0), rate = jointed ? scales.rate_rad_per_s : Wide(0),
@@ -181,6 +200,8 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
       half_width.w_rad_per_s.fill(of.w.bar(safety, rate) + wide.input_round_off.w_rad_per_s);
     }
     if (const std::string joint = joint_bars.add(k, wide, narrow, scales, value, bar); !joint.empty()) return joint;
+    truth.values.push_back(value);
+    truth.bars.push_back(bar);
   }
   return "";
 }
@@ -223,7 +244,7 @@ void add_velocity_jumps(Truth& truth, const Scene& scene, const Motion<Wide>& wi
                         const std::vector<Instant>& impacts) {
   for (std::size_t k = 0; k < impacts.size(); ++k) {
     const auto from = std::lower_bound(truth.values.begin(), truth.values.end(), impacts[k].t_s - impacts[k].bar_s,
-                                       [](const Sample& sample, Wide t) { return sample.t_s < t; });
+                                       [](const SampleView& sample, Wide t) { return sample.t_s < t; });
     const ContactEvent<Wide>& at = wide.events[k];
     if (at.vn_after_m_per_s == at.vn_before_m_per_s) continue;
     for (auto s = static_cast<std::size_t>(from - truth.values.begin()); s < truth.values.size(); ++s) {
@@ -283,7 +304,7 @@ std::optional<CertifiedEnd> undecided_order(const Scene& scene, const Motion<Wid
 }
 
 // Is it above 1e-20 of the scene's size?
-bool is_significant(const InputRoundOff<Wide>& input_round_off, const Sample& start) {
+bool is_significant(const InputRoundOff<Wide>& input_round_off, const SampleView& start) {
   Wide size = 0;
   for (const BodySample& body : start.bodies)
     for (const Wide& p : body.p_m) size = larger(size, magnitude(p));
@@ -313,13 +334,17 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
   if (samples < 1) return unsupported(scenario, "expected at least 1 sample; found " + std::to_string(samples));
   if (const std::string what = first_uncovered(scenario, found->covers); !what.empty())
     return unsupported(scenario, what);
-  std::vector<Wide> t_s = instants<Wide>(scenario, samples);
-  const Motion<Wide> wide = found->wide(scenario, t_s);
+  // Evaluations of many samples take more memory than the truth itself.
+  Instants at{samples, 0, found->each_instant_alone ? kInstantsAtOnce : samples + 1};
+  std::vector<Wide> t_s = times_of<Wide>(scenario, at);
+  Motion<Wide> wide = found->wide(scenario, t_s);
   if (!wide.refusal.empty()) return unsupported(scenario, wide.refusal);
-  const Realisations narrow = narrow_realisations(*found, scenario, samples);
-  if (const std::string& refusal = narrow.front().refusal; !refusal.empty())
-    return unsupported(scenario, "too close to a limit of its validity: " + refusal);
+  Realisations narrow = narrow_realisations(*found, scenario, at);
+  const auto too_close = [&] { return "too close to a limit of its validity: " + narrow.front().refusal; };
+  if (!narrow.front().refusal.empty()) return unsupported(scenario, too_close());
   Truth truth;
+  truth.values.reserve(static_cast<std::size_t>(samples) + 1, scenario.scene.bodies.size());
+  truth.bars.reserve(static_cast<std::size_t>(samples) + 1, scenario.scene.bodies.size());
   truth.source = std::string("closed form: ") + found->citation;
   std::optional<CertifiedEnd> ending = first_undecided(wide, narrow.front());
   Impacts impacts;
@@ -334,12 +359,22 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
     add_events(truth, scenario, wide, narrow, end_of(ending), impacts);
   }
   while (ending && t_s.size() > 1 && t_s.back() >= ending->t_s * (1 - Wide(kEndMargin))) t_s.pop_back();
-  if (const std::string body = add_samples(truth, scenario.scene, t_s, wide, narrow, impacts); !body.empty())
-    return unsupported(scenario, "the motion of `" + body + "` amplifies round-off too much for a bar");
+  SpreadSoFar so_far(scenario.scene, wide);
+  while (!t_s.empty()) {
+    if (const std::string body = add_samples(truth, scenario.scene, t_s, wide, narrow, impacts, so_far); !body.empty())
+      return unsupported(scenario, "the motion of `" + body + "` amplifies round-off too much for a bar");
+    at.first += at.count;
+    t_s = times_of<Wide>(scenario, at);
+    if (t_s.empty()) break;
+    wide = found->wide(scenario, t_s);
+    if (!wide.refusal.empty()) return unsupported(scenario, wide.refusal);
+    narrow = narrow_realisations(*found, scenario, at);
+    if (!narrow.front().refusal.empty()) return unsupported(scenario, too_close());
+  }
   if (is_significant(wide.input_round_off, truth.values.front()))
     truth.note = "deviations within the round-off of the scene's doubles (a gap, a tilt, a slip) are treated as zero";
   add_velocity_jumps(truth, scenario.scene, wide, impacts.all);
-  for (const Sample& bar : truth.bars)
+  for (const SampleView bar : truth.bars)
     for (const BodySample& body : bar.bodies)
       for (const auto* values : {&body.p_m, &body.v_m_per_s, &body.w_rad_per_s})
         for (const Wide& v : *values)

@@ -115,7 +115,8 @@ std::string JointBars::add(std::size_t k, const Motion<Wide>& wide, const std::v
   return "";
 }
 
-void add_stop_jump(const Scene& scene, const ContactEvent<Wide>& at, Sample& value, Sample& bar) {
+void add_stop_jump(const Scene& scene, const ContactEvent<Wide>& at, const SampleReference& value,
+                   const SampleReference& bar) {
   const Wide jump = magnitude(at.vn_after_m_per_s - at.vn_before_m_per_s);
   for (std::size_t j = 0; j < scene.joints.size(); ++j) {
     const Joint& joint = scene.joints[j];

@@ -6,6 +6,7 @@
 
 #include "closed_form/solution.hpp"
 #include "closed_form/spread.hpp"
+#include "protocol/sample_series.hpp"
 
 namespace atwood::closed_form {
 
@@ -36,6 +37,7 @@ class JointBars {
 
 // A sample within the half-width of the instant of an impact at a joint's stop may have the rate before or after it:
 // the bars of rates and velocities include the jump, and reactions are not reported.
-void add_stop_jump(const Scene& scene, const ContactEvent<Wide>& at, Sample& value, Sample& bar);
+void add_stop_jump(const Scene& scene, const ContactEvent<Wide>& at, const SampleReference& value,
+                   const SampleReference& bar);
 
 }  // namespace atwood::closed_form

@@ -105,15 +105,20 @@ Solution kepler() {
   return {
       "kepler",
       "Kepler's equation in universal variables, Stiefel and Scheifele, Linear and Regular Celestial Mechanics (1971)",
-      feature::kFreeMotion | feature::attractor | feature::mutual_gravity | feature::coulomb, solve_kepler<Narrow>,
-      solve_kepler<Wide>};
+      feature::kFreeMotion | feature::attractor | feature::mutual_gravity | feature::coulomb,
+      solve_kepler<Narrow>,
+      solve_kepler<Wide>,
+      true};
 }
 
 Solution coulomb_two_body() {
   return {"coulomb-two-body",
           "conic of two charges about their centre of mass (Rutherford 1911), in universal variables, Stiefel and "
           "Scheifele (1971)",
-          feature::kFreeMotion | feature::mutual_gravity | feature::coulomb, two_bodies<Narrow>, two_bodies<Wide>};
+          feature::kFreeMotion | feature::mutual_gravity | feature::coulomb,
+          two_bodies<Narrow>,
+          two_bodies<Wide>,
+          true};
 }
 
 }  // namespace atwood::closed_form

@@ -48,9 +48,12 @@ template <class S> Motion<S> solve_linear_drag(const Scenario& scenario, const s
 }  // namespace
 
 Solution linear_drag() {
-  return {"linear-drag", "drag linear in the air speed: exponential approach, Lamb, Dynamics (1914)",
-          feature::kFreeMotion | feature::linear_drag_force | feature::angular_drag, solve_linear_drag<Narrow>,
-          solve_linear_drag<Wide>};
+  return {"linear-drag",
+          "drag linear in the air speed: exponential approach, Lamb, Dynamics (1914)",
+          feature::kFreeMotion | feature::linear_drag_force | feature::angular_drag,
+          solve_linear_drag<Narrow>,
+          solve_linear_drag<Wide>,
+          true};
 }
 
 }  // namespace atwood::closed_form

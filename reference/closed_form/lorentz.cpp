@@ -41,8 +41,12 @@ template <class S> Motion<S> solve_lorentz(const Scenario& scenario, const std::
 }  // namespace
 
 Solution lorentz() {
-  return {"lorentz", "charge in uniform E and B: gyration, E x B drift, acceleration along B, Jackson, ch. 12",
-          feature::kFreeMotion | feature::lorentz_force, solve_lorentz<Narrow>, solve_lorentz<Wide>};
+  return {"lorentz",
+          "charge in uniform E and B: gyration, E x B drift, acceleration along B, Jackson, ch. 12",
+          feature::kFreeMotion | feature::lorentz_force,
+          solve_lorentz<Narrow>,
+          solve_lorentz<Wide>,
+          true};
 }
 
 }  // namespace atwood::closed_form

@@ -149,9 +149,12 @@ template <class S> Motion<S> solve_oscillator(const Scenario& scenario, const st
 }  // namespace
 
 Solution oscillator() {
-  return {"oscillator", "linear oscillator, damped and driven, Landau and Lifshitz, Mechanics, sections 21-26",
+  return {"oscillator",
+          "linear oscillator, damped and driven, Landau and Lifshitz, Mechanics, sections 21-26",
           feature::kFreeMotion | feature::spring | feature::linear_drag_force | feature::angular_drag | feature::drive,
-          solve_oscillator<Narrow>, solve_oscillator<Wide>};
+          solve_oscillator<Narrow>,
+          solve_oscillator<Wide>,
+          true};
 }
 
 }  // namespace atwood::closed_form

@@ -65,6 +65,7 @@ struct Solution {
   Features covers;  // a scene with any other feature is refused before the evaluation
   Motion<Narrow> (*narrow)(const Scenario&, const std::vector<Narrow>& t_s);
   Motion<Wide> (*wide)(const Scenario&, const std::vector<Wide>& t_s);
+  bool each_instant_alone = false;  // without events: the pose at a time is the same whatever other times are asked for
 };
 
 // failure: not null when there is no value at this time, and why

@@ -71,7 +71,9 @@ Solution vertical_quadratic_drag() {
   return {"vertical-quadratic-drag",
           "drag quadratic in the air speed along gravity: tanh and log cosh, Lamb, Dynamics (1914)",
           feature::kFreeMotion | feature::quadratic_drag_force | feature::angular_drag,
-          solve_vertical_quadratic_drag<Narrow>, solve_vertical_quadratic_drag<Wide>};
+          solve_vertical_quadratic_drag<Narrow>,
+          solve_vertical_quadratic_drag<Wide>,
+          true};
 }
 
 }  // namespace atwood::closed_form

@@ -19,7 +19,7 @@ namespace {
 constexpr int kManyRates = 40;  // with more, a Newton matrix costs more than it saves
 
 struct Run {
-  std::vector<Sample> samples;
+  SampleSeries samples;
   Outcome outcome;
   double end_s = HUGE_VAL;
 };
@@ -71,15 +71,15 @@ Run solve(const Scenario& scenario, std::int64_t samples, Family family, double 
 
 // Which components of the reactions the constraints determine: from the rank of all constraints, in quad, at the poses
 // moved onto them.
-void mark_not_unique(const Scenario& scenario, const Sample& start, std::vector<Sample>& values) {
+void mark_not_unique(const Scenario& scenario, const Sample& start, SampleSeries& values) {
   const Scene& scene = scenario.scene;
   if (std::none_of(scene.joints.begin(), scene.joints.end(), [](const Joint& joint) { return joint.closes_loop; }))
     return;
   mechanism::Maximal<Wide> maximal(scene, scenario.t_end_s, start);
   std::vector<Wide> y = maximal.initial(start);
   maximal.choose(0, y.data());
-  for (Sample& value : values) {
-    y = maximal.initial(value);
+  for (const SampleReference value : values) {
+    y = maximal.initial(copy_of(value));
     maximal.project(value.t_s, y.data());
     maximal.choose(value.t_s, y.data());
     const Sample marked = maximal.sample(value.t_s, y.data());
@@ -95,14 +95,15 @@ void add_bars(const Scene& scene, const std::vector<Run>& runs, Truth& truth) {
     const std::vector<char> open = open_values(scene, truth.values[k]);
     for (std::size_t a = 0; a < runs.size(); ++a)
       for (std::size_t b = 0; b < a; ++b) {
-        const std::vector<Wide> apart = differences(scene, runs[a].samples[k], {&runs[b].samples[k]});
+        const std::vector<Wide> apart = differences(scene, runs[a].samples[k], {runs[b].samples[k]});
         std::size_t i = 0;
         each_value(scene, truth.values[k], [&](const Wide&, ValueKind kind) {
           if (!open[i]) farthest[kind] = std::max(farthest[kind], apart[i]);
           ++i;
         });
       }
-    Sample& bar = truth.bars.emplace_back(truth.values[k]);
+    truth.bars.push_back(truth.values[k]);
+    const SampleReference bar = truth.bars.back();
     std::size_t i = 0;
     each_value(scene, bar, [&](Wide& x, ValueKind kind) {
       x = open[i++] ? Wide(0) : kSafety * farthest[kind] + Wide(kRelativeFloor) * scale[kind];
@@ -151,11 +152,12 @@ Truth mechanism_truth(const Scenario& scenario, std::int64_t samples) {
         truth.outcome.reason = run.outcome.reason;
       }
     }
-  const auto certified = [&](const Sample& row) {
+  const auto certified = [&](const SampleView& row) {
     return row.t_s == 0 || static_cast<double>(row.t_s) < end_s * (1 - dynamics::kEndMargin);
   };
   while (rows > 0 && !certified(runs.front().samples[rows - 1])) --rows;
-  truth.values.assign(runs.front().samples.begin(), runs.front().samples.begin() + static_cast<std::ptrdiff_t>(rows));
+  truth.values = runs.front().samples;
+  truth.values.truncate(rows);
   mark_not_unique(scenario, start, truth.values);
   add_bars(scenario.scene, runs, truth);
   truth.source =

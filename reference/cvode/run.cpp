@@ -101,6 +101,7 @@ struct Integration {
     return changed;
   }
   void take_sample(const std::vector<double>& state) {
+    if (record != nullptr) record->states.push_back(state);
     if (observer.sample) {
       Sample made = dynamics::unpack<double>(scene, sample_time(sampled), state.data());
       made.t_s = Wide(t_end_s) * sampled / samples;

@@ -5,6 +5,7 @@
 
 #include "cvode/solver.hpp"
 #include "dynamics/instants.hpp"
+#include "protocol/ragged_array.hpp"
 #include "protocol/sample.hpp"
 #include "scene/scene.hpp"
 
@@ -13,6 +14,7 @@ namespace atwood::cvode {
 // What happened, for the bars of a truth. valid_until_failure: the run ended unsupported at `end_s` and is valid
 // before.
 struct Record {
+  RaggedArray<double> states;  // of the samples, in dynamics::layout
   std::vector<dynamics::Instant<Wide>> instants;
   bool valid_until_failure = false;
   double end_s = 0;

@@ -24,10 +24,22 @@ using cvode::kLooseRtol, cvode::kRelativeFloor, cvode::kSafety, cvode::kTightRto
 constexpr double kRoundOff = 0x1p-56;
 
 struct Solved {
-  std::vector<Sample> values;
   std::vector<Event> events;
   Outcome outcome;
   cvode::Record record;
+};
+
+// The samples of the runs, made where they are needed: a state in double takes half of a sample's memory.
+struct Samples {
+  const Scenario& scenario;
+  std::int64_t samples;
+
+  Wide t_s(std::size_t k) const { return Wide(scenario.t_end_s) * static_cast<std::int64_t>(k) / samples; }
+  Sample of(const Solved& run, std::size_t k) const {
+    Sample made = dynamics::unpack<double>(scenario.scene, 0, run.record.states[k].data());
+    made.t_s = t_s(k);
+    return made;
+  }
 };
 
 // Sizes of the scene's values at the start. Where all values of a kind are zero, an estimate from the rates and the
@@ -70,10 +82,10 @@ Solved solve(const Scenario& scenario, std::int64_t samples, cvode::Family famil
   options.atol = rtol / 100;
   options.max_order = family == cvode::Family::adams ? 12 : 5;
   Solved made;
-  made.outcome = cvode::run(
-      scenario.scene, scenario.t_end_s, samples, options,
-      {[&](const Sample& s) { made.values.push_back(s); }, [&](const Event& e) { made.events.push_back(e); }},
-      &made.record);
+  made.record.states.reserve(static_cast<std::size_t>(samples) + 1,
+                             static_cast<std::size_t>(dynamics::layout(scenario.scene).size));
+  made.outcome = cvode::run(scenario.scene, scenario.t_end_s, samples, options,
+                            {{}, [&](const Event& e) { made.events.push_back(e); }}, &made.record);
   if (made.outcome.status != Status::ok)
     made.outcome.reason += std::string(" (") + (family == cvode::Family::adams ? "Adams" : "BDF") + " at rtol " +
                            format_double(rtol) + ")";
@@ -144,13 +156,14 @@ std::optional<dynamics::CertifiedEnd> first_difference(const Scene& scene, const
 }
 
 // Twice the largest difference between the runs, per sample and component of y.
-std::vector<std::vector<Wide>> differences(const Scene& scene, const std::vector<Solved>& runs, std::size_t samples) {
+RaggedArray<Wide> differences(const Samples& samples, const std::vector<Solved>& runs, std::size_t count) {
+  const Scene& scene = samples.scenario.scene;
   const dynamics::Layout layout = dynamics::layout(scene);
-  std::vector<std::vector<Wide>> made;
-  for (std::size_t k = 0; k < samples; ++k) {
+  RaggedArray<Wide> made(count, static_cast<std::size_t>(layout.size));
+  for (std::size_t k = 0; k < count; ++k) {
     std::vector<std::vector<Wide>> states;
-    for (const Solved& run : runs) states.push_back(dynamics::pack<Wide>(scene, run.values[k]));
-    auto& apart = made.emplace_back(layout.size, Wide(0));
+    for (const Solved& run : runs) states.push_back(dynamics::pack<Wide>(scene, samples.of(run, k)));
+    const std::span<Wide> apart = made[k];
     for (int i = 0; i < layout.size; ++i)
       for (const auto& one : states)
         for (const auto& other : states) apart[i] = fmaxq(apart[i], kSafety * fabsq(one[i] - other[i]));
@@ -169,15 +182,20 @@ bool impact_within_bar(const Truth& truth, int body, Wide t_s) {
   return false;
 }
 
-void add_bars(const Scene& scene, Truth& truth, const std::vector<Solved>& runs,
-              const std::vector<std::vector<Wide>>& shared) {
+// The first `count` samples with their bars. `shared`: half-widths of errors that the runs share, or empty.
+void add_samples(const Samples& samples, std::size_t count, Truth& truth, const std::vector<Solved>& runs,
+                 const std::vector<std::vector<Wide>>& shared) {
+  const Scene& scene = samples.scenario.scene;
   struct BodySpread {
     Spread p, q, v, w;
   };
   std::vector<BodySpread> spreads(scene.bodies.size());
-  for (std::size_t k = 0; k < truth.values.size(); ++k) {
-    Sample& bar = truth.bars.emplace_back();
-    bar.t_s = truth.values[k].t_s;
+  for (std::size_t k = 0; k < count; ++k) {
+    Sample bar;
+    bar.t_s = samples.t_s(k);
+    std::vector<Sample> of_runs;
+    for (const Solved& run : runs) of_runs.push_back(samples.of(run, k));
+    truth.values.push_back(of_runs.front());
     const Sample more = shared.empty() ? Sample{} : dynamics::unpack_bars<Wide>(scene, bar.t_s, shared[k].data());
     for (std::size_t i = 0; i < spreads.size(); ++i) {
       BodySample& made = bar.bodies.emplace_back();
@@ -185,8 +203,8 @@ void add_bars(const Scene& scene, Truth& truth, const std::vector<Solved>& runs,
       if (k == 0) continue;
       std::vector<const std::array<Wide, 3>*> p, v, w;
       std::vector<const std::array<Wide, 4>*> q;
-      for (const Solved& run : runs) {
-        const BodySample& body = run.values[k].bodies[i];
+      for (const Sample& sample : of_runs) {
+        const BodySample& body = sample.bodies[i];
         p.push_back(&body.p_m);
         q.push_back(&body.q_wxyz);
         v.push_back(&body.v_m_per_s);
@@ -205,29 +223,27 @@ void add_bars(const Scene& scene, Truth& truth, const std::vector<Solved>& runs,
       }
       for (int c = 0; c < 4; ++c) made.q_wxyz[c] += more.bodies[i].q_wxyz[c];
     }
+    truth.bars.push_back(bar);
   }
 }
 
-// Adds the errors that the runs share, and cuts the truth at the end of its certified part. Returns the half-widths of
-// the samples; empty without contacts.
-std::vector<std::vector<Wide>> add_shared_errors(const Scenario& scenario, Truth& truth,
-                                                 const std::vector<Solved>& runs,
-                                                 std::optional<dynamics::CertifiedEnd>& end) {
-  std::size_t samples = runs.front().values.size();
-  for (const Solved& run : runs) samples = std::min(samples, run.values.size());
+// Adds the errors that the runs share to the events' bars, and cuts the events and `count`, the samples that all runs
+// have, at the end of the certified part. Returns the half-widths of the samples; empty without contacts.
+std::vector<std::vector<Wide>> add_shared_errors(const Samples& samples, Truth& truth, const std::vector<Solved>& runs,
+                                                 std::optional<dynamics::CertifiedEnd>& end, std::size_t& count) {
+  const Scenario& scenario = samples.scenario;
   const auto& instants = runs.front().record.instants;
   std::vector<std::vector<Wide>> made;
   if (!instants.empty()) {
     dynamics::SharedErrors shared =
         dynamics::shared_errors(scenario.scene, scenario.t_end_s, instants, truth.events, truth.event_bar_s,
-                                differences(scenario.scene, runs, samples), kRoundOff);
+                                differences(samples, runs, count), kRoundOff);
     for (std::size_t k = 0; k < truth.event_bar_s.size(); ++k) truth.event_bar_s[k] += shared.events_s[k];
     if (shared.end) dynamics::end_at(end, shared.end->t_s, "CVODE: " + shared.end->why);
     made = std::move(shared.samples);
   }
   const auto certified = [&](Wide t_s) { return !end || t_s == 0 || end->is_after(t_s); };
-  while (samples > 0 && !certified(runs.front().values[samples - 1].t_s)) --samples;
-  truth.values.assign(runs.front().values.begin(), runs.front().values.begin() + static_cast<std::ptrdiff_t>(samples));
+  while (count > 0 && !certified(samples.t_s(count - 1))) --count;
   while (end && !truth.events.empty() && !certified(truth.events.back().t_s)) {
     truth.events.pop_back();
     truth.event_bar_s.pop_back();
@@ -270,8 +286,13 @@ Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
     truth.event_bar_s.push_back(
         static_cast<double>(kSafety * event_time_difference(event, runs) + Wide(kRelativeFloor) * fabsq(event.t_s)));
   std::optional<dynamics::CertifiedEnd> end = first_difference(scenario.scene, runs);
-  const std::vector<std::vector<Wide>> shared = add_shared_errors(scenario, truth, runs, end);
-  add_bars(scenario.scene, truth, runs, shared);
+  const Samples of_runs{scenario, samples};
+  std::size_t count = runs.front().record.states.size();
+  for (const Solved& run : runs) count = std::min(count, run.record.states.size());
+  const std::vector<std::vector<Wide>> shared = add_shared_errors(of_runs, truth, runs, end, count);
+  truth.values.reserve(count, scenario.scene.bodies.size());
+  truth.bars.reserve(count, scenario.scene.bodies.size());
+  add_samples(of_runs, count, truth, runs, shared);
   truth.note = "CVODE's own differences: wider than a certified truth's bar";
   if (end) {
     truth.outcome.status = Status::unsupported;

@@ -16,7 +16,7 @@ Wide3 zero3() { return {0, 0, 0}; }
 Wide mass(const Scene& scene, int body) { return scene.bodies[body].mass_kg; }
 
 // ---- potential energy, one function a force ---------------------------------------------------------------------
-Wide potential(const MutualGravity& gravity, const Scene& scene, const Sample& sample) {
+Wide potential(const MutualGravity& gravity, const Scene& scene, const SampleView& sample) {
   Wide sum = 0;
   const Wide softening = gravity.softening_m;
   for (std::size_t i = 0; i < gravity.bodies.size(); ++i)
@@ -29,7 +29,7 @@ Wide potential(const MutualGravity& gravity, const Scene& scene, const Sample& s
   return sum;
 }
 
-Wide potential(const Attractor& attractor, const Scene& scene, const Sample& sample) {
+Wide potential(const Attractor& attractor, const Scene& scene, const SampleView& sample) {
   Wide sum = 0;
   for (const int i : attractor.bodies)
     if (!scene.bodies[i].fixed)
@@ -38,20 +38,20 @@ Wide potential(const Attractor& attractor, const Scene& scene, const Sample& sam
   return sum;
 }
 
-Wide3 world_point(const Spring& spring, const Sample& sample, std::size_t end) {
+Wide3 world_point(const Spring& spring, const SampleView& sample, std::size_t end) {
   if (end >= spring.bodies.size()) return widen<Wide>(spring.anchor_m);
   const BodySample& body = sample.bodies[spring.bodies[end]];
   if (end >= spring.points_body_m.size()) return body.p_m;
   return body.p_m + rotate(body.q_wxyz, widen<Wide>(spring.points_body_m[end]));
 }
 
-Wide potential(const Spring& spring, const Scene&, const Sample& sample) {
+Wide potential(const Spring& spring, const Scene&, const SampleView& sample) {
   const Wide stretch =
       norm(world_point(spring, sample, 1) - world_point(spring, sample, 0)) - Wide(spring.rest_length_m);
   return Wide(spring.stiffness_N_per_m) * stretch * stretch / 2;
 }
 
-Wide potential(const Lorentz& field, const Scene& scene, const Sample& sample) {
+Wide potential(const Lorentz& field, const Scene& scene, const SampleView& sample) {
   Wide sum = 0;
   for (const int i : field.bodies)
     if (!scene.bodies[i].fixed)
@@ -59,7 +59,7 @@ Wide potential(const Lorentz& field, const Scene& scene, const Sample& sample) {
   return sum;
 }
 
-Wide potential(const Coulomb& coulomb, const Scene& scene, const Sample& sample) {
+Wide potential(const Coulomb& coulomb, const Scene& scene, const SampleView& sample) {
   Wide sum = 0;
   for (std::size_t i = 0; i < coulomb.bodies.size(); ++i)
     for (std::size_t j = i + 1; j < coulomb.bodies.size(); ++j) {
@@ -71,13 +71,13 @@ Wide potential(const Coulomb& coulomb, const Scene& scene, const Sample& sample)
 }
 
 // A force fixed in the world at a point x fixed in the body does the work F . dx.
-Wide potential(const PointForce& force, const Scene&, const Sample& sample) {
+Wide potential(const PointForce& force, const Scene&, const SampleView& sample) {
   if (!force.on_s.empty()) return 0;
   const BodySample& body = sample.bodies[force.body];
   return -dot(widen<Wide>(force.force_N), body.p_m + rotate(body.q_wxyz, widen<Wide>(force.point_body_m)));
 }
 
-Wide potential(const RotatingFrame& frame, const Scene& scene, const Sample& sample) {
+Wide potential(const RotatingFrame& frame, const Scene& scene, const SampleView& sample) {
   Wide sum = 0;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     if (scene.bodies[i].fixed || rotates(scene.bodies[i])) continue;
@@ -87,7 +87,7 @@ Wide potential(const RotatingFrame& frame, const Scene& scene, const Sample& sam
   return sum;
 }
 
-Wide potential(const Potential& field, const Scene&, const Sample& sample) {
+Wide potential(const Potential& field, const Scene&, const SampleView& sample) {
   const auto found = field.parameters.find("lambda");
   const Wide lambda = found == field.parameters.end() ? 1 : found->second;
   Wide sum = 0;
@@ -98,10 +98,10 @@ Wide potential(const Potential& field, const Scene&, const Sample& sample) {
   return sum;
 }
 
-Wide potential(const LinearDrag&, const Scene&, const Sample&) { return 0; }
-Wide potential(const QuadraticDrag&, const Scene&, const Sample&) { return 0; }
-Wide potential(const Drive&, const Scene&, const Sample&) { return 0; }
-Wide potential(const Thruster&, const Scene&, const Sample&) { return 0; }
+Wide potential(const LinearDrag&, const Scene&, const SampleView&) { return 0; }
+Wide potential(const QuadraticDrag&, const Scene&, const SampleView&) { return 0; }
+Wide potential(const Drive&, const Scene&, const SampleView&) { return 0; }
+Wide potential(const Thruster&, const Scene&, const SampleView&) { return 0; }
 
 Wide3 spin_W(const Body& body, const BodySample& sample) {  // R I w
   if (!rotates(body)) return zero3();
@@ -112,7 +112,7 @@ Wide3 spin_W(const Body& body, const BodySample& sample) {  // R I w
 
 }  // namespace
 
-Energy energy(const Scene& scene, const Sample& sample) {
+Energy energy(const Scene& scene, const SampleView& sample) {
   Energy made;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
@@ -129,14 +129,14 @@ Energy energy(const Scene& scene, const Sample& sample) {
   return made;
 }
 
-Wide3 momentum(const Scene& scene, const Sample& sample) {
+Wide3 momentum(const Scene& scene, const SampleView& sample) {
   Wide3 sum = zero3();
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
     if (!scene.bodies[i].fixed) sum += mass(scene, static_cast<int>(i)) * sample.bodies[i].v_m_per_s;
   return sum;
 }
 
-Wide3 angular_momentum(const Scene& scene, const Sample& sample) {
+Wide3 angular_momentum(const Scene& scene, const SampleView& sample) {
   Wide3 sum = zero3();
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     if (scene.bodies[i].fixed) continue;
@@ -147,7 +147,7 @@ Wide3 angular_momentum(const Scene& scene, const Sample& sample) {
 }
 
 // L about the centre of mass c: L_origin - c x P.
-Wide3 angular_momentum_about_center(const Scene& scene, const Sample& sample) {
+Wide3 angular_momentum_about_center(const Scene& scene, const SampleView& sample) {
   const Wide3 center = center_of_mass(scene, sample);
   Wide3 sum = zero3();
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {  // arms from c first: no cancellation of large terms
@@ -165,7 +165,7 @@ Wide total_mass_kg(const Scene& scene) {
   return sum;
 }
 
-Wide3 center_of_mass(const Scene& scene, const Sample& sample) {
+Wide3 center_of_mass(const Scene& scene, const SampleView& sample) {
   const Wide total = total_mass_kg(scene);
   if (total == 0) return zero3();
   Wide3 sum = zero3();
@@ -174,7 +174,7 @@ Wide3 center_of_mass(const Scene& scene, const Sample& sample) {
   return (1 / total) * sum;
 }
 
-Wide3 laplace_runge_lenz(const Scene& scene, const Sample& sample, int body) {
+Wide3 laplace_runge_lenz(const Scene& scene, const SampleView& sample, int body) {
   const auto vector = [](const Wide3& r, const Wide3& v, Wide mu) {
     return cross(v, cross(r, v)) - (mu / norm(r)) * r;
   };
@@ -196,7 +196,7 @@ Wide3 laplace_runge_lenz(const Scene& scene, const Sample& sample, int body) {
   return zero3();
 }
 
-Wide magnetic_moment(const Scene& scene, const Sample& sample, int body) {
+Wide magnetic_moment(const Scene& scene, const SampleView& sample, int body) {
   for (const Force& force : scene.forces) {
     const auto* field = std::get_if<Lorentz>(&force);
     if (field == nullptr || std::find(field->bodies.begin(), field->bodies.end(), body) == field->bodies.end())

@@ -11,7 +11,7 @@ namespace {
 bool is_constant(const JointTorque& torque) { return torque.angular_frequency_rad_per_s == 0 && torque.on_s.empty(); }
 
 // The coordinate from the poses, in the turn that the sample's own joint names.
-Wide coordinate(const Scene& scene, const Sample& sample, int joint, int i) {
+Wide coordinate(const Scene& scene, const SampleView& sample, int joint, int i) {
   const auto j = static_cast<std::size_t>(joint);
   const Wide from_poses = joint_pose(scene, joint, sample).q[i];
   if (!is_angle(scene.joints[j].kind, i)) return from_poses;
@@ -25,7 +25,7 @@ bool held(const Scene& scene, int body) { return body < 0 || scene.bodies[static
 
 }  // namespace
 
-Wide joint_potential_J(const Scene& scene, const Sample& sample) {
+Wide joint_potential_J(const Scene& scene, const SampleView& sample) {
   Wide sum = 0;
   for (const JointForce& force : scene.joint_forces) {
     if (const auto* spring = std::get_if<JointSpring>(&force)) {
@@ -40,7 +40,7 @@ Wide joint_potential_J(const Scene& scene, const Sample& sample) {
   return sum;
 }
 
-Wide pulleys_kinetic_J(const Scene& scene, const Sample& sample) {
+Wide pulleys_kinetic_J(const Scene& scene, const SampleView& sample) {
   Wide sum = 0;
   for (const Rope& rope : scene.ropes) {
     Wide inertia = 0;  // of the rope's motion [kg]

@@ -14,7 +14,7 @@ using Wide4 = std::array<Wide, 4>;
 const Wide kPi = acosq(-1);
 const BodySample kWorld;
 
-const BodySample& body_of(const Sample& sample, int body) {
+const BodySample& body_of(const SampleView& sample, int body) {
   return body < 0 ? kWorld : sample.bodies[static_cast<std::size_t>(body)];
 }
 
@@ -85,7 +85,7 @@ bool is_angle(JointKind kind, int coordinate) {
   return kind != JointKind::slider && !(kind == JointKind::cylindrical && coordinate == 1);
 }
 
-JointPose joint_pose(const Scene& scene, int index, const Sample& sample) {
+JointPose joint_pose(const Scene& scene, int index, const SampleView& sample) {
   const Joint& joint = scene.joints[static_cast<std::size_t>(index)];
   const BodySample &parent = body_of(sample, joint.parent), &child = body_of(sample, joint.child);
   const Wide4 qp = unit(parent.q_wxyz), qc = unit(child.q_wxyz);
@@ -132,8 +132,9 @@ std::vector<JointSample> joints_at_start(const Scene& scene) {
   return joints;
 }
 
-std::vector<JointSample> joints_of(const Scene& scene, const Sample& sample, const std::vector<JointSample>& before) {
-  if (sample.joints.size() == scene.joints.size()) return sample.joints;
+std::vector<JointSample> joints_of(const Scene& scene, const SampleView& sample,
+                                   const std::vector<JointSample>& before) {
+  if (sample.joints.size() == scene.joints.size()) return {sample.joints.begin(), sample.joints.end()};
   std::vector<JointSample> joints = joints_at_start(scene);
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const JointPose pose = joint_pose(scene, static_cast<int>(j), sample);
@@ -203,7 +204,7 @@ std::array<Tangent, 2> tangents(const Pulley& first, const Pulley& second) {
   return ends;
 }
 
-Wide3 end_point(const Rope& rope, const Sample& sample, int end) {
+Wide3 end_point(const Rope& rope, const SampleView& sample, int end) {
   const BodySample& body = body_of(sample, rope.bodies[static_cast<std::size_t>(end)]);
   return body.p_m + to_world(body, rope.points_body_m[static_cast<std::size_t>(end)]);
 }
@@ -217,7 +218,7 @@ Wide arc_rad(const Pulley& pulley, const Tangent& arrives, const Tangent& leaves
 
 }  // namespace
 
-Wide rope_length_m(const Scene&, const Rope& rope, const Sample& sample) {
+Wide rope_length_m(const Scene&, const Rope& rope, const SampleView& sample) {
   const Wide3 A = end_point(rope, sample, 0), B = end_point(rope, sample, 1);
   if (rope.over.empty()) return norm(B - A);
   Tangent arrives = tangent(A, rope.over.front(), 1);
@@ -236,7 +237,7 @@ Wide rope_length_m(const Scene&, const Rope& rope, const Sample& sample) {
 // A point of the rope at its end moves along the straight part with the body's point there, and a turn of the straight
 // part winds as much rope onto the pulley as its tangent point moves: the speed of the rope is v . e (the involute of a
 // circle).
-Wide rope_speed_m_per_s(const Scene&, const Rope& rope, const Sample& sample) {
+Wide rope_speed_m_per_s(const Scene&, const Rope& rope, const SampleView& sample) {
   const BodySample& body = body_of(sample, rope.bodies[0]);
   const Wide3 arm = to_world(body, rope.points_body_m[0]), v = point_velocity(body, arm);
   const Wide3 A = body.p_m + arm;

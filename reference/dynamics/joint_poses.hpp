@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-#include "protocol/sample.hpp"
+#include "protocol/sample_series.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood::dynamics {
@@ -23,20 +23,21 @@ struct JointPose {
   std::array<Wide, 4> q{};
   std::array<Wide, 3> u{};
 };
-JointPose joint_pose(const Scene& scene, int joint, const Sample& sample);
+JointPose joint_pose(const Scene& scene, int joint, const SampleView& sample);
 
 // Whether coordinate i of a joint of this kind is an angle [rad]; others are offsets [m].
 bool is_angle(JointKind kind, int coordinate);
 
 // The sample's joints with coordinates and rates from its poses where the sample has none of its own: each angle is the
 // one nearest to `before`'s, each quaternion has the sign nearest to it; reactions stay not reported (NaN).
-std::vector<JointSample> joints_of(const Scene& scene, const Sample& sample, const std::vector<JointSample>& before);
+std::vector<JointSample> joints_of(const Scene& scene, const SampleView& sample,
+                                   const std::vector<JointSample>& before);
 // The joints at the start, as the scene states them; reactions not reported.
 std::vector<JointSample> joints_at_start(const Scene& scene);
 
 // Length of a rope [m]: its straight parts and the arcs on its pulleys, each arc in [0, 2 pi) times the radius.
-Wide rope_length_m(const Scene& scene, const Rope& rope, const Sample& sample);
+Wide rope_length_m(const Scene& scene, const Rope& rope, const SampleView& sample);
 // Speed of the rope at its first body, positive from the first body to the last [m/s].
-Wide rope_speed_m_per_s(const Scene& scene, const Rope& rope, const Sample& sample);
+Wide rope_speed_m_per_s(const Scene& scene, const Rope& rope, const SampleView& sample);
 
 }  // namespace atwood::dynamics

@@ -18,7 +18,7 @@ class ErrorPropagation {
  public:
   ErrorPropagation(const Scene& scene, double t_end_s, const std::vector<Instant<Wide>>& instants,
                    const std::vector<Event>& events, const std::vector<double>& run_difference_s,
-                   const std::vector<std::vector<Wide>>& run_difference, double round_off)
+                   const RaggedArray<Wide>& run_difference, double round_off)
       : scene_(scene), layout_(dynamics::layout(scene)), instants_(instants), events_(events),
         run_difference_s_(run_difference_s), run_difference_(run_difference), growth_(scene, t_end_s, round_off),
         pairs_(contact_pairs(scene).pairs) {
@@ -219,7 +219,7 @@ class ErrorPropagation {
   const std::vector<Instant<Wide>>& instants_;
   const std::vector<Event>& events_;
   const std::vector<double>& run_difference_s_;
-  const std::vector<std::vector<Wide>>& run_difference_;
+  const RaggedArray<Wide>& run_difference_;
   ErrorGrowth growth_;
   std::vector<ContactPair> pairs_;
   SharedErrors result_;
@@ -232,7 +232,7 @@ class ErrorPropagation {
 
 SharedErrors shared_errors(const Scene& scene, double t_end_s, const std::vector<Instant<Wide>>& instants,
                            const std::vector<Event>& events, const std::vector<double>& run_difference_s,
-                           const std::vector<std::vector<Wide>>& run_difference, double round_off) {
+                           const RaggedArray<Wide>& run_difference, double round_off) {
   return ErrorPropagation(scene, t_end_s, instants, events, run_difference_s, run_difference, round_off).propagate();
 }
 

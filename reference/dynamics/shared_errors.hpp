@@ -8,6 +8,7 @@
 
 #include "dynamics/certified_end.hpp"
 #include "dynamics/instants.hpp"
+#include "protocol/ragged_array.hpp"
 #include "protocol/sample.hpp"
 
 namespace atwood::dynamics {
@@ -27,6 +28,6 @@ struct SharedErrors {
 // jump of this impact.
 SharedErrors shared_errors(const Scene& scene, double t_end_s, const std::vector<Instant<Wide>>& instants,
                            const std::vector<Event>& events, const std::vector<double>& run_difference_s,
-                           const std::vector<std::vector<Wide>>& run_difference, double round_off);
+                           const RaggedArray<Wide>& run_difference, double round_off);
 
 }  // namespace atwood::dynamics

@@ -76,11 +76,11 @@ BodySample initial_sample(const Body& body) {
 
 }  // namespace
 
-template <class S> std::vector<S> pack(const Scene& scene, const Sample& sample) {
+template <class S> std::vector<S> pack(const Scene& scene, const SampleView& sample) {
   const Layout map = layout(scene);
   std::vector<S> y(map.size);
   for (std::size_t i = 0; i < map.slots.size(); ++i) {
-    BodySample body = sample.bodies.at(i);
+    BodySample body = checked(sample.bodies, i);
     each_value(map.slots[i], y.data(), body, [](S& to, const Wide& from) { to = static_cast<S>(from); });
     if (map.slots[i].attitude >= 0) normalise(&y[map.slots[i].attitude]);
   }
@@ -149,9 +149,9 @@ std::vector<double> switch_times(const Scene& scene, double t_end_s) {
 template std::vector<double> pack(const Scene&);
 template std::vector<long double> pack(const Scene&);
 template std::vector<Wide> pack(const Scene&);
-template std::vector<double> pack(const Scene&, const Sample&);
-template std::vector<long double> pack(const Scene&, const Sample&);
-template std::vector<Wide> pack(const Scene&, const Sample&);
+template std::vector<double> pack(const Scene&, const SampleView&);
+template std::vector<long double> pack(const Scene&, const SampleView&);
+template std::vector<Wide> pack(const Scene&, const SampleView&);
 template Sample unpack(const Scene&, double, const double*);
 template Sample unpack(const Scene&, long double, const long double*);
 template Sample unpack(const Scene&, Wide, const Wide*);

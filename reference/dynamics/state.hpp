@@ -8,7 +8,7 @@
 
 #include <vector>
 
-#include "protocol/sample.hpp"
+#include "protocol/sample_series.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood::dynamics {
@@ -35,7 +35,7 @@ Layout layout(const Scene& scene);
 // The state of the scene (initial) or of a sample in S. Conversion is exact to S except for the quaternion, which is
 // normalised in S: the scene's doubles are of unit length to round-off only.
 template <class S> std::vector<S> pack(const Scene& scene);
-template <class S> std::vector<S> pack(const Scene& scene, const Sample& sample);
+template <class S> std::vector<S> pack(const Scene& scene, const SampleView& sample);
 
 // A sample from y, without loss. Fixed bodies have the scene's pose and zero velocity; `lorenz` has its rates as
 // velocity.

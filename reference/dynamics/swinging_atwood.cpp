@@ -60,7 +60,7 @@ bool is_swinging_atwood_machine(const Scene& scene) {
          norm(across(heavy_v, d)) <= kAlong * norm(heavy_v) && magnitude(dot(v, normal)) <= kAlong * norm(v);
 }
 
-SwingingAtwood swinging_atwood(const Scene& scene, const Sample& sample) {
+SwingingAtwood swinging_atwood(const Scene& scene, const SampleView& sample) {
   const Ends ends = ends_of(scene);
   const Wide3 d = down(scene), e = sideways(scene, ends);
   const Wide3 x = sample.bodies[ends.bob].p_m - ends.bob_point, v = sample.bodies[ends.bob].v_m_per_s;

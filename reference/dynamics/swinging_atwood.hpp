@@ -7,7 +7,7 @@
 // stays constant. A turn by 2 pi changes its sign, so that its size is compared.
 #pragma once
 
-#include "protocol/sample.hpp"
+#include "protocol/sample_series.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood::dynamics {
@@ -21,6 +21,6 @@ struct SwingingAtwood {
   Wide invariant = 0;  // |I| [m^3/s^2]
   Wide size = 0;       // sum of the sizes of its three terms
 };
-SwingingAtwood swinging_atwood(const Scene& scene, const Sample& sample);
+SwingingAtwood swinging_atwood(const Scene& scene, const SampleView& sample);
 
 }  // namespace atwood::dynamics

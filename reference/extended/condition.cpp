@@ -25,8 +25,8 @@ std::size_t events_until(const Path<double>& path, double t_s) {
 // Adds |perturbed - base| / (perturbation x scale) of each sample and component to `growth` (columns), or takes the
 // larger of the two (directions of random signs). Samples between an impact of one run and the same impact of the other
 // are left out, because they do not measure growth.
-void accumulate_growth(std::vector<std::vector<double>>& growth, const Path<double>& base,
-                       const Path<double>& perturbed, const std::vector<double>& scale, double t_end_s, bool columns) {
+void accumulate_growth(RaggedArray<double>& growth, const Path<double>& base, const Path<double>& perturbed,
+                       const std::vector<double>& scale, double t_end_s, bool columns) {
   const std::size_t samples = base.states.size() - 1;
   for (std::size_t k = 1; k <= samples && k < perturbed.states.size(); ++k) {
     const double t = t_end_s * static_cast<double>(k) / static_cast<double>(samples);
@@ -65,11 +65,11 @@ double flow_condition(const Scene& scene, double t_end_s, std::int64_t samples) 
 
   const int n = layout.size;
   std::vector<double> of_kind(4, 0.0), scale(n);
-  for (const auto& state : base.states)
-    for (int i = 0; i < n; ++i) of_kind[groups[i]] = std::max(of_kind[groups[i]], std::fabs(state[i]));
+  for (std::size_t k = 0; k < base.states.size(); ++k)
+    for (int i = 0; i < n; ++i) of_kind[groups[i]] = std::max(of_kind[groups[i]], std::fabs(base.states[k][i]));
   for (int i = 0; i < n; ++i) scale[i] = of_kind[groups[i]];
 
-  std::vector<std::vector<double>> growth(base.states.size(), std::vector<double>(n, 0.0));
+  RaggedArray<double> growth(base.states.size(), static_cast<std::size_t>(n));
   const double work = static_cast<double>(base.evaluations) * n;
   if (work * n <= kMaxWork) {
     for (int j = 0; j < n; ++j) {
@@ -87,8 +87,8 @@ double flow_condition(const Scene& scene, double t_end_s, std::int64_t samples) 
     }
   }
   double largest = 0;
-  for (const auto& row : growth)
-    for (const double value : row) largest = std::max(largest, value);
+  for (std::size_t k = 0; k < growth.size(); ++k)
+    for (const double value : growth[k]) largest = std::max(largest, value);
   return largest;
 }
 

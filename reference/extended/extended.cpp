@@ -52,12 +52,14 @@ struct Trial {
   Path<Wide> tight, loose, gauss;
   std::int64_t samples = 0;
   std::optional<CertifiedEnd> end;
+
+  void drop_comparisons() { loose.states.clear(), gauss.states.clear(); }  // once they are in the bars
 };
 
 // The largest value of each component's kind over the run; 1 for a kind whose values are all zero.
 std::vector<Wide> scales(const Layout& layout, const Path<Wide>& path) {
   Scale<Wide> largest(layout.size, groups_of(layout));
-  for (const auto& state : path.states) largest.include(state.data());
+  for (std::size_t k = 0; k < path.states.size(); ++k) largest.include(path.states[k].data());
   std::vector<Wide> made;
   for (int i = 0; i < layout.size; ++i) made.push_back(largest.of(i));
   return made;
@@ -66,7 +68,7 @@ std::vector<Wide> scales(const Layout& layout, const Path<Wide>& path) {
 // largest: relative to the scale; bounded: number of samples before the first bar above kUselessBar; certified: number
 // of samples before the end.
 struct Bars {
-  std::vector<std::vector<Wide>> values;
+  RaggedArray<Wide> values;
   std::vector<double> events_s;
   double largest = 0;
   std::size_t bounded = 0, certified = 0;
@@ -78,7 +80,7 @@ Bars differences(const Layout& layout, const Trial& trial) {
   const std::vector<Wide> scale = scales(layout, trial.tight);
   const std::size_t samples =
       std::min({trial.tight.states.size(), trial.loose.states.size(), trial.gauss.states.size()});
-  made.values.assign(samples, std::vector<Wide>(layout.size, Wide(0)));
+  made.values = RaggedArray<Wide>(samples, static_cast<std::size_t>(layout.size));
   for (std::size_t k = 1; k < samples; ++k)
     for (int i = 0; i < layout.size; ++i) {
       const Wide value = trial.tight.states[k][i];
@@ -167,7 +169,7 @@ Trial attempt(const Scene& scene, double t_end_s, std::int64_t samples, const La
 }
 
 // The velocity of `lorenz` is its rate: its bars follow from those of the position, to first order.
-void lorenz_bars(Sample& bar, const Sample& value) {
+void lorenz_bars(const SampleReference& bar, const SampleView& value) {
   const auto& p = value.bodies[0].p_m;
   const auto& d = bar.bodies[0].p_m;
   bar.bodies[0].v_m_per_s = {10 * (d[0] + d[1]), magnitude(28 - p[2]) * d[0] + d[1] + magnitude(p[0]) * d[2],
@@ -222,17 +224,21 @@ Truth extended_truth(const Scenario& scenario, std::int64_t samples) {
     return refused(trial.tight.failure,
                    trial.tight.failure.find("singular") != std::string::npos ? Status::diverged : Status::unsupported);
   Bars bars = compare(scene, scenario.t_end_s, layout, trial);
+  trial.drop_comparisons();
   truth.condition = flow_condition(scene, scenario.t_end_s, samples);
   if (bars.largest > kTargetBar || (bars.end && !trial.tight.valid_until_failure)) {
     Trial closer = attempt(scene, scenario.t_end_s, samples, layout, 1e-31);
     Bars smaller_bars = closer.tight.failure.empty() ? compare(scene, scenario.t_end_s, layout, closer) : bars;
     if (smaller_bars.certified > bars.certified ||
         (smaller_bars.certified == bars.certified && smaller_bars.largest < bars.largest)) {
+      closer.drop_comparisons();
       trial = std::move(closer);
       bars = std::move(smaller_bars);
     }
   }
   if (bars.largest > kTargetBar) truth.note = note_on(bars, truth.condition, scenario.t_end_s, samples);
+  truth.values.reserve(bars.certified, scene.bodies.size());
+  truth.bars.reserve(bars.certified, scene.bodies.size());
   for (std::size_t k = 0; k < bars.certified; ++k) {
     const Wide t = Wide(scenario.t_end_s) * Wide(static_cast<double>(k)) / Wide(static_cast<double>(samples));
     truth.values.push_back(dynamics::unpack<Wide>(scene, t, trial.tight.states[k].data()));

@@ -7,9 +7,9 @@
 namespace atwood::extended {
 
 struct MechanismPath {
-  std::vector<Sample> samples;  // at t_end k / samples
-  std::vector<Event> events;    // impacts at stops, and joints that come to rest at one
-  std::string failure;          // empty: the whole motion was integrated
+  SampleSeries samples;       // at t_end k / samples
+  std::vector<Event> events;  // impacts at stops, and joints that come to rest at one
+  std::string failure;        // empty: the whole motion was integrated
   bool valid_until_failure = false;
   Wide end_s = 0;     // time that was reached, or of the failure
   Wide residual = 0;  // largest of the constraints after projection, m or rad: of those that follow from the others

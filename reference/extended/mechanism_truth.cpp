@@ -43,7 +43,7 @@ struct Trial {
 };
 
 struct Bars {
-  std::vector<Sample> samples;
+  SampleSeries samples;
   std::vector<double> events_s;
   double largest = 0;
   std::size_t bounded = 0, certified = 0;
@@ -83,12 +83,12 @@ Bars compare(const Scenario& scenario, std::int64_t samples, const Trial& trial)
   for (std::size_t k = 0; k < count; ++k) {
     const Wide t = Wide(scenario.t_end_s) * Wide(static_cast<double>(k)) / Wide(static_cast<double>(samples));
     if (made.certified == count && made.end && k > 0 && !made.end->is_after(t)) made.certified = k;
-    Sample marked = trial.tight.samples[k];
+    Sample marked = copy_of(trial.tight.samples[k]);
     for (std::size_t j = 0; j < marked.joints.size(); ++j)
       marked.joints[j].not_unique = trial.maximal.samples[k].joints[j].not_unique;
     const std::vector<char> open = open_values(scene, marked);
     const std::vector<Wide> apart =
-        differences(scene, trial.tight.samples[k], {&trial.loose.samples[k], &trial.maximal.samples[k]});
+        differences(scene, trial.tight.samples[k], {trial.loose.samples[k], trial.maximal.samples[k]});
     std::size_t i = 0;
     each_value(scene, marked, [&](const Wide&, ValueKind kind) {
       if (!open[i]) farthest[kind] = std::max(farthest[kind], apart[i]);
@@ -105,7 +105,7 @@ Bars compare(const Scenario& scenario, std::int64_t samples, const Trial& trial)
       ++i;
     });
     marked.t_s = t;
-    made.samples.push_back(std::move(marked));
+    made.samples.push_back(marked);
   }
   for (const Event& event : trial.tight.events) {
     Wide worst = 0;
@@ -181,7 +181,7 @@ double condition_of(const Scenario& scenario, std::int64_t samples, const Sample
     if (path.samples.size() != base.samples.size() || path.events.size() != base.events.size()) return 0;
     for (std::size_t k = 1; k < base.samples.size(); ++k) {
       if (events_until(base, base.samples[k].t_s) != events_until(path, base.samples[k].t_s)) continue;
-      const std::vector<Wide> moved = differences(scene, base.samples[k], {&path.samples[k]});
+      const std::vector<Wide> moved = differences(scene, base.samples[k], {path.samples[k]});
       i = 0;
       each_value(scene, base.samples[k], [&](const Wide&, ValueKind kind) {
         if (is_motion[i]) growth[k][i] += static_cast<double>(moved[i] / (Wide(kPerturbation) * scale[kind]));

@@ -195,6 +195,7 @@ template <class S> struct PathIntegration {
 
   void run(double t_end_s, std::int64_t samples) {
     const std::vector<double>& switches = dynamics.switch_times();
+    path.states.reserve(static_cast<std::size_t>(samples) + 1, y.size());
     path.states.push_back(y);  // the initial state, before impacts at t = 0
     log_state(S(0), y, 0, std::nullopt);
     resolve_contacts();

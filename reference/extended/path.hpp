@@ -10,11 +10,12 @@
 #include "dynamics/rates.hpp"
 #include "extended/impacts.hpp"
 #include "extended/problem.hpp"
+#include "protocol/ragged_array.hpp"
 
 namespace atwood::extended {
 
 template <class S> struct Path {
-  std::vector<std::vector<S>> states;  // at t_end k / samples
+  RaggedArray<S> states;  // at t_end k / samples
   std::vector<Event> events;
   std::vector<Instant<S>> instants;  // with contacts: samples, switches, impacts and passages, in order
   std::string failure;               // empty: the whole motion was integrated

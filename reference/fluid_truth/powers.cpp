@@ -43,7 +43,7 @@ FluidPowersOf::FluidPowersOf(const Scene& scene, const std::string& response) {
   }
 }
 
-FluidPowers FluidPowersOf::at(double t_s, const std::vector<ParticleSample>& particles) const {
+FluidPowers FluidPowersOf::at(double t_s, std::span<const ParticleSample> particles) const {
   const ParticleData<double>& data = systems_->of[0]->data;
   const ParticleLayout& layout = data.layout;
   const auto size = static_cast<std::size_t>(layout.size), d = static_cast<std::size_t>(layout.d);

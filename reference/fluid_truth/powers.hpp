@@ -11,6 +11,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,7 @@ class FluidPowersOf {
   ~FluidPowersOf();
   const std::string& unsupported() const { return unsupported_; }
   // Of the particles of a sample at t.
-  FluidPowers at(double t_s, const std::vector<ParticleSample>& particles) const;
+  FluidPowers at(double t_s, std::span<const ParticleSample> particles) const;
 
  private:
   struct Systems;

@@ -189,19 +189,19 @@ Separation separation_between(const Scene& scene, int body_a, int body_b) {
   return separation(a.shape, initial(a), b.shape, initial(b));
 }
 
-Separation separation_between(const Scene& scene, const Sample& sample, int body_a, int body_b) {
+Separation separation_between(const Scene& scene, const SampleView& sample, int body_a, int body_b) {
   const auto a = static_cast<std::size_t>(body_a), b = static_cast<std::size_t>(body_b);
   const Shape &shape_a = scene.bodies.at(a).shape, &shape_b = scene.bodies.at(b).shape;
   require(shape_a, shape_b);
-  return separation(shape_a, sampled(sample.bodies.at(a)), shape_b, sampled(sample.bodies.at(b)));
+  return separation(shape_a, sampled(checked(sample.bodies, a)), shape_b, sampled(checked(sample.bodies, b)));
 }
 
-Real overlap_depth(const Scene& scene, const Sample& sample, int body_a, int body_b) {
+Real overlap_depth(const Scene& scene, const SampleView& sample, int body_a, int body_b) {
   const auto a = static_cast<std::size_t>(body_a), b = static_cast<std::size_t>(body_b);
   const Shape &shape_a = scene.bodies.at(a).shape, &shape_b = scene.bodies.at(b).shape;
   require(shape_a, shape_b);
-  const Separation found =
-      separation(shape_a, sampled(sample.bodies.at(a)), shape_b, sampled(sample.bodies.at(b)), Gap::of_overlap);
+  const Separation found = separation(shape_a, sampled(checked(sample.bodies, a)), shape_b,
+                                      sampled(checked(sample.bodies, b)), Gap::of_overlap);
   return std::max<Real>(0, -found.gap_m);
 }
 

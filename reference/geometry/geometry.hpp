@@ -20,7 +20,7 @@
 #include <string>
 
 #include "protocol/pair_query.hpp"
-#include "protocol/sample.hpp"
+#include "protocol/sample_series.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood::geometry {
@@ -39,9 +39,9 @@ struct Separation {
 // At the initial pose of the scene, or that of a sample. Throws std::invalid_argument when no_separation gives a
 // reason.
 Separation separation_between(const Scene& scene, int body_a, int body_b);
-Separation separation_between(const Scene& scene, const Sample& sample, int body_a, int body_b);
+Separation separation_between(const Scene& scene, const SampleView& sample, int body_a, int body_b);
 // The depth along the direction of least penetration, -gap_m; 0 where the shapes are apart.
-Real overlap_depth(const Scene& scene, const Sample& sample, int body_a, int body_b);
+Real overlap_depth(const Scene& scene, const SampleView& sample, int body_a, int body_b);
 // The pair of shapes that is not covered ("cylinder against box"); empty: it is.
 std::string no_separation(const Shape& a, const Shape& b);
 

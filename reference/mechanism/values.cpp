@@ -9,14 +9,14 @@ namespace atwood::mechanism {
 
 using dynamics::magnitude;
 
-std::vector<Wide> values_of(const Scene& scene, const Sample& sample) {
+std::vector<Wide> values_of(const Scene& scene, const SampleView& sample) {
   std::vector<Wide> made;
   each_value(scene, sample, [&](const Wide& x, ValueKind) { made.push_back(x); });
   return made;
 }
 
-std::vector<char> open_values(const Scene& scene, const Sample& sample) {
-  Sample marks = sample;
+std::vector<char> open_values(const Scene& scene, const SampleView& sample) {
+  Sample marks = copy_of(sample);
   each_value(scene, marks, [](Wide& x, ValueKind) { x = 0; });
   for (JointSample& joint : marks.joints)
     for (int k = 0; k < 3; ++k) {
@@ -36,9 +36,9 @@ Wide sign_between(const std::vector<Wide>& a, const std::vector<Wide>& b, std::s
 }
 }  // namespace
 
-std::vector<Wide> scales(const Scene& scene, const std::vector<Sample>& samples) {
+std::vector<Wide> scales(const Scene& scene, const SampleSeries& samples) {
   std::vector<Wide> made(kinds, Wide(0));
-  for (const Sample& sample : samples)
+  for (const SampleView sample : samples)
     each_value(scene, sample, [&](const Wide& x, ValueKind kind) { made[kind] = std::max(made[kind], magnitude(x)); });
   Wide size = 0;
   for (const Joint& joint : scene.joints)
@@ -61,11 +61,11 @@ std::vector<Wide> scales(const Scene& scene, const std::vector<Sample>& samples)
   return made;
 }
 
-std::vector<Wide> differences(const Scene& scene, const Sample& sample, std::initializer_list<const Sample*> others) {
+std::vector<Wide> differences(const Scene& scene, const SampleView& sample, std::initializer_list<SampleView> others) {
   const std::vector<Wide> value = values_of(scene, sample);
   std::vector<Wide> made(value.size(), Wide(0));
-  for (const Sample* other : others) {
-    const std::vector<Wide> theirs = values_of(scene, *other);
+  for (const SampleView& other : others) {
+    const std::vector<Wide> theirs = values_of(scene, other);
     std::size_t i = 0, in_quaternion = 0;
     Wide sign = 1;
     each_value(scene, sample, [&](const Wide&, ValueKind kind) {

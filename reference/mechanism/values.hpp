@@ -4,7 +4,7 @@
 #include <initializer_list>
 #include <vector>
 
-#include "protocol/sample.hpp"
+#include "protocol/sample_series.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood::mechanism {
@@ -27,7 +27,7 @@ enum ValueKind {
 };
 
 // Calls value(number, kind) for every number of a sample, in a fixed order. The four of a quaternion follow each other.
-template <class SampleType, class Value> void each_value(const Scene& scene, SampleType& sample, Value value) {
+template <class SampleType, class Value> void each_value(const Scene& scene, SampleType&& sample, Value value) {
   for (auto& body : sample.bodies) {
     for (auto& x : body.p_m) value(x, position);
     for (auto& x : body.q_wxyz) value(x, attitude);
@@ -52,15 +52,15 @@ template <class SampleType, class Value> void each_value(const Scene& scene, Sam
   }
 }
 
-std::vector<Wide> values_of(const Scene& scene, const Sample& sample);
+std::vector<Wide> values_of(const Scene& scene, const SampleView& sample);
 // Bits of not_unique as flags of the same order: not 0: the value is open.
-std::vector<char> open_values(const Scene& scene, const Sample& sample);
+std::vector<char> open_values(const Scene& scene, const SampleView& sample);
 // The largest value of each kind over the samples. Kinds of one unit share theirs, and forces with torques, speeds with
 // turning rates by way of the mechanism's size: a torque that is zero but for round-off has the scale of the forces'
 // moments.
-std::vector<Wide> scales(const Scene& scene, const std::vector<Sample>& samples);
+std::vector<Wide> scales(const Scene& scene, const SampleSeries& samples);
 // The largest distance of each number from those of the others; infinite when one is not a number. Quaternions of
 // either sign are the same attitude.
-std::vector<Wide> differences(const Scene& scene, const Sample& sample, std::initializer_list<const Sample*> others);
+std::vector<Wide> differences(const Scene& scene, const SampleView& sample, std::initializer_list<SampleView> others);
 
 }  // namespace atwood::mechanism

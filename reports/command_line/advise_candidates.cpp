@@ -352,7 +352,7 @@ struct SelfConvergence {
 
 constexpr double kRoache = 1.25;
 
-void append_sample(std::string& text, const Scene& scene, const Sample& coarse, const Sample& fine) {
+void append_sample(std::string& text, const Scene& scene, const SampleView& coarse, const SampleView& fine) {
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const BodySample &c = coarse.bodies[b], &f = fine.bodies[b];
     text += format_number(fine.t_s, 36) + "," + scene.bodies[b].name;

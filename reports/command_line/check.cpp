@@ -76,7 +76,7 @@ std::string not_finite_words(const Recording& run, const Scene& scene) {
     return std::all_of(values.begin(), values.end(),
                        [](const Wide& x) { return std::isfinite(static_cast<double>(x)); });
   };
-  for (const Sample& sample : run.values) {
+  for (const SampleView sample : run.values) {
     for (std::size_t i = 0; i < sample.bodies.size(); ++i) {
       const BodySample& body = sample.bodies[i];
       if (!finite(body.p_m) || !finite(body.q_wxyz) || !finite(body.v_m_per_s) || !finite(body.w_rad_per_s))

@@ -69,9 +69,9 @@ template <std::size_t n> std::array<double, n> narrowed(const std::array<Wide, n
   return narrow;
 }
 
-void start_at(const Sample& sample, Scene& scene) {
+void start_at(const SampleView& sample, Scene& scene) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const BodySample& at = sample.bodies.at(i);
+    const BodySample& at = checked(sample.bodies, i);
     if (scene.bodies[i].fixed) continue;
     scene.bodies[i].position_m = narrowed(at.p_m);
     scene.bodies[i].orientation_wxyz = narrowed(at.q_wxyz);
@@ -79,8 +79,8 @@ void start_at(const Sample& sample, Scene& scene) {
     scene.bodies[i].angular_velocity_body_rad_per_s = narrowed(at.w_rad_per_s);
   }
   for (std::size_t j = 0; j < scene.joints.size(); ++j) {
-    scene.joints[j].coordinates = narrowed(sample.joints.at(j).q);
-    scene.joints[j].rates = narrowed(sample.joints.at(j).u);
+    scene.joints[j].coordinates = narrowed(checked(sample.joints, j).q);
+    scene.joints[j].rates = narrowed(checked(sample.joints, j).u);
   }
 }
 
@@ -102,7 +102,7 @@ int move_start(const Place& place, const Options& options, std::int64_t steps, S
   until.frame_ends_s.clear();  // a truth does not depend on the steps
   until.t_end_s = options.at_s;
   until.samples = 1;
-  std::vector<Sample> values;
+  SampleSeries values;
   Outcome outcome;
   if (method == "truth") {
     Truth truth = truth_once(place.truth_worker, until, 1, options.limit_given ? options.cell_limit_s : 120.0);

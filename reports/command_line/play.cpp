@@ -75,7 +75,7 @@ void add_bars(const Truth& truth, PlayedRun& run) {
     for (const Wide x : values) sum = std::hypot(sum, static_cast<double>(x));
     return sum;
   };
-  for (const Sample& sample : truth.bars) {
+  for (const SampleView sample : truth.bars) {
     double position = 0, attitude = 0;
     for (const BodySample& body : sample.bodies) {
       position = std::max(position, norm(body.p_m));

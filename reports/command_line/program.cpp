@@ -63,7 +63,7 @@ Written write_problem(const Scenario& scenario, const Truth& truth, bool wide) {
     throw InputError(fmt::format("--program: `{}` is not one moving point mass", scenario.id));
   }
   const Body& body = scene.bodies[0];
-  const BodySample& last = truth.values.back().bodies.at(0);
+  const BodySample& last = checked(truth.values.back().bodies, 0);
   std::vector<std::string> start, end;
   for (const Real3* v : {&body.position_m, &body.velocity_m_per_s})
     for (int i = 0; i < 3; ++i) start.push_back(format_double((*v)[static_cast<std::size_t>(i)]));

@@ -52,7 +52,7 @@ std::string event_body(const Scene& scene, int body) {
   return body < 0 ? "world" : body_name(scene, static_cast<std::size_t>(body));
 }
 
-void print_motion(const Scene& scene, const std::vector<Sample>& values, const Truth* truth, int digits, bool json) {
+void print_motion(const Scene& scene, const SampleSeries& values, const Truth* truth, int digits, bool json) {
   Table table(fmt::format("{}{}", kMotionColumns, truth ? kBarColumns : ""), json);
   for (std::size_t k = 0; k < values.size(); ++k) {
     for (std::size_t i = 0; i < values[k].bodies.size(); ++i) {
@@ -101,7 +101,7 @@ void require_frames(const Scenario& scenario, const Worker& worker, std::int64_t
 }
 
 // What the options ask for: events, joints, ropes, or the motion of the bodies.
-void print_values(const Options& options, const Scene& scene, const std::vector<Sample>& values,
+void print_values(const Options& options, const Scene& scene, const SampleSeries& values,
                   const std::vector<Event>& events, const Truth* truth, int digits) {
   if (options.events) return print_events(scene, events, truth, digits, options.json);
   if (options.joints) print_joints(scene, values, truth, digits, options.json);
@@ -137,7 +137,7 @@ void take_resolution(const Options& options, Scenario& scenario) {
 }
 
 // Particles or probes, and files for ParaView. False: the bodies are asked for.
-bool print_fluid(const Options& options, const Scenario& scenario, const std::vector<Sample>& values, int digits) {
+bool print_fluid(const Options& options, const Scenario& scenario, const SampleSeries& values, int digits) {
   for (const std::string& output : options.outputs) write_vtk(output.substr(4), scenario.id, scenario.scene, values);
   if (options.particles) print_particles(scenario.scene, values, nullptr, "", digits, options.json);
   if (options.probes) print_probes(scenario.scene, values, options.json);
@@ -165,10 +165,10 @@ int trace_field(const Place& place, const Options& options, const Scenario& scen
         fmt::format("trace: the truth of `{}` gives figures of probes and no field; expected a scene whose "
                     "truth is a field",
                     scenario.id));
-  std::vector<Sample> values, bars;
+  SampleSeries values, bars;
   for (const FieldSample& at : field.samples) {
-    values.push_back({at.t_s, {}, {}, at.values});
-    bars.push_back({at.t_s, {}, {}, at.bars});
+    values.push_back(Sample{at.t_s, {}, {}, at.values});
+    bars.push_back(Sample{at.t_s, {}, {}, at.bars});
     for (std::size_t i = 0; i < start.size(); ++i) values.back().particles[i].p_m = start[i];
   }
   print_particles(scenario.scene, values, &bars, field.source, 36, options.json);

@@ -106,7 +106,7 @@ Recording read_rows(CsvReader& file, const Columns& columns, const std::string& 
           throw InputError(
               fmt::format("{}:{}: t_s: found `{}`; expected times that rise", where, t_column + 1, fields[t_column]));
       }
-      run.values.push_back({t[0], std::vector<BodySample>(scene.bodies.size())});
+      run.values.push_back(Sample{t[0], std::vector<BodySample>(scene.bodies.size())});
       for (std::size_t i = 0; i < scene.bodies.size(); ++i) {  // fixed bodies need no rows
         for (std::size_t k = 0; k < 3; ++k) run.values.back().bodies[i].p_m[k] = scene.bodies[i].position_m[k];
         for (std::size_t k = 0; k < 4; ++k) run.values.back().bodies[i].q_wxyz[k] = scene.bodies[i].orientation_wxyz[k];

@@ -62,7 +62,7 @@ std::string data_array(const char* type, const char* name, int components, const
                      type, name, components, base64(bytes));
 }
 
-std::string poly_data(const Scene& scene, const Sample& sample) {
+std::string poly_data(const Scene& scene, const SampleView& sample) {
   std::vector<double> positions, velocities, densities, pressures, temperatures;
   std::vector<std::int32_t> fluids = fluid_of_particles(scene), numbers;
   std::vector<std::int64_t> connectivity, offsets;
@@ -98,7 +98,7 @@ std::string poly_data(const Scene& scene, const Sample& sample) {
 
 }  // namespace
 
-void print_particles(const Scene& scene, const std::vector<Sample>& values, const std::vector<Sample>* bars,
+void print_particles(const Scene& scene, const SampleSeries& values, const SampleSeries* bars,
                      const std::string& source, int digits, bool as_json) {
   Table table(fmt::format("{}{}", kParticleColumns, bars ? kParticleBarColumns : ""), as_json);
   const std::vector<int> fluids = fluid_of_particles(scene);
@@ -110,14 +110,14 @@ void print_particles(const Scene& scene, const std::vector<Sample>& values, cons
                                      i - first[fluid]);
       append_particle(line, values[k].particles[i], digits);
       if (bars) {
-        append_particle(line, (*bars)[k].particles.at(i), 17);
+        append_particle(line, checked((*bars)[k].particles, i), 17);
         line += "," + quoted(source);
       }
       table.row(line);
     }
 }
 
-void print_probes(const Scene& scene, const std::vector<Sample>& values, bool as_json) {
+void print_probes(const Scene& scene, const SampleSeries& values, bool as_json) {
   Table table("t_s,probe,value,unit", as_json);
   std::vector<std::vector<double>> of_probe;
   for (const FluidProbe& probe : scene.probes) of_probe.push_back(probe_values(scene, probe, values));
@@ -130,8 +130,7 @@ void print_probes(const Scene& scene, const std::vector<Sample>& values, bool as
     }
 }
 
-void write_vtk(const std::string& folder, const std::string& id, const Scene& scene,
-               const std::vector<Sample>& values) {
+void write_vtk(const std::string& folder, const std::string& id, const Scene& scene, const SampleSeries& values) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw std::runtime_error(folder + ": " + error.message());

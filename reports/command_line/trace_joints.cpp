@@ -80,7 +80,7 @@ void require_mechanism(const Scene& scene, const std::string& id, bool joints, b
     throw InputError(fmt::format("--ropes: `{}` has no rope; expected a scene with ropes, as atwood-machine", id));
 }
 
-void print_joints(const Scene& scene, const std::vector<Sample>& values, const Truth* truth, int digits, bool json) {
+void print_joints(const Scene& scene, const SampleSeries& values, const Truth* truth, int digits, bool json) {
   Table table(fmt::format("{}{}{}", kJointColumns, json ? kChildAxesColumns : "", truth ? kJointBarColumns : ""), json);
   for (std::size_t k = 0; k < values.size(); ++k)
     for (std::size_t j = 0; j < values[k].joints.size() && j < scene.joints.size(); ++j) {
@@ -91,9 +91,10 @@ void print_joints(const Scene& scene, const std::vector<Sample>& values, const T
       append_reaction(line, sample, sample, digits);
       append_along(line, sample.applied, rate_count(joint.kind), digits);
       append_along(line, sample.stop, joint.limits ? rate_count(joint.kind) : 0, digits);
-      if (json) append_in_child_axes(line, sample, values[k].bodies.at(static_cast<std::size_t>(joint.child)), digits);
+      if (json)
+        append_in_child_axes(line, sample, checked(values[k].bodies, static_cast<std::size_t>(joint.child)), digits);
       if (truth) {
-        const JointSample& bar = truth->bars[k].joints.at(j);
+        const JointSample& bar = checked(truth->bars[k].joints, j);
         append_state(line, bar, joint, 17);
         append_reaction(line, bar, sample, 17);
         line += "," + quoted(truth->source);
@@ -102,7 +103,7 @@ void print_joints(const Scene& scene, const std::vector<Sample>& values, const T
     }
 }
 
-void print_ropes(const Scene& scene, const std::vector<Sample>& values, const Truth* truth, int digits, bool json) {
+void print_ropes(const Scene& scene, const SampleSeries& values, const Truth* truth, int digits, bool json) {
   std::size_t pulleys = 0;
   for (const Rope& rope : scene.ropes) pulleys = std::max(pulleys, rope.over.size());
   std::string columns = "t_s,rope,tension_N", bar_columns = ",tension_N_bar";
@@ -122,7 +123,7 @@ void print_ropes(const Scene& scene, const std::vector<Sample>& values, const Tr
       std::string line = format_number(values[k].t_s, digits) + "," + quoted(scene.ropes[i].name);
       append_rope(line, values[k].ropes[i], digits);
       if (truth) {
-        append_rope(line, truth->bars[k].ropes.at(i), 17);
+        append_rope(line, checked(truth->bars[k].ropes, i), 17);
         line += "," + quoted(truth->source);
       }
       table.row(line);

@@ -15,9 +15,9 @@ void require_mechanism(const Scene& scene, const std::string& id, bool joints, b
 // the method does not report are empty; components that the constraints leave open say `not unique`. With `json` the
 // reaction in the child's axes as well. With `truth` (one of as many samples) a column of each value's bar, and the
 // source.
-void print_joints(const Scene& scene, const std::vector<Sample>& values, const Truth* truth, int digits, bool json);
+void print_joints(const Scene& scene, const SampleSeries& values, const Truth* truth, int digits, bool json);
 
 // t_s,rope,tension_N,pulley0_rad,... of every sample, as many pulleys as the rope with the most of them has.
-void print_ropes(const Scene& scene, const std::vector<Sample>& values, const Truth* truth, int digits, bool json);
+void print_ropes(const Scene& scene, const SampleSeries& values, const Truth* truth, int digits, bool json);
 
 }  // namespace atwood

@@ -15,7 +15,7 @@ struct PlayedRun {
   std::string name;        // "truth", or the method's id
   std::string source;      // of a truth: its citation
   std::int64_t steps = 0;  // of the whole run; 0: a truth
-  std::vector<Sample> values;
+  SampleSeries values;
   std::vector<Event> events;
   Outcome outcome;                                           // not ok: `values` end early
   std::vector<double> position_error_m, attitude_error_rad;  // largest of all bodies, against the truth

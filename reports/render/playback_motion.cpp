@@ -54,7 +54,7 @@ double extent_m(const PlayedRun& run) {
   Vector low, high;
   low.fill(std::numeric_limits<double>::infinity());
   high.fill(-std::numeric_limits<double>::infinity());
-  for (const Sample& sample : run.values)
+  for (const SampleView sample : run.values)
     for (const BodySample& body : sample.bodies) {
       const Vector p = position(body);
       for (std::size_t i = 0; i < 3; ++i)
@@ -71,7 +71,7 @@ std::size_t drawable_samples(const PlayedRun& run, double extent) {
     for (std::size_t i = 0; i < run.values[k].bodies.size(); ++i) {
       const BodySample& body = run.values[k].bodies[i];
       if (!finite(body)) return k;
-      const Vector a = position(body), b = position(run.values[0].bodies.at(i));
+      const Vector a = position(body), b = position(checked(run.values[0].bodies, i));
       if (norm({a[0] - b[0], a[1] - b[1], a[2] - b[2]}) > 100 * extent) return k;
     }
   return run.values.size();
@@ -237,7 +237,7 @@ double wrapped(const Domain& domain, std::size_t axis, double x) {
 FluidRanges fluid_ranges(const Playback& playback) {
   FluidRanges ranges;
   for (const PlayedRun& run : playback.runs)
-    for (const Sample& sample : run.values)
+    for (const SampleView sample : run.values)
       for (const ParticleSample& p : sample.particles) {
         for (std::size_t i = 0; i < 3; ++i)
           ranges.place[i].take(wrapped(playback.scenario.scene.domain, i, static_cast<double>(p.p_m[i])));
@@ -300,8 +300,8 @@ std::vector<std::size_t> moving_bodies(const Playback& playback) {
   for (std::size_t body = 0; body < count; ++body) {
     bool moves = false;
     for (const PlayedRun& run : playback.runs)
-      for (const Sample& sample : run.values) {
-        const BodySample& now = sample.bodies.at(body);
+      for (const SampleView sample : run.values) {
+        const BodySample& now = checked(sample.bodies, body);
         const BodySample& start = playback.runs[0].values[0].bodies[body];
         moves = moves || now.p_m != start.p_m || now.q_wxyz != start.q_wxyz;
       }

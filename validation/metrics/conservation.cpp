@@ -51,7 +51,7 @@ void append_momentum(const Scenario& scenario, const Recording& run, std::vector
   const Wide3 start = dynamics::momentum(scene, run.values.front());
   Change change;
   double size = 0;
-  for (const Sample& s : run.values) {
+  for (const SampleView s : run.values) {
     keep(change, dynamics::momentum(scene, s), start + Wide(s.t_s - run.values.front().t_s) * weight);
     double sum = 0;
     for (std::size_t b = 0; b < s.bodies.size(); ++b)
@@ -69,11 +69,11 @@ void append_angular_momentum(const Scenario& scenario, const Recording& run, std
   const bool origin = pivoted || dynamics::conserves(scene, "angular-momentum") ||
                       !dynamics::conserves(scene, "angular-momentum-center");
   const bool center = !pivoted && dynamics::conserves(scene, "angular-momentum-center");
-  const auto about = [&](const Sample& s) {
+  const auto about = [&](const SampleView& s) {
     return dynamics::angular_momentum(scene, s) - dynamics::cross(point, dynamics::momentum(scene, s));
   };
   Change at_point, at_center;
-  for (const Sample& s : run.values) {
+  for (const SampleView s : run.values) {
     if (origin) keep(at_point, about(s), about(run.values.front()));
     if (center)
       keep(at_center, dynamics::angular_momentum_about_center(scene, s),
@@ -87,11 +87,11 @@ void append_angular_momentum(const Scenario& scenario, const Recording& run, std
 
 void append_center_of_mass(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
   const Scene& scene = scenario.scene;
-  const Sample& first = run.values.front();
+  const SampleView& first = run.values.front();
   const Wide3 x0 = dynamics::center_of_mass(scene, first), g = dynamics::widen<Wide>(scene.gravity_m_per_s2);
   const Wide3 v0 = (1 / dynamics::total_mass_kg(scene)) * dynamics::momentum(scene, first);
   double largest = 0;
-  for (const Sample& s : run.values) {
+  for (const SampleView s : run.values) {
     const Wide t = s.t_s - first.t_s;
     largest = std::max(largest, distance(dynamics::center_of_mass(scene, s), x0 + t * v0 + Wide(t * t / 2) * g));
   }
@@ -114,7 +114,7 @@ void append_orbit_vector(const Scenario& scenario, const Recording& run, std::ve
   for (int b = 0; b < static_cast<int>(scenario.scene.bodies.size()); ++b) {
     const double mu = orbit_mu(scenario.scene, b);
     Change change;
-    for (const Sample& s : run.values)
+    for (const SampleView s : run.values)
       keep(change, dynamics::laplace_runge_lenz(scenario.scene, s, b),
            dynamics::laplace_runge_lenz(scenario.scene, run.values.front(), b));
     if (mu > 0 && !scenario.scene.bodies[b].fixed) worst = std::max(worst, change.largest / mu);
@@ -127,7 +127,7 @@ void append_magnetic_moment(const Scenario& scenario, const Recording& run, std:
   for (int b = 0; b < static_cast<int>(scenario.scene.bodies.size()); ++b) {
     const Wide start = dynamics::magnetic_moment(scenario.scene, run.values.front(), b);
     if (!(start > 0)) continue;
-    for (const Sample& s : run.values)
+    for (const SampleView s : run.values)
       worst = std::max(
           worst, std::fabs(static_cast<double>((dynamics::magnetic_moment(scenario.scene, s, b) - start) / start)));
   }
@@ -168,7 +168,7 @@ void append_energy(const Scenario& scenario, const Truth& truth, const Recording
   const std::vector<double> energy = energy_change(scenario, run, scale);
   if (energy.empty()) return;
   std::vector<double> t;
-  for (const Sample& s : run.values) t.push_back(static_cast<double>(s.t_s));
+  for (const SampleView s : run.values) t.push_back(static_cast<double>(s.t_s));
   const DriftFit drift = fit_drift(t, energy);
   const double floor = energy_floor(scenario, run, scale);
   if (!(scale.joules > 0)) {
@@ -189,7 +189,7 @@ void append_swinging_atwood(const Scenario& scenario, const Recording& run, std:
   if (!dynamics::is_swinging_atwood_machine(scenario.scene)) return;
   const Wide start = dynamics::swinging_atwood(scenario.scene, run.values.front()).invariant;
   double largest = 0, size = 0;
-  for (const Sample& s : run.values) {
+  for (const SampleView s : run.values) {
     const dynamics::SwingingAtwood now = dynamics::swinging_atwood(scenario.scene, s);
     largest = std::max(largest, static_cast<double>(dynamics::magnitude(Wide(now.invariant - start))));
     size = std::max(size, static_cast<double>(now.size));
@@ -203,8 +203,8 @@ std::vector<Wide> mechanical_energy(const Scene& scene, const Recording& run) {
   std::vector<Wide> energies;
   // The potential of a joint's spring needs its angle with all turns.
   const bool counted = scene.joint_forces.empty();
-  const std::vector<Sample> turned = counted ? std::vector<Sample>{} : with_joints(scene, run).values;
-  for (const Sample& s : counted ? run.values : turned) {
+  const SampleSeries turned = counted ? SampleSeries() : with_joints(scene, run).values;
+  for (const SampleView s : counted ? run.values : turned) {
     const dynamics::Energy e = dynamics::energy(scene, s);
     energies.push_back(e.kinetic_J + e.potential_J);
   }
@@ -231,7 +231,7 @@ double energy_floor(const Scenario& scenario, const Recording& run, const Energy
   const double relative = relative_floor(scenario.scene, run);
   if (scale.joules > 0) return relative;
   Wide largest = 0;
-  for (const Sample& s : run.values) {
+  for (const SampleView s : run.values) {
     const dynamics::Energy e = dynamics::energy(scenario.scene, s);
     largest = std::max(largest, e.kinetic_J + dynamics::magnitude(e.potential_J));
   }

@@ -140,10 +140,10 @@ void append_restitution(const Scenario& scenario, const Recording& run, std::vec
 void append_energy_gain(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
   if (!scenario.scene.forces.empty() || !scenario.scene.joint_forces.empty() || run.values.size() < 2) return;
   Wide least = 0, gain = 0;
-  for (const Sample& s : run.values) {
-    const dynamics::Energy e = dynamics::energy(scenario.scene, s);
+  for (std::size_t k = 0; k < run.values.size(); ++k) {
+    const dynamics::Energy e = dynamics::energy(scenario.scene, run.values[k]);
     const Wide total = e.kinetic_J + e.potential_J;
-    if (&s == &run.values.front()) least = total;
+    if (k == 0) least = total;
     gain = std::max(gain, Wide(total - least));
     least = std::min(least, total);
   }
@@ -153,7 +153,7 @@ void append_energy_gain(const Scenario& scenario, const Truth& truth, const Reco
 }
 
 dynamics::Gap<Wide> gap_at(const Scene& scene, const dynamics::Layout& layout, const dynamics::ContactPair& pair,
-                           const Sample& sample) {
+                           const SampleView& sample) {
   const std::vector<Wide> y = dynamics::pack<Wide>(scene, sample);
   return dynamics::gap(scene, layout, pair, y.data());
 }
@@ -183,7 +183,7 @@ void append_apexes(const Scenario& scenario, const Truth& truth, const Recording
         if (truth.values[s].t_s > list[k].event.t_s && truth.values[s].t_s < list[k + 1].event.t_s) inside.push_back(s);
       if (inside.size() < 3) continue;
       const std::size_t m = inside[inside.size() / 2];
-      const auto apex = [&](const std::vector<Sample>& values) {
+      const auto apex = [&](const SampleSeries& values) {
         return vertex(gap_at(scene, layout, pair, values[m - 1]).gap_m, gap_at(scene, layout, pair, values[m]).gap_m,
                       gap_at(scene, layout, pair, values[m + 1]).gap_m);
       };
@@ -203,7 +203,7 @@ void append_apexes(const Scenario& scenario, const Truth& truth, const Recording
 
 // Where a falling body crosses z = 0: x, y by the parabola through three samples (one before the crossing's interval,
 // and its two ends; at the start of a run the one after instead), where the parabola of z is 0.
-std::optional<std::array<Wide, 2>> landing(const std::vector<Sample>& values, int body) {
+std::optional<std::array<Wide, 2>> landing(const SampleSeries& values, int body) {
   for (std::size_t k = 1; k + 1 < values.size(); ++k) {
     const auto z = [&](std::size_t i) { return values[i].bodies[body].p_m[2]; };
     if (!(z(k) > 0 && z(k + 1) <= 0)) continue;
@@ -233,7 +233,7 @@ void append_landing(const Scenario& scenario, const Truth& truth, const Recordin
     const auto& start = truth.values.front().bodies[b].p_m;
     const auto range = [&](const std::array<Wide, 2>& p) { return norm({p[0] - start[0], p[1] - start[1], 0}); };
     double bar = 0;
-    for (const Sample& s : truth.bars) bar = std::max(bar, norm(s.bodies[b].p_m));
+    for (const SampleView s : truth.bars) bar = std::max(bar, norm(s.bodies[b].p_m));
     rows.push_back(row("landing-range-error", mine ? range(*mine) - range(*right) : std::nan(""), bar,
                        mine ? "" : "the run does not land"));
     return;

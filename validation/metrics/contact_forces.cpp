@@ -37,7 +37,7 @@ Triple point_velocity(const Body& body, const BodySample& sample, const Triple& 
 }
 
 // Slip of b on a at the contact: the relative velocity without its part along the normal.
-Triple slip(const Scene& scene, const Sample& sample, const ContactSample& contact) {
+Triple slip(const Scene& scene, const SampleView& sample, const ContactSample& contact) {
   const Triple a = point_velocity(scene.bodies[contact.body_a], sample.bodies[contact.body_a], contact.x_m);
   const Triple b = point_velocity(scene.bodies[contact.body_b], sample.bodies[contact.body_b], contact.x_m);
   Triple u{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
@@ -74,7 +74,7 @@ void append_contact_forces(const Scenario& scenario, const Recording& run, std::
     impulses.take(static_cast<double>(e.impulse_n_N_s), static_cast<double>(e.impulse_t_N_s), mu);
   }
   double pull = 0;
-  for (const Sample& sample : run.values)
+  for (const SampleView sample : run.values)
     for (const ContactSample& c : sample.contacts) {
       forces.take(c.force_n_N, length(c.force_t_N), pair_law(scene, c.body_a, c.body_b).friction);
       pull = std::max(pull, -c.force_n_N);
@@ -85,7 +85,7 @@ void append_contact_forces(const Scenario& scenario, const Recording& run, std::
   if (!(forces.normal > 0)) return;
 
   double gap = 0, least = 0, most_friction = 0, fastest = 0;
-  for (const Sample& sample : run.values)
+  for (const SampleView sample : run.values)
     for (const ContactSample& c : sample.contacts) {
       if (std::fabs(c.force_n_N) <= kLoaded * forces.normal) continue;
       gap = std::max(gap, std::fabs(c.gap_m));

@@ -20,24 +20,25 @@ constexpr std::int64_t kMinSteps = 1024, kMaxSteps = 65536;
 constexpr double kMaxWork = 2e6;  // steps x bodies x bodies of the finest reference run
 constexpr double kConverged = 1e-3;
 
-double scale_of(const Scene& scene, const std::vector<Sample>& samples) {
+double scale_of(const Scene& scene, const SampleSeries& samples) {
   Wide scale = 0, start_potential = 0;
-  for (const Sample& s : samples) {
-    const dynamics::Energy e = dynamics::energy(scene, s);
-    if (&s == &samples.front()) start_potential = e.potential_J;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const dynamics::Energy e = dynamics::energy(scene, samples[k]);
+    if (k == 0) start_potential = e.potential_J;
     scale = std::max(scale, e.kinetic_J + dynamics::magnitude(Wide(e.potential_J - start_potential)));
   }
   return static_cast<double>(scale);
 }
 
 // Classical RK4 over the reference's own rates, with `steps` steps from the start to t_end.
-std::vector<Sample> reference_run(const Scenario& scenario, std::int64_t steps) {
+SampleSeries reference_run(const Scenario& scenario, std::int64_t steps) {
   const dynamics::Dynamics<double> f(scenario.scene, scenario.t_end_s);
   std::vector<double> y = dynamics::pack<double>(scenario.scene);
   std::array<std::vector<double>, 5> work;
   for (auto& w : work) w.assign(y.size(), 0.0);
   const double h = scenario.t_end_s / static_cast<double>(steps);
-  std::vector<Sample> samples{dynamics::unpack<double>(scenario.scene, 0, y.data())};
+  SampleSeries samples;
+  samples.push_back(dynamics::unpack<double>(scenario.scene, 0, y.data()));
   for (std::int64_t n = 0; n < steps; ++n) {
     reference_step(f, h * static_cast<double>(n), h, y, work);
     if ((n + 1) % (steps / kReferenceSamples) == 0)
@@ -50,10 +51,10 @@ std::vector<Sample> reference_run(const Scenario& scenario, std::int64_t steps) 
 EnergyScale converged_scale(const Scenario& scenario) {
   const Scene& scene = scenario.scene;
   const double bodies = static_cast<double>(scene.bodies.size());
-  std::vector<Sample> coarse;
+  SampleSeries coarse;
   for (std::int64_t steps = kMinSteps; steps <= kMaxSteps; steps *= 2) {
     if (static_cast<double>(steps) * bodies * bodies > kMaxWork) return {};
-    std::vector<Sample> fine = reference_run(scenario, steps);
+    SampleSeries fine = reference_run(scenario, steps);
     const double scale = scale_of(scene, fine);
     if (!std::isfinite(scale) || !(scale > 0)) return {};
     double change = coarse.empty() ? scale : 0;

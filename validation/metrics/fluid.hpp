@@ -101,17 +101,17 @@ Integral integral_of(const std::vector<double>& values, double h);
 //                                  is the linear function of places at t = 0 that fits the particles best which began
 //                                  within three spacings of it, weights as above; where particles are not shifted
 //   force-on-body                  NaN: it takes two samples
-double probe_value(const Scene& scene, const FluidProbe& probe, const Sample& sample);
+double probe_value(const Scene& scene, const FluidProbe& probe, const SampleView& sample);
 // The same of each sample, and of force-on-body the norm of the fluid's force on the body, as its mean over the time
 // since the sample before (the first: NaN), from changes of momentum alone. On a body that moves freely: of its own
 // momentum, beside gravity and point forces that are always on. On a fixed body that is the only fixed boundary: of the
 // fluid's momentum, beside gravity and the forces on the other bodies. NaN where other forces, joints or ropes act.
-std::vector<double> probe_values(const Scene& scene, const FluidProbe& probe, const std::vector<Sample>& samples);
+std::vector<double> probe_values(const Scene& scene, const FluidProbe& probe, const SampleSeries& samples);
 const char* probe_unit(const FluidProbe& probe);
 const char* probe_kind(const FluidProbe& probe);
 
 // Kinetic energy of all particles [J] (in two dimensions per metre of depth), one entry a sample.
-std::vector<Wide> fluid_kinetic_energy(const Scene& scene, const std::vector<Sample>& samples);
+std::vector<Wide> fluid_kinetic_energy(const Scene& scene, const SampleSeries& samples);
 
 // Number of the fluid that a particle of a sample belongs to.
 std::vector<int> fluid_of_particles(const Scene& scene);

@@ -47,7 +47,7 @@ Wide elastic(const Fluid& fluid, Wide density) {
   return c * c / n * (powq(s, n - 1) / (n - 1) + 1 / s - n / (n - 1));
 }
 
-Wide kinetic_energy_of(const std::vector<double>& masses, const Sample& sample) {
+Wide kinetic_energy_of(const std::vector<double>& masses, const SampleView& sample) {
   Wide kinetic = 0;
   for (std::size_t i = 0; i < sample.particles.size(); ++i) {
     const WideVec& v = sample.particles[i].v_m_per_s;
@@ -57,7 +57,7 @@ Wide kinetic_energy_of(const std::vector<double>& masses, const Sample& sample) 
 }
 
 FluidEnergies energies_of(const Scene& scene, const std::vector<int>& fluids, const std::vector<double>& masses,
-                          const Sample& sample) {
+                          const SampleView& sample) {
   FluidEnergies e;
   e.kinetic = kinetic_energy_of(masses, sample);
   const WideVec g{Wide(scene.gravity_m_per_s2[0]), Wide(scene.gravity_m_per_s2[1]), Wide(scene.gravity_m_per_s2[2])};
@@ -129,7 +129,7 @@ std::optional<Fluxes> fluxes_of(const Scene& scene) {
   return fluxes;
 }
 
-Wide volume_of(const std::vector<double>& masses, const Sample& sample) {
+Wide volume_of(const std::vector<double>& masses, const SampleView& sample) {
   Wide volume = 0;
   for (std::size_t i = 0; i < sample.particles.size(); ++i) volume += masses[i] / sample.particles[i].density_kg_per_m3;
   return volume;
@@ -147,7 +147,7 @@ struct Momenta {
   Wide linear_sizes = 0, angular_sizes = 0;  // sums of |m v| and |m x v|
 };
 
-Momenta momenta_of(const Scene& scene, const std::vector<double>& masses, const Sample& sample) {
+Momenta momenta_of(const Scene& scene, const std::vector<double>& masses, const SampleView& sample) {
   Momenta sum;
   const auto take = [&](Wide m, const WideVec& x, const WideVec& v) {
     const WideVec moment = cross(x, v);
@@ -190,7 +190,7 @@ std::vector<Row> fluid_status_rows(const Scenario& scenario, const Recording& ru
     return {status_row(Status::crashed, "a recording of " + std::to_string(run.values.size()) + " samples; expected " +
                                             std::to_string(scenario.samples + 1))};
   const std::vector<int> fluids = fluid_of_particles(scenario.scene);
-  for (const Sample& sample : run.values) {
+  for (const SampleView sample : run.values) {
     if (sample.particles.size() != fluids.size())
       return {status_row(Status::crashed, "a sample of " + std::to_string(sample.particles.size()) +
                                               " particles; the scene has " + std::to_string(fluids.size()))};
@@ -204,11 +204,11 @@ std::vector<Row> fluid_status_rows(const Scenario& scenario, const Recording& ru
   return {};
 }
 
-std::vector<FluidEnergies> fluid_energies(const Scene& scene, const std::vector<Sample>& samples) {
+std::vector<FluidEnergies> fluid_energies(const Scene& scene, const SampleSeries& samples) {
   const std::vector<double> masses = masses_of(scene);
   const std::vector<int> fluids = fluid_of_particles(scene);
   std::vector<FluidEnergies> all;
-  for (const Sample& sample : samples) all.push_back(energies_of(scene, fluids, masses, sample));
+  for (const SampleView sample : samples) all.push_back(energies_of(scene, fluids, masses, sample));
   return all;
 }
 
@@ -319,7 +319,7 @@ void append_fluid_momenta(const Scenario& scenario, const Recording& run, std::v
   const bool free = *outside == WideVec{} && scene.forces.empty();
   const Momenta first = momenta_of(scene, masses, run.values.front());
   Wide linear = 0, angular = 0;
-  for (const Sample& sample : run.values) {
+  for (const SampleView sample : run.values) {
     const Momenta now = momenta_of(scene, masses, sample);
     WideVec dp = now.linear, dl = now.angular;
     add(dp, -1, first.linear), add(dl, -1, first.angular);
@@ -338,10 +338,10 @@ void append_fluid_momenta(const Scenario& scenario, const Recording& run, std::v
 }
 
 }  // namespace metrics
-std::vector<Wide> fluid_kinetic_energy(const Scene& scene, const std::vector<Sample>& samples) {
+std::vector<Wide> fluid_kinetic_energy(const Scene& scene, const SampleSeries& samples) {
   const std::vector<double> masses = metrics::masses_of(scene);
   std::vector<Wide> energies;
-  for (const Sample& sample : samples) energies.push_back(metrics::kinetic_energy_of(masses, sample));
+  for (const SampleView sample : samples) energies.push_back(metrics::kinetic_energy_of(masses, sample));
   return energies;
 }
 

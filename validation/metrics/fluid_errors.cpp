@@ -59,7 +59,7 @@ double own_scale(const Quantity& quantity, const Fluid& fluid) {
 
 // Rows of one quantity at one sample; of the whole run where it is the last.
 void append_norms(const Scenario& scenario, const Quantity& quantity, const std::vector<double>& masses,
-                  const Sample& sample, const FieldSample& exact, bool last, const std::string& source,
+                  const SampleView& sample, const FieldSample& exact, bool last, const std::string& source,
                   std::vector<Row>& rows) {
   Norms error, size, bar;
   double mass = 0;
@@ -188,15 +188,15 @@ FluidTruths fluid_truths(const Scenario& scenario, const Recording& run, const A
   const TruthSpec& truth = scenario.truth;
   if (truth.kind == TruthKind::none || run.values.empty() || run.outcome.status != Status::ok) return truths;
   std::vector<Wide> t_s;
-  const auto positions_of = [](const std::vector<Sample>& samples) {
+  const auto positions_of = [](const SampleSeries& samples) {
     std::vector<std::vector<FieldPosition>> positions;
-    for (const Sample& sample : samples) {
+    for (const SampleView sample : samples) {
       positions.emplace_back();
       for (const ParticleSample& p : sample.particles) positions.back().push_back(p.p_m);
     }
     return positions;
   };
-  for (const Sample& sample : run.values) t_s.push_back(sample.t_s);
+  for (const SampleView sample : run.values) t_s.push_back(sample.t_s);
   const auto here = positions_of(run.values);
   const bool stepping = truth.kind == TruthKind::semi_discrete;
   const bool named = !truth.solution.empty();

@@ -71,7 +71,7 @@ void grid_monomials(const GridPlace& z, std::size_t d, std::vector<double>& out)
 
 class GridFit {
  public:
-  GridFit(const Scene& scene, const std::array<GridAxis, 3>& axes, const std::vector<ParticleSample>& particles)
+  GridFit(const Scene& scene, const std::array<GridAxis, 3>& axes, std::span<const ParticleSample> particles)
       : axes_(axes), d_(static_cast<std::size_t>(scene.domain.dimensions)) {
     for (const Fluid& fluid : scene.fluids) reach_ = std::max(reach_, kGridReach * fluid.spacing_m);
     bins_.resize(static_cast<std::size_t>(axes[0].bins * axes[1].bins * axes[2].bins));
@@ -187,8 +187,8 @@ void metrics::append_grid_norms(const Scenario& scenario, const FluidTruths& tru
   const auto axes = grid_axes(scene);
   if (!axes || on_grid.outcome.status != Status::ok || on_grid.samples.size() != 1 || exact.samples.empty()) return;
   const std::vector<FieldPosition> points = comparison_grid(scene);
-  const std::vector<ParticleSample>&particles = run.values.back().particles, &there = on_grid.samples[0].values,
-        &here = exact.samples.back().values;
+  const std::span<const ParticleSample> particles = run.values.back().particles, there = on_grid.samples[0].values,
+                                        here = exact.samples.back().values;
   if (there.size() != points.size() || here.size() != particles.size()) return;
   const GridFit grid(scene, *axes, particles);
   struct Sums {

@@ -25,7 +25,7 @@ struct FluidEnergies {
   Wide kinetic = 0, elastic = 0, potential = 0, heat = 0;
   Wide total() const { return kinetic + elastic + potential + heat; }
 };
-std::vector<FluidEnergies> fluid_energies(const Scene& scene, const std::vector<Sample>& samples);
+std::vector<FluidEnergies> fluid_energies(const Scene& scene, const SampleSeries& samples);
 // What changes of the energy are divided by: the largest kinetic energy and change of potential and elastic energy.
 Wide fluid_energy_scale(const std::vector<FluidEnergies>& energies);
 

@@ -17,7 +17,7 @@ struct PlaneSection {
   std::vector<std::array<double, 2>> at;
 };
 
-PlaneSection plane_of(const Scene& scene, const Sample& sample, double spacing) {
+PlaneSection plane_of(const Scene& scene, const SampleView& sample, double spacing) {
   PlaneSection plane;
   const std::array<double, 3>& period = scene.domain.periodic_m;
   double low = 0, high = 0;
@@ -95,7 +95,7 @@ FluidPicture picture_of(const Scenario& scenario, const FieldAtParticles& exact,
   FluidPicture picture;
   const Scene& scene = scenario.scene;
   if (run.outcome.status != Status::ok || run.values.empty() || scene.fluids.empty()) return picture;
-  const Sample& last = run.values.back();
+  const SampleView& last = run.values.back();
   double spacing = 0;
   for (const Fluid& fluid : scene.fluids) spacing = std::max(spacing, fluid.spacing_m);
   PlaneSection plane = plane_of(scene, last, spacing);

@@ -38,7 +38,7 @@ Vec nearest_image(const Domain& domain, const Vec& from, const std::array<Wide, 
 // sum_j w(r_j) (a + b . (x_j - x) - f_j)^2 over a and b; w(r) = (1 - r/R)^4 (1 + 4 r/R). Its value at x is a. Fewer
 // particles than unknowns, or all in a line: the weighted mean. None: NaN. `place` gives x_j of particle j.
 template <class Place, class Get>
-double fitted(const Scene& scene, const Sample& sample, const Vec& x, Place place, Get get) {
+double fitted(const Scene& scene, const SampleView& sample, const Vec& x, Place place, Get get) {
   const auto d = static_cast<Eigen::Index>(scene.domain.dimensions);
   const double radius = kReachSpacings * coarsest_spacing(scene);
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(d + 1, d + 1);
@@ -63,13 +63,13 @@ double fitted(const Scene& scene, const Sample& sample, const Vec& x, Place plac
   return lu.solve(right / normal(0, 0))[0];
 }
 
-template <class Get> double fitted(const Scene& scene, const Sample& sample, const Vec& x, Get get) {
+template <class Get> double fitted(const Scene& scene, const SampleView& sample, const Vec& x, Get get) {
   return fitted(
       scene, sample, x, [&](std::size_t j) { return sample.particles[j].p_m; }, get);
 }
 
 // Where the point that began at x is now, by the particles that began around it; its distance from the origin.
-double marker(const Scene& scene, const FluidProbe& probe, const Sample& sample) {
+double marker(const Scene& scene, const FluidProbe& probe, const SampleView& sample) {
   std::vector<std::array<Wide, 3>> start;
   for (const Fluid& fluid : scene.fluids)
     for (const Real3& x : fluid.particles.position_m) start.push_back({x[0], x[1], x[2]});
@@ -85,7 +85,7 @@ double marker(const Scene& scene, const FluidProbe& probe, const Sample& sample)
   return std::hypot(at[0], at[1], at[2]);
 }
 
-double column_height(const Scene& scene, const FluidProbe& probe, const Sample& sample) {
+double column_height(const Scene& scene, const FluidProbe& probe, const SampleView& sample) {
   Vec up{0, 1, 0};
   const Real3& g = scene.gravity_m_per_s2;
   if (const double size = std::hypot(g[0], g[1], g[2]); size > 0) up = {-g[0] / size, -g[1] / size, -g[2] / size};
@@ -103,7 +103,7 @@ double column_height(const Scene& scene, const FluidProbe& probe, const Sample& 
   return highest + spacing / 2;
 }
 
-double front(const Scene& scene, const Sample& sample) {
+double front(const Scene& scene, const SampleView& sample) {
   double farthest = kNan;
   for (const ParticleSample& p : sample.particles)
     if (const double x = static_cast<double>(p.p_m[0]); !(x <= farthest)) farthest = x;
@@ -112,7 +112,7 @@ double front(const Scene& scene, const Sample& sample) {
 
 }  // namespace
 
-double probe_value(const Scene& scene, const FluidProbe& probe, const Sample& sample) {
+double probe_value(const Scene& scene, const FluidProbe& probe, const SampleView& sample) {
   switch (probe.kind) {
     case ProbeKind::pressure:
       return fitted(scene, sample, probe.position_m, [](const ParticleSample& p) { return p.pressure_Pa; });
@@ -134,7 +134,7 @@ namespace {
 
 // The mean force [N] of the fluid on a free body between two samples: the change of its momentum, less gravity and
 // point forces that are always on. None: the body is fixed, or the scene has joints, ropes or other forces.
-std::optional<Vec> mean_force(const Scene& scene, int index, const Sample& before, const Sample& now) {
+std::optional<Vec> mean_force(const Scene& scene, int index, const SampleView& before, const SampleView& now) {
   const auto b = static_cast<std::size_t>(index);
   const Body& body = scene.bodies[b];
   if (body.fixed || !scene.joints.empty() || !scene.ropes.empty() || b >= now.bodies.size() ||
@@ -156,7 +156,7 @@ std::optional<Vec> mean_force(const Scene& scene, int index, const Sample& befor
 }
 
 // The same on a body that is the only fixed boundary: the momentum that the fluid loses and no free body gains.
-std::optional<Vec> mean_force_on_fixed(const Scene& scene, int index, const Sample& before, const Sample& now) {
+std::optional<Vec> mean_force_on_fixed(const Scene& scene, int index, const SampleView& before, const SampleView& now) {
   Vec force{};
   for (const FluidBoundary& boundary : scene.fluid_boundaries) {
     if (boundary.body == index) continue;
@@ -182,7 +182,7 @@ std::optional<Vec> mean_force_on_fixed(const Scene& scene, int index, const Samp
 
 }  // namespace
 
-std::vector<double> probe_values(const Scene& scene, const FluidProbe& probe, const std::vector<Sample>& samples) {
+std::vector<double> probe_values(const Scene& scene, const FluidProbe& probe, const SampleSeries& samples) {
   std::vector<double> values;
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (probe.kind != ProbeKind::force_on_body) {
@@ -227,7 +227,7 @@ namespace metrics {
 namespace {
 
 // Distance to the nearest other particle, of each, over the spacing of its fluid. Cells of two spacings, found by hash.
-std::vector<double> nearest_of(const Scene& scene, const Sample& sample) {
+std::vector<double> nearest_of(const Scene& scene, const SampleView& sample) {
   const std::vector<int> fluids = fluid_of_particles(scene);
   const double wanted = 2 * coarsest_spacing(scene);
   std::array<double, 3> size{wanted, wanted, wanted};

@@ -66,7 +66,7 @@ std::vector<Row> fluid_work_rows(const Scene& scene, const Recording& run, const
   const Wide scale = metrics::fluid_energy_scale(energies);
   if (!(scale > 0)) return {};
   std::array<std::vector<double>, kTerms.size() + 1> of;  // the last: their sum
-  for (const Sample& sample : run.values) {
+  for (const SampleView sample : run.values) {
     const FluidPowers now = powers.at(static_cast<double>(sample.t_s), sample.particles);
     double sum = 0;
     for (std::size_t k = 0; k < kTerms.size(); ++k) {

@@ -32,7 +32,7 @@ Row row_of(const std::string& metric, const std::string& body, double value, dou
 void append_gaps(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
   const Scene& scene = scenario.scene;
   std::vector<double> gap(scene.joints.size(), 0), tilt = gap, rope_gap(scene.ropes.size(), 0);
-  for (const Sample& sample : run.values) {
+  for (const SampleView sample : run.values) {
     for (std::size_t j = 0; j < scene.joints.size(); ++j) {
       const dynamics::JointPose pose = dynamics::joint_pose(scene, static_cast<int>(j), sample);
       gap[j] = std::max(gap[j], narrow(pose.gap_m));
@@ -67,10 +67,10 @@ struct Motion {
   bool reported = true;
 };
 
-Motion motion_of(const Scene& scene, const std::vector<Sample>& samples) {
+Motion motion_of(const Scene& scene, const SampleSeries& samples) {
   Motion motion;
   std::vector<JointSample> before = dynamics::joints_at_start(scene);
-  for (const Sample& sample : samples) {
+  for (const SampleView sample : samples) {
     motion.reported = motion.reported && sample.joints.size() == scene.joints.size();
     motion.joints.push_back(before = dynamics::joints_of(scene, sample, before));
   }
@@ -87,7 +87,7 @@ template <std::size_t N> double norm(const std::array<Wide, N>& a) {
 struct PoseBars {
   double angle = 0, offset = 0, angular_rate = 0, linear_rate = 0;
 };
-PoseBars pose_bars(const Joint& joint, const Sample& bar) {
+PoseBars pose_bars(const Joint& joint, const SampleView& bar) {
   PoseBars sum;
   for (const int end : {0, 1}) {
     const int b = end == 0 ? joint.parent : joint.child;
@@ -360,9 +360,13 @@ const Joint* stop_of(const Scene& scene, const Event& event) {
 }
 
 Recording with_joints(const Scene& scene, const Recording& run) {
-  Recording full = run;
+  Recording full{{}, run.events, run.outcome};
   std::vector<JointSample> before = dynamics::joints_at_start(scene);
-  for (Sample& sample : full.values) sample.joints = before = dynamics::joints_of(scene, sample, before);
+  for (const SampleView sample : run.values) {
+    Sample whole = copy_of(sample);
+    whole.joints = before = dynamics::joints_of(scene, sample, before);
+    full.values.push_back(whole);
+  }
   return full;
 }
 

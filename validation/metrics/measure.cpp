@@ -42,9 +42,9 @@ void append_foretold(const Scenario& scenario, const Truth& truth, const Recordi
   Recording judged = run;
   std::size_t kept = 0;
   while (kept < run.values.size() && static_cast<double>(run.values[kept].t_s) <= horizon) ++kept;
-  judged.values.resize(kept);
-  known.values.resize(std::min(kept, known.values.size()));
-  known.bars.resize(std::min(kept, known.bars.size()));
+  judged.values.truncate(kept);
+  known.values.truncate(std::min(kept, known.values.size()));
+  known.bars.truncate(std::min(kept, known.bars.size()));
   rows.push_back(
       metrics::row("horizon", horizon, 0, "state errors are judged up to here, what is conserved over the whole run"));
   const std::size_t first = rows.size();

@@ -67,7 +67,7 @@ class Overlaps {
   }
 
   // visit(a, b, depth) for pairs of this sample that overlap, a < b.
-  template <class Visit> void each(const Sample& sample, const Visit& visit) {
+  template <class Visit> void each(const SampleView& sample, const Visit& visit) {
     for (Ball& ball : balls_)
       for (int k = 0; k < 3; ++k) ball.center[k] = static_cast<double>(sample.bodies[ball.body].p_m[k]);
     std::ranges::sort(balls_, {}, [](const Ball& ball) { return ball.center[0] - ball.radius; });
@@ -86,7 +86,7 @@ class Overlaps {
   const std::string& unknown() const { return unknown_; }
 
  private:
-  template <class Visit> void look(const Sample& sample, int first, int second, const Visit& visit) {
+  template <class Visit> void look(const SampleView& sample, int first, int second, const Visit& visit) {
     const dynamics::ContactPair pair{std::min(first, second), std::max(first, second), 0, 0};
     if (scene_.bodies[pair.a].fixed && scene_.bodies[pair.b].fixed) return;
     if (joined(scene_, pair.a, pair.b)) return;  // they do not collide

@@ -68,8 +68,8 @@ struct Runs {
   std::vector<std::vector<double>> position, attitude, energy;
 };
 
-void append(const Scenario& scenario, const EnergyScale& energy_scale, const Recording& run,
-            const std::vector<Sample>& beside, const std::vector<double>& energy_beside, Runs& runs) {
+void append(const Scenario& scenario, const EnergyScale& energy_scale, const Recording& run, const SampleSeries& beside,
+            const std::vector<double>& energy_beside, Runs& runs) {
   std::vector<double> position, attitude, energy = energy_change(scenario, run, energy_scale);
   for (std::size_t k = 0; k < run.values.size(); ++k) {
     double p = 0, q = 0;
@@ -139,7 +139,7 @@ std::vector<Row> probe_ensemble(const ProbeRequest& request) {
       beside.values = request.truth.values;
     }
     if (t.empty()) {
-      for (const Sample& s : run.values) t.push_back(static_cast<double>(s.t_s));
+      for (const SampleView s : run.values) t.push_back(static_cast<double>(s.t_s));
       scale = sizes_of(scenario.scene, run.values).position_m;
     }
     append(scenario, energy, run, beside.values,

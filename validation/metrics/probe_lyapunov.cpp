@@ -17,7 +17,7 @@ struct Separation {
   const Scene& scene;
   Sizes size;
 
-  double of(const Sample& a, const Sample& b) const {
+  double of(const SampleView& a, const SampleView& b) const {
     double sum = 0;
     for (std::size_t i = 0; i < a.bodies.size(); ++i) {
       sum += square(distance(a.bodies[i].p_m, b.bodies[i].p_m), size.position_m);
@@ -30,8 +30,8 @@ struct Separation {
   static double square(double x, double scale) { return scale > 0 ? x * x / (scale * scale) : 0; }
 
   // near + factor (far - near)
-  Sample between(const Sample& near, const Sample& far, double factor) const {
-    Sample s = near;
+  Sample between(const SampleView& near, const SampleView& far, double factor) const {
+    Sample s = copy_of(near);
     const auto mix = [&](std::array<Wide, 3>& x, const std::array<Wide, 3>& y) {
       for (int i = 0; i < 3; ++i) x[i] += Wide(factor) * (y[i] - x[i]);
     };
@@ -45,9 +45,9 @@ struct Separation {
 };
 
 // A twin of `sample` at distance `apart` in a random direction; attitudes and body rates only of bodies that rotate.
-Sample twin(const Separation& separation, const Sample& sample, double apart) {
+Sample twin(const Separation& separation, const SampleView& sample, double apart) {
   SplitMix64 random{0x7477696e};
-  Sample far = sample;
+  Sample far = copy_of(sample);
   for (std::size_t b = 0; b < far.bodies.size(); ++b) {
     if (b < separation.scene.bodies.size() && separation.scene.bodies[b].fixed) continue;
     for (int i = 0; i < 3; ++i) {
@@ -90,7 +90,7 @@ std::vector<Row> probe_lyapunov(const ProbeRequest& request) {
 
   // One stretch per sample: both twins start at the end of the last stretch, with the separation rescaled to `apart`.
   const Plan stretch{plan.t_end_s / static_cast<double>(plan.samples), plan.steps / plan.samples, 1, {}};
-  Sample near = run.values.front(), far = twin(separation, near, apart);
+  Sample near = copy_of(run.values.front()), far = twin(separation, near, apart);
   std::vector<double> local;
   for (std::int64_t k = 0; k < plan.samples; ++k) {
     const double start = separation.of(near, far);
@@ -98,7 +98,7 @@ std::vector<Row> probe_lyapunov(const ProbeRequest& request) {
                     b = good_run(request, started_from(scene, far), stretch);
     const double end = separation.of(a.values.back(), b.values.back());
     local.push_back(std::log(end / start) / stretch.t_end_s);
-    near = a.values.back();
+    near = copy_of(a.values.back());
     far = separation.between(near, b.values.back(), apart / end);
   }
   const LyapunovFit fit = fit_lyapunov(local);

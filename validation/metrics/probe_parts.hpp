@@ -22,7 +22,7 @@ inline Recording good_run(const ProbeRequest& request, const Scene& scene, const
 }
 
 // The scene with a sample, rounded to double, as initial state.
-Scene started_from(const Scene& scene, const Sample& sample);
+Scene started_from(const Scene& scene, const SampleView& sample);
 
 // Refusals that several probes share: bare systems, contacts, recorded frames, forces that depend on time.
 void require_bodies(const ProbeRequest& request);
@@ -34,7 +34,7 @@ void require_no_dissipation(const ProbeRequest& request);
 struct Sizes {
   double position_m = 0, velocity_m_per_s = 0, rate_rad_per_s = 0;
 };
-Sizes sizes_of(const Scene& scene, const std::vector<Sample>& samples);
+Sizes sizes_of(const Scene& scene, const SampleSeries& samples);
 
 std::vector<Row> probe_ensemble(const ProbeRequest& request);
 std::vector<Row> probe_reversal(const ProbeRequest& request);

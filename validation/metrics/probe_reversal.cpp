@@ -27,11 +27,11 @@ void turn_round(Scene& scene) {
 std::array<Wide, 3> reversed(const std::array<Wide, 3>& v) { return {-v[0], -v[1], -v[2]}; }
 
 // The fluids' particles at the end of the run, with their velocities reversed.
-Scene fluids_turned_round(Scene scene, const Sample& end) {
+Scene fluids_turned_round(Scene scene, const SampleView& end) {
   std::size_t at = 0;
   for (Fluid& fluid : scene.fluids)
     for (std::size_t i = 0; i < fluid.particles.mass_kg.size(); ++i, ++at) {
-      const ParticleSample& particle = end.particles.at(at);
+      const ParticleSample& particle = checked(end.particles, at);
       for (int c = 0; c < 3; ++c) {
         fluid.particles.position_m[i][c] = static_cast<double>(particle.p_m[c]);
         fluid.particles.velocity_m_per_s[i][c] = -static_cast<double>(particle.v_m_per_s[c]);
@@ -53,7 +53,7 @@ std::vector<Row> reversal_of_fluids(const ProbeRequest& request) {
   const Recording there = good_run(request, scene, request.plan);
   const Recording back = good_run(request, fluids_turned_round(scene, there.values.back()), request.plan);
   double position = 0, velocity = 0;
-  const std::vector<ParticleSample>&start = there.values.front().particles, &end = back.values.back().particles;
+  const std::span<const ParticleSample> start = there.values.front().particles, end = back.values.back().particles;
   if (start.size() != end.size())
     throw ProbeEnds(Status::crashed,
                     std::to_string(end.size()) + " particles came back of " + std::to_string(start.size()));

@@ -64,7 +64,7 @@ std::vector<int> mobile_bodies(const Scene& scene) {
 }
 
 // (q, p) of the mobile bodies, all q first.
-Wides canonical(const Scene& scene, const std::vector<int>& mobile, const Sample& s) {
+Wides canonical(const Scene& scene, const std::vector<int>& mobile, const SampleView& s) {
   Wides z(6 * mobile.size());
   for (std::size_t k = 0; k < mobile.size(); ++k) {
     const BodySample& b = s.bodies[static_cast<std::size_t>(mobile[k])];
@@ -78,8 +78,8 @@ Wides canonical(const Scene& scene, const std::vector<int>& mobile, const Sample
   return z;
 }
 
-Sample from_canonical(const Scene& scene, const std::vector<int>& mobile, const Wides& z, const Sample& like) {
-  Sample s = like;
+Sample from_canonical(const Scene& scene, const std::vector<int>& mobile, const Wides& z, const SampleView& like) {
+  Sample s = copy_of(like);
   for (std::size_t k = 0; k < mobile.size(); ++k) {
     BodySample& b = s.bodies[static_cast<std::size_t>(mobile[k])];
     for (std::size_t i = 0; i < 3; ++i) b.p_m[i] = z[3 * k + i];
@@ -154,7 +154,7 @@ std::vector<Row> of_points(const ProbeRequest& request, const Plan& plan) {
   Map map;
   map.start = canonical(scene, mobile, run.values.front());
   double q = 0, p = 0;
-  for (const Sample& s : run.values) {
+  for (const SampleView s : run.values) {
     const Wides z = canonical(scene, mobile, s);
     for (std::size_t i = 0; i < half; ++i) {
       q = std::max(q, std::fabs(static_cast<double>(z[i])));
@@ -181,7 +181,7 @@ std::vector<Row> of_free_body(const ProbeRequest& request, const Plan& plan) {
   const Scene& scene = request.scenario.scene;
   const Body& body = scene.bodies[0];
   const Recording run = good_run(request, scene, plan);
-  const auto angular = [&](const Sample& s) {
+  const auto angular = [&](const SampleView& s) {
     Wides l(3);
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t k = 0; k < 3; ++k) l[i] += Wide(body.inertia_kg_m2[3 * i + k]) * s.bodies[0].w_rad_per_s[k];
@@ -199,7 +199,7 @@ std::vector<Row> of_free_body(const ProbeRequest& request, const Plan& plan) {
   if (!(size > 0)) throw ProbeEnds(Status::unsupported, "the body does not turn");
   map.scale.assign(3, size);
   map.end = [&](const Wides& l) {
-    Sample s = run.values.front();
+    Sample s = copy_of(run.values.front());
     Eigen::Matrix<Wide, 3, 1>::Map(s.bodies[0].w_rad_per_s.data()) = inverse * Eigen::Matrix<Wide, 3, 1>::Map(l.data());
     return angular(good_run(request, started_from(scene, s), plan).values.back());
   };

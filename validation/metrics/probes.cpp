@@ -41,7 +41,7 @@ Recording good_run(const ProbeRequest& request, const std::string& method, const
   if (run.values.size() != static_cast<std::size_t>(plan.samples) + 1)
     throw ProbeEnds(Status::crashed,
                     std::to_string(run.values.size()) + " samples, expected " + std::to_string(plan.samples + 1));
-  for (const Sample& s : run.values) {
+  for (const SampleView s : run.values) {
     const auto require_finite = [&](const Wide& sum) {
       if (!std::isfinite(static_cast<double>(sum)))
         throw ProbeEnds(Status::not_finite,
@@ -55,7 +55,7 @@ Recording good_run(const ProbeRequest& request, const std::string& method, const
   return run;
 }
 
-Scene started_from(const Scene& scene, const Sample& sample) {
+Scene started_from(const Scene& scene, const SampleView& sample) {
   Scene started = scene;
   for (std::size_t b = 0; b < started.bodies.size() && b < sample.bodies.size(); ++b) {
     Body& body = started.bodies[b];
@@ -108,9 +108,9 @@ void require_no_dissipation(const ProbeRequest& request) {
   }
 }
 
-Sizes sizes_of(const Scene& scene, const std::vector<Sample>& samples) {
+Sizes sizes_of(const Scene& scene, const SampleSeries& samples) {
   Sizes sizes;
-  for (const Sample& s : samples)
+  for (const SampleView s : samples)
     for (std::size_t b = 0; b < s.bodies.size(); ++b) {
       if (b < scene.bodies.size() && scene.bodies[b].fixed) continue;
       sizes.position_m = std::max(sizes.position_m, norm(s.bodies[b].p_m));

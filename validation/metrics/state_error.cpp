@@ -103,7 +103,7 @@ std::vector<std::vector<std::size_t>> samples_on_impacts(const Scene& scene, con
     if (event.kind != EventKind::impact) continue;
     const Wide bar = i < truth.event_bar_s.size() ? truth.event_bar_s[i] : 0;
     auto at = std::lower_bound(truth.values.begin(), truth.values.end(), event.t_s - bar,
-                               [](const Sample& s, Wide t) { return s.t_s < t; });
+                               [](const SampleView& s, Wide t) { return s.t_s < t; });
     for (; at != truth.values.end() && at->t_s <= event.t_s + bar; ++at)
       for (std::size_t body = 0; body < on.size(); ++body)
         if (all || static_cast<int>(body) == event.body_a || static_cast<int>(body) == event.body_b)
@@ -182,7 +182,7 @@ void append_state_end(const Scenario& scenario, const Truth& truth, const Record
 std::vector<Row> status_rows(const Scenario& scenario, const Truth& truth, const Recording& run) {
   if (run.outcome.status != Status::ok) return status_row(run.outcome.status, run.outcome.reason);
   for (std::size_t k = 0; k < run.values.size(); ++k) {
-    const Sample& s = run.values[k];
+    const SampleView& s = run.values[k];
     if (s.bodies.size() != scenario.scene.bodies.size())
       return status_row(Status::crashed, "sample " + std::to_string(k) + " has " + std::to_string(s.bodies.size()) +
                                              " bodies, the scene has " + std::to_string(scenario.scene.bodies.size()));
@@ -219,7 +219,7 @@ void append_state_errors(const Scenario& scenario, const Truth& truth, const Rec
 void append_norm_drift(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
   constexpr double least = 1e-6;  // above the round-off of normalising in float
   double largest = 0;
-  for (const Sample& sample : run.values)
+  for (const SampleView sample : run.values)
     for (std::size_t b = 0; b < sample.bodies.size(); ++b) {
       if (!applies(Quantity::attitude, scenario.scene.bodies[b])) continue;
       const auto& [w, x, y, z] = sample.bodies[b].q_wxyz;
@@ -230,7 +230,7 @@ void append_norm_drift(const Scenario& scenario, const Recording& run, std::vect
 
 void append_sizes(const Scenario& scenario, const Truth& truth, std::vector<Row>& rows) {
   double p = 0, v = 0, w = 0;
-  for (const Sample& s : truth.values)
+  for (const SampleView s : truth.values)
     for (std::size_t b = 0; b < s.bodies.size(); ++b) {
       if (scenario.scene.bodies[b].fixed) continue;
       p = std::max(p, norm(s.bodies[b].p_m));
@@ -263,7 +263,7 @@ Series error_series(const Scenario& scenario, const Truth& truth, const Recordin
   using namespace metrics;
   Series series;
   if (!status_rows(scenario, truth, run).empty()) return series;
-  for (const Sample& s : run.values) series.t_s.push_back(static_cast<double>(s.t_s));
+  for (const SampleView s : run.values) series.t_s.push_back(static_cast<double>(s.t_s));
   if (has_truth(truth)) {
     series.position_m = worst_series(Quantity::position, scenario, truth, run);
     series.velocity_m_per_s = worst_series(Quantity::velocity, scenario, truth, run);

@@ -143,7 +143,7 @@ SampledBodies::SampledBodies(const Scene& scene) : count(scene.problem.empty() ?
   }
 }
 
-void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int64_t samples,
+void check_layout(const SampleView& sample, std::size_t k, double t_end_s, std::int64_t samples,
                   const SampledBodies& bodies) {
   if (sample.bodies.size() != bodies.count) {
     throw wire::Garbage("sample " + std::to_string(k) + " has " + std::to_string(sample.bodies.size()) +
@@ -166,7 +166,7 @@ void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int6
 }
 
 void check_joints(const wire::Answer& answer, const SampledBodies& bodies) {
-  const Sample& sample = answer.sample;
+  const SampleView& sample = answer.sample;
   const auto refuse_count = [](std::size_t found, std::size_t expected, const char* what) {
     if (found != 0 && found != expected)
       throw wire::Garbage("a sample has " + std::to_string(found) + " " + what + "; the scene has " +
@@ -187,7 +187,7 @@ void check_joints(const wire::Answer& answer, const SampledBodies& bodies) {
                           std::to_string(bodies.rope_pulleys[i]));
 }
 
-void check_states(const Sample& sample, std::size_t k, double t_end_s, const SampledBodies& bodies, bool foreign) {
+void check_states(const SampleView& sample, std::size_t k, double t_end_s, const SampledBodies& bodies, bool foreign) {
   for (std::size_t i = 0; i < sample.bodies.size(); ++i) {
     if (!is_finite(sample.bodies[i])) continue;  // allowed: the cell ends as `not finite`
     check_norm(sample.bodies[i], i, k, bodies, foreign);
@@ -201,7 +201,7 @@ void check_states(const Sample& sample, std::size_t k, double t_end_s, const Sam
   }
 }
 
-std::string blow_up(const std::vector<Sample>& samples, double t_end_s, const SampledBodies& bodies) {
+std::string blow_up(const SampleSeries& samples, double t_end_s, const SampledBodies& bodies) {
   const double run_m = std::max(bodies.speed_m_per_s, bodies.gravity_m_per_s2 * t_end_s) * t_end_s;
   const double size = std::max(bodies.size_m, run_m) > 0 ? std::max(bodies.size_m, run_m) : 1;
   const double speed = std::max(bodies.speed_m_per_s, size / t_end_s);

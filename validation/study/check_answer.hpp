@@ -47,19 +47,19 @@ inline constexpr double kNormTolerance = 1e-3;
 inline constexpr double kNormDrift = 0.1;
 
 // Sample k = 0..samples of a run or a truth: its number of bodies and of particles, and its time.
-void check_layout(const Sample& sample, std::size_t k, double t_end_s, std::int64_t samples,
+void check_layout(const SampleView& sample, std::size_t k, double t_end_s, std::int64_t samples,
                   const SampledBodies& bodies);
 // Joints and ropes of a sample: none, or those of the scene, with their coordinates and pulleys.
 void check_joints(const wire::Answer& answer, const SampledBodies& bodies);
 // The states of a run's sample k. Values that are not finite are refused at k = 0 only. `foreign`: of an engine that
 // was not built with this program.
-void check_states(const Sample& sample, std::size_t k, double t_end_s, const SampledBodies& bodies, bool foreign);
+void check_states(const SampleView& sample, std::size_t k, double t_end_s, const SampledBodies& bodies, bool foreign);
 
 // Why a run has diverged although all its values are finite: a body that moves farther between two samples, or is
 // faster or turns faster, than kBlowUp times the scale of the scene; empty where no body does. The scale follows from
 // the size and speeds of the initial state and from the fall under gravity during the run; 1 m where all are zero.
 inline constexpr double kBlowUp = 1e12;
-std::string blow_up(const std::vector<Sample>& samples, double t_end_s, const SampledBodies& bodies);
+std::string blow_up(const SampleSeries& samples, double t_end_s, const SampledBodies& bodies);
 
 // Times of a timed pass: one per repeat, each positive, their sum not longer than the wall time of the whole answer (5
 // % and 1 ms are allowed for different clocks). For foreign engines also: at least 0.3 ns per step (our fastest fused

@@ -164,7 +164,7 @@ std::map<LadderKey, std::vector<LadderEnd>> ladder_ends(Store& store, const std:
     of_cell(cell, [&] { recording = store.recording(hash, *outcomes[i]); });
     if (recording.values.empty()) continue;
     ends[{cell.scenario->id, cell.method, resolution_of(cell)}].push_back(
-        {cell.plan.steps, cell.plan.t_end_s / static_cast<double>(cell.plan.steps), std::move(recording.values.back()),
+        {cell.plan.steps, cell.plan.t_end_s / static_cast<double>(cell.plan.steps), copy_of(recording.values.back()),
          cell.claimed_order});
   }
   return ends;

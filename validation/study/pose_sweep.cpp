@@ -24,8 +24,8 @@ Sample packed(const PoseAnswer& pose) {
   return {0, {body}};
 }
 
-PoseAnswer unpacked(const Sample& sample) {
-  const BodySample& body = sample.bodies.at(0);
+PoseAnswer unpacked(const SampleView& sample) {
+  const BodySample& body = checked(sample.bodies, 0);
   const auto narrow = [](Wide x) { return static_cast<double>(x); };
   PoseAnswer pose;
   for (std::size_t i = 0; i < 3; ++i) pose.x_m[i] = narrow(body.p_m[i]), pose.normal[i] = narrow(body.v_m_per_s[i]);
@@ -99,7 +99,7 @@ const std::vector<PoseAnswer>& PoseTruths::of(const std::string& pair, std::int6
   if (!entry->known) {
     if (!store_.truth_damage(key).empty()) store_.forget_truth(key);
     if (const auto stored = store_.truth(key)) {
-      for (const Sample& sample : stored->values) entry->poses.push_back(unpacked(sample));
+      for (const SampleView sample : stored->values) entry->poses.push_back(unpacked(sample));
     } else {
       WorkerClient client({worker_});
       entry->poses = client.sweep("", pair, kPoseSeed, count, swept, limit_s, entry->outcome);

@@ -35,9 +35,21 @@ template <class Body, class Visit> void each_value(Body& body, Visit visit) {
 
 bool is_double(Wide value) { return static_cast<Wide>(static_cast<double>(value)) == value || value != value; }
 
-bool all_doubles(const std::vector<Sample>& samples) {
-  bool all = true;
-  for (const Sample& sample : samples) {
+struct Shape {
+  bool doubles = true;  // every number is one
+  bool particles = false, joints = false;
+  std::size_t bytes = 0;  // about, with 16 a number
+};
+
+Shape shape_of(const SampleSeries& samples, std::size_t from, std::size_t to) {
+  Shape shape;
+  bool& all = shape.doubles;
+  for (std::size_t k = from; k < to; ++k) {
+    const SampleView sample = samples[k];
+    shape.particles = shape.particles || !sample.particles.empty();
+    shape.joints = shape.joints || !sample.joints.empty() || !sample.ropes.empty();
+    shape.bytes += 64 + sample.bodies.size_bytes() + sample.contacts.size_bytes() + sample.particles.size_bytes() +
+                   sample.joints.size_bytes();
     for (const BodySample& body : sample.bodies) each_value(body, [&](Wide value) { all = all && is_double(value); });
     for (const ParticleSample& particle : sample.particles)
       each_of_particle(particle, [&](Wide value) { all = all && is_double(value); });
@@ -48,14 +60,14 @@ bool all_doubles(const std::vector<Sample>& samples) {
       for (const Wide angle : rope.pulley_angle_rad) all = all && is_double(angle);
     }
   }
-  return all;
+  return shape;
 }
 
 // What the first byte of a recording says: 8 or 16 bytes a number, and what samples have, so that recordings of scenes
 // without particles and joints are as they were.
 constexpr std::uint8_t kNarrow = 8, kWide = 16, kParticles = 1, kJoints = 2;
 
-void put_joints(Writer& writer, const Sample& sample, bool narrow) {
+void put_joints(Writer& writer, const SampleView& sample, bool narrow) {
   const auto put = [&](Wide value) {
     if (narrow) writer.put(static_cast<double>(value));
     else writer.put(value);
@@ -91,17 +103,17 @@ void read_joints(Reader& reader, Sample& sample, bool narrow) {
 
 }  // namespace
 
-std::string pack_samples(const std::vector<Sample>& samples) {
+std::string pack_samples(const SampleSeries& samples) { return pack_samples(samples, 0, samples.size()); }
+
+std::string pack_samples(const SampleSeries& samples, std::size_t from, std::size_t to) {
   Writer writer;
-  const bool narrow = all_doubles(samples);
-  const bool particles =
-      std::any_of(samples.begin(), samples.end(), [](const Sample& s) { return !s.particles.empty(); });
-  const bool joints = std::any_of(samples.begin(), samples.end(),
-                                  [](const Sample& s) { return !s.joints.empty() || !s.ropes.empty(); });
+  const auto [narrow, particles, joints, bytes] = shape_of(samples, from, to);
+  writer.bytes.reserve(bytes);
   writer.put(
       static_cast<std::uint8_t>((narrow ? kNarrow : kWide) | (particles ? kParticles : 0) | (joints ? kJoints : 0)));
-  writer.put(static_cast<std::uint64_t>(samples.size()));
-  for (const Sample& sample : samples) {
+  writer.put(static_cast<std::uint64_t>(to - from));
+  for (std::size_t k = from; k < to; ++k) {
+    const SampleView sample = samples[k];
     writer.put(sample.t_s);
     writer.put(static_cast<std::uint64_t>(sample.bodies.size()));
     for (const BodySample& body : sample.bodies) {
@@ -124,12 +136,26 @@ std::string pack_samples(const std::vector<Sample>& samples) {
   return std::move(writer.bytes);
 }
 
-std::vector<Sample> unpack_samples(std::string_view bytes) {
+SampleSeries unpack_samples(std::string_view bytes) {
+  Reader reader{bytes};
+  reader.get<std::uint8_t>();
+  const std::size_t count = reader.count(24);
+  SampleSeries samples;
+  if (count > 0) {
+    reader.get<Wide>();  // its time
+    const std::size_t bodies = reader.count(13 * 8);
+    samples.reserve(std::min(count, 1 + bytes.size() / (24 + 13 * 8 * bodies)), bodies);
+  }
+  append_samples(bytes, samples);
+  return samples;
+}
+
+void append_samples(std::string_view bytes, SampleSeries& samples) {
   Reader reader{bytes};
   const auto kind = reader.get<std::uint8_t>();
   const bool narrow = (kind & kWide) == 0, particles = (kind & kParticles) != 0, joints = (kind & kJoints) != 0;
-  std::vector<Sample> samples(reader.count(24));
-  for (Sample& sample : samples) {
+  Sample sample;
+  for (std::size_t left = reader.count(24); left > 0; --left) {
     sample.t_s = reader.get<Wide>();
     sample.bodies.resize(reader.count(13 * (narrow ? 8 : 16)));
     for (BodySample& body : sample.bodies) {
@@ -139,15 +165,14 @@ std::vector<Sample> unpack_samples(std::string_view bytes) {
     sample.contacts.resize(reader.count(sizeof(ContactSample)));
     for (ContactSample& contact : sample.contacts) contact = reader.get<ContactSample>();
     if (joints) read_joints(reader, sample, narrow);
-    if (!particles) continue;
-    sample.particles.resize(reader.count(9 * (narrow ? 8 : 16)));
+    if (particles) sample.particles.resize(reader.count(9 * (narrow ? 8 : 16)));
     for (ParticleSample& particle : sample.particles)
       each_of_particle(particle, [&](Wide& value) {
         value = narrow ? static_cast<Wide>(reader.get<double>()) : reader.get<Wide>();
       });
+    samples.push_back(sample);
   }
   reader.end();
-  return samples;
 }
 
 std::string pack_events(const std::vector<Event>& events) {

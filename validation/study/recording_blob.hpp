@@ -18,8 +18,11 @@ struct BadBlob : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-std::string pack_samples(const std::vector<Sample>& samples);
-std::vector<Sample> unpack_samples(std::string_view bytes);
+std::string pack_samples(const SampleSeries& samples);
+// The samples from number `from` to number `to`, without it.
+std::string pack_samples(const SampleSeries& samples, std::size_t from, std::size_t to);
+SampleSeries unpack_samples(std::string_view bytes);
+void append_samples(std::string_view bytes, SampleSeries& samples);
 std::string pack_events(const std::vector<Event>& events);
 std::vector<Event> unpack_events(std::string_view bytes);
 // The events, then the tallies of solver endings. Recordings that were stored before tallies existed have none.

@@ -69,7 +69,7 @@ std::size_t StudyRun::find_truth(const Scenario& scenario) {
   truth_by_scenario_[name] = place->second;
   if (fresh) {
     truths_.push_back(
-        {hash, &scenario, TruthWork::State::pending, content_hash({hash, kMetricsVersion}), false, nullptr});
+        {hash, &scenario, TruthWork::State::pending, content_hash({hash, kMetricsVersion}), false, nullptr, 0});
     const bool of_fluid = !scenario.scene.fluids.empty();  // its truths are asked for at the particles of each run
     if (scenario.truth.kind == TruthKind::none || of_fluid) {
       auto none = std::make_shared<Truth>();
@@ -195,7 +195,10 @@ void StudyRun::plan_work() {
   }
   ladder_index_.clear();
   std::set<std::size_t> needed;
-  for (const Ladder& ladder : ladders_) needed.insert(ladder.truth);
+  for (const Ladder& ladder : ladders_) {
+    needed.insert(ladder.truth);
+    ++truths_[ladder.truth].ladders_left;
+  }
   for (std::size_t i = 0; i < truths_.size(); ++i) {
     if (truths_[i].state == TruthWork::State::ready) continue;
     if (!is_known(truths_[i]) && needed.contains(i)) continue;
@@ -260,7 +263,9 @@ std::shared_ptr<const Truth> StudyRun::truth_of(TruthWork& work) {
     if (!stored) throw std::runtime_error("store " + options_.store_path + ": a truth has vanished from it");
     work.truth = std::make_shared<Truth>(std::move(*stored));
   }
-  return work.truth;
+  std::shared_ptr<const Truth> truth = work.truth;
+  if (--work.ladders_left == 0) work.truth.reset();  // whoever has it still holds it
+  return truth;
 }
 
 namespace {
@@ -403,7 +408,7 @@ void StudyRun::note_without_recording(const std::vector<Row>& rows) {
 
 void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& clients, WorkerClient& truth_client) {
   TruthWork& work = truths_[ladder.truth];
-  const std::shared_ptr<const Truth> truth = truth_of(work);
+  std::shared_ptr<const Truth> truth = truth_of(work);
   const std::string scene_json = scene_to_json(ladder.todo.front().cell->scenario->scene);
   std::int64_t hung_at = 0;
   for (const Todo& todo : ladder.todo) {
@@ -439,7 +444,8 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
     recording.outcome.reason = shortened(recording.outcome.reason, kLongestReason);
     run.outcome = recording.outcome;
     const MeasuredRecord record = measured(cell, *truth, work.hash, recording, truth_client);
-    store_.put_run(keys.accuracy, run, recording, keys.measured, record, options_.keep != Keep::none);
+    if (&todo == &ladder.todo.back()) truth.reset();
+    store_.put_run(keys.accuracy, run, std::move(recording), keys.measured, record, options_.keep != Keep::none);
     if (options_.keep == Keep::none) note_without_recording(record.rows);
     progress_.done("accuracy");
   }

@@ -3,6 +3,10 @@
 #include <sqlite3.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <utility>
+
+#include "validation/study/blob_bytes.hpp"
 #include "validation/study/row_blob.hpp"
 #include "validation/study/store_database.hpp"
 
@@ -11,6 +15,50 @@ namespace {
 
 std::int64_t whole(const SQLite::Statement& statement, int i) { return statement.getColumn(i).getInt64(); }
 std::string text(const SQLite::Statement& statement, int i) { return statement.getColumn(i).getString(); }
+
+// Valid until the statement is stepped or reset.
+std::string_view bytes(const SQLite::Statement& statement, int i) {
+  const SQLite::Column column = statement.getColumn(i);
+  const void* begin = column.getBlob();
+  return begin ? std::string_view(static_cast<const char*>(begin), static_cast<std::size_t>(column.getBytes()))
+               : std::string_view();
+}
+
+// ---- truths of very many samples ----
+// SQLite copies an entry as a whole. A large truth is stored as several: its own, which has this in place of samples,
+// and its parts, whose columns other than samples and bars are empty.
+struct TruthParts {
+  std::uint64_t parts = 0, samples = 0, bodies = 0;
+};
+constexpr std::uint8_t kInParts = 128;  // no other packed samples begin with this byte
+constexpr std::size_t kPartBytes = std::size_t{4} << 20;
+
+std::string packed(const TruthParts& of) {
+  BlobWriter writer;
+  writer.put(kInParts);
+  for (const std::uint64_t number : {of.parts, of.samples, of.bodies}) writer.put(number);
+  return std::move(writer.bytes);
+}
+
+// Empty: the samples are in the entry itself.
+std::optional<TruthParts> parts_of(std::string_view samples) {
+  BlobReader reader{samples};
+  if (reader.get<std::uint8_t>() != kInParts) return std::nullopt;
+  TruthParts of;
+  for (std::uint64_t* number : {&of.parts, &of.samples, &of.bodies}) *number = reader.get<std::uint64_t>();
+  reader.end();
+  return of;
+}
+
+std::string part_key(const std::string& truth_hash, std::uint64_t part) {
+  return truth_hash + " part " + std::to_string(part);
+}
+
+const SQLite::Statement& find_part(StoreDatabase& database, const std::string& truth_hash, std::uint64_t part) {
+  const SQLite::Statement* found = database.find(kTruths, part_key(truth_hash, part));
+  if (!found) throw StoreDamage("store " + database.path + ": a part of a truth cannot be found again");
+  return *found;
+}
 
 }  // namespace
 
@@ -88,13 +136,18 @@ std::optional<RunRecord> Store::run(const std::string& cell_hash) {
 }
 
 Recording Store::recording(const std::string& cell_hash, const Outcome& outcome) {
-  return database_->guarded([&] {
-    Recording recording;
-    recording.outcome = outcome;
+  std::string samples, events;
+  database_->guarded([&] {
     const SQLite::Statement* found = database_->find(kSeries, cell_hash);
     if (!found) throw StoreDamage("store " + database_->path + ": a recording cannot be found again");
-    recording.values = unpack_samples(expanded(blob_of(found->getColumn(1))));
-    recording.events = unpack_events_and_solvers(expanded(blob_of(found->getColumn(2))), recording.outcome.solvers);
+    samples = expanded(bytes(*found, 1));
+    events = expanded(bytes(*found, 2));
+  });
+  return database_->guarded([&] {  // when SQLite has let go of its copy
+    Recording recording;
+    recording.outcome = outcome;
+    recording.values = unpack_samples(samples);
+    recording.events = unpack_events_and_solvers(events, recording.outcome.solvers);
     return recording;
   });
 }
@@ -138,7 +191,13 @@ std::optional<TimingRecord> Store::timing(const std::string& timing_hash) {
 }
 
 bool Store::has_truth(const std::string& truth_hash) {
-  return database_->guarded([&] { return database_->find(kTruths, truth_hash) != nullptr; });
+  return database_->guarded([&] {
+    const SQLite::Statement* found = database_->find(kTruths, truth_hash);
+    if (!found) return false;
+    if (const auto in_parts = parts_of(bytes(*found, 7)))
+      for (std::uint64_t part = 0; part < in_parts->parts; ++part) find_part(*database_, truth_hash, part);
+    return true;
+  });
 }
 
 std::optional<Truth> Store::truth(const std::string& truth_hash) {
@@ -151,10 +210,20 @@ std::optional<Truth> Store::truth(const std::string& truth_hash) {
     truth.source = text(*found, 4);
     truth.note = text(*found, 5);
     truth.condition = real_or_nan(found->getColumn(6));
-    truth.values = unpack_samples(blob_of(found->getColumn(7)));
-    truth.bars = unpack_samples(blob_of(found->getColumn(8)));
-    truth.events = unpack_events(blob_of(found->getColumn(9)));
-    truth.event_bar_s = unpack_reals(blob_of(found->getColumn(10)));
+    truth.events = unpack_events(bytes(*found, 9));
+    truth.event_bar_s = unpack_reals(bytes(*found, 10));
+    const auto in_parts = parts_of(bytes(*found, 7));
+    if (!in_parts) {
+      truth.values = unpack_samples(bytes(*found, 7));
+      truth.bars = unpack_samples(bytes(*found, 8));
+      return truth;
+    }
+    for (SampleSeries* series : {&truth.values, &truth.bars}) series->reserve(in_parts->samples, in_parts->bodies);
+    for (std::uint64_t part = 0; part < in_parts->parts; ++part) {
+      const SQLite::Statement& entry = find_part(*database_, truth_hash, part);
+      append_samples(bytes(entry, 7), truth.values);
+      append_samples(bytes(entry, 8), truth.bars);
+    }
     return truth;
   });
 }
@@ -218,16 +287,23 @@ std::vector<std::string> Store::forget_shared_damage() {
 }
 
 void Store::forget_truth(const std::string& truth_hash) {
-  database_->written([&] { database_->erase(kTruths, truth_hash); });
+  database_->written([&] {
+    SQLite::Statement& erase = database_->prepared("DELETE FROM truths WHERE hash=? OR (hash>? AND hash<?)");
+    erase.bind(1, truth_hash);
+    erase.bind(2, truth_hash + " part ");  // the keys of its parts lie between
+    erase.bind(3, truth_hash + " part!");
+    erase.exec();
+  });
 }
 
-void Store::put_run(const std::string& cell_hash, const RunRecord& run, const Recording& recording,
-                    const std::string& key, const MeasuredRecord& measured, bool whole_recording) {
-  const std::vector<Sample> end =
-      whole_recording || recording.values.empty() ? std::vector<Sample>() : std::vector{recording.values.back()};
-  const std::string samples = compressed(pack_samples(whole_recording ? recording.values : end)),
-                    events = compressed(pack_events_and_solvers(
-                        whole_recording ? recording.events : std::vector<Event>(), run.outcome.solvers));
+void Store::put_run(const std::string& cell_hash, const RunRecord& run, Recording recording, const std::string& key,
+                    const MeasuredRecord& measured, bool whole_recording) {
+  const std::size_t all = recording.values.size(), first = whole_recording || all == 0 ? 0 : all - 1;
+  if (!whole_recording) recording.events.clear();
+  std::string samples = pack_samples(recording.values, first, all);
+  recording.values.clear();
+  samples = compressed(samples);
+  const std::string events = compressed(pack_events_and_solvers(recording.events, run.outcome.solvers));
   MeasuredRecord without_series{measured.basis, {}, {}, {}};
   if (!whole_recording) without_series.rows = measured.rows;
   database_->written([&] {
@@ -254,10 +330,10 @@ void Store::drop_recording(const CellKeys& cell) {
   if (!record || !keeps_recording(cell.accuracy)) return;
   const auto measured = this->measured(cell.measured, true, false);
   if (!measured) return;
-  const Recording whole = recording(cell.accuracy, record->outcome);
+  Recording whole = recording(cell.accuracy, record->outcome);
   RunRecord run = *record;
   run.outcome = whole.outcome;  // how its solvers ended is kept with the recording
-  put_run(cell.accuracy, run, whole, cell.measured, *measured, false);
+  put_run(cell.accuracy, run, std::move(whole), cell.measured, *measured, false);
 }
 
 void Store::put_measured(const std::string& key, const std::string& cell_hash, const MeasuredRecord& measured) {
@@ -275,12 +351,28 @@ void Store::put_timing(const std::string& timing_hash, const std::string& cell_h
 }
 
 void Store::put_truth(const std::string& truth_hash, const std::string& scenario, const Truth& truth) {
-  const std::string samples = pack_samples(truth.values), bars = pack_samples(truth.bars),
-                    events = pack_events(truth.events), event_bars = pack_reals(truth.event_bar_s);
+  const std::size_t count = truth.values.size();
+  TruthParts in_parts{1, count, 0};
+  std::size_t each = count;
+  if (count > 0) {
+    const SampleView first = truth.values.front();
+    each = 1 + kPartBytes / (64 + first.bodies.size_bytes() + first.particles.size_bytes() + first.joints.size_bytes());
+    in_parts = {(count + each - 1) / each, count, first.bodies.size()};
+  }
+  const bool whole = in_parts.parts <= 1;
+  const std::string samples = whole ? pack_samples(truth.values) : packed(in_parts),
+                    bars = whole ? pack_samples(truth.bars) : "", events = pack_events(truth.events),
+                    event_bars = pack_reals(truth.event_bar_s);
   database_->written([&] {
     database_->insert(
         kTruths, {truth_hash, scenario, to_string(truth.outcome.status), truth.outcome.reason, truth.source, truth.note,
                   truth.condition, Blob{samples}, Blob{bars}, Blob{events}, Blob{event_bars}});
+    for (std::uint64_t part = 0; !whole && part < in_parts.parts; ++part) {
+      const std::size_t from = part * each, to = std::min(count, from + each);
+      const std::string some = pack_samples(truth.values, from, to), some_bars = pack_samples(truth.bars, from, to);
+      database_->insert(kTruths, {part_key(truth_hash, part), scenario, to_string(Status::ok), std::string(),
+                                  std::string(), std::string(), 0.0, Blob{some}, Blob{some_bars}, Blob{}, Blob{}});
+    }
   });
 }
 

@@ -140,8 +140,9 @@ class Store {
   void forget_truth(const std::string& truth_hash);
 
   // Stores a run with its samples and the rows measured from it, in one transaction.
-  // `whole_recording` false: of samples only the last, no events and no series of errors are kept.
-  void put_run(const std::string& cell_hash, const RunRecord& run, const Recording& recording, const std::string& key,
+  // `whole_recording` false: of samples only the last, no events and no series of errors are kept. The recording is
+  // let go as soon as it is packed.
+  void put_run(const std::string& cell_hash, const RunRecord& run, Recording recording, const std::string& key,
                const MeasuredRecord& measured, bool whole_recording = true);
   bool keeps_recording(const std::string& cell_hash);  // false also where there is none
   void drop_recording(const CellKeys& cell);           // keeps its end

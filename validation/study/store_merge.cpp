@@ -247,12 +247,11 @@ class Merge {
 
   // ---- recordings ----
   static std::string end_of(const Entry& series) {
-    std::vector<Sample> samples = unpack_samples(expanded(text_of(series, 1)));
-    if (samples.size() > 1) samples.erase(samples.begin(), samples.end() - 1);
-    return pack_samples(samples);
+    const SampleSeries samples = unpack_samples(expanded(text_of(series, 1)));
+    return pack_samples(samples, samples.empty() ? 0 : samples.size() - 1, samples.size());
   }
 
-  static std::string sample_text(const std::vector<Sample>& samples, std::size_t i) {
+  static std::string sample_text(const SampleSeries& samples, std::size_t i) {
     if (i >= samples.size()) return "no sample " + std::to_string(i);
     std::string text = "at t = " + format_double(static_cast<double>(samples[i].t_s)) + " s";
     if (!samples[i].bodies.empty()) {
@@ -272,9 +271,9 @@ class Merge {
       const auto samples_a = unpack_samples(of_a), samples_b = unpack_samples(of_b);
       std::size_t i = 0;
       while (whole && i < std::min(samples_a.size(), samples_b.size()) &&
-             pack_samples({samples_a[i]}) == pack_samples({samples_b[i]}))
+             pack_samples(samples_a, i, i + 1) == pack_samples(samples_b, i, i + 1))
         ++i;
-      const auto last = [](const std::vector<Sample>& samples) { return samples.empty() ? 0 : samples.size() - 1; };
+      const auto last = [](const SampleSeries& samples) { return samples.empty() ? 0 : samples.size() - 1; };
       conflict(what, a.store, sample_text(samples_a, whole ? i : last(samples_a)), b.store,
                sample_text(samples_b, whole ? i : last(samples_b)));
     } else if (whole && expanded(text_of(a.entry, 2)) != expanded(text_of(b.entry, 2))) {

@@ -30,6 +30,7 @@ struct TruthWork {
   std::string basis = {};              // of rows that are measured with it
   bool reused = false;                 // already known when planned
   std::shared_ptr<const Truth> truth;  // null while it is only in the store
+  std::size_t ladders_left = 0;        // that still ask for it
 };
 
 struct Todo {

@@ -34,7 +34,7 @@ bool finite(const std::vector<Pose>& poses) {
 TruthPath path_of(const Scenario& scenario, const Truth& truth) {
   TruthPath path;
   path.scenario = scenario.id;
-  for (const Sample& sample : truth.values) {
+  for (const SampleView sample : truth.values) {
     std::vector<Pose> poses;
     for (const BodySample& body : sample.bodies) poses.push_back(pose_of(body));
     if (!finite(poses)) break;
@@ -62,7 +62,7 @@ PoseError error_of(const BodySample& body, const BodySample& truth) {
   return error;
 }
 
-MethodPath method_path(const Cell& cell, const Truth& truth, const std::vector<Sample>& values) {
+MethodPath method_path(const Cell& cell, const Truth& truth, const SampleSeries& values) {
   MethodPath path{cell.method, cell.plan.steps, {}};
   for (std::size_t k = 0; k < std::min(values.size(), truth.values.size()); ++k) {
     const auto &bodies = values[k].bodies, &exact = truth.values[k].bodies;
@@ -160,6 +160,7 @@ std::vector<TruthPath> load_truth_paths(const std::string& store_path, const std
       TruthPath path = path_of(scenario, *truth);
       if (path.samples.size() > 1) paths.push_back(std::move(path));
     }
+    if (truth) truth->bars.clear();
     truths[scenario.id] = truth ? std::move(*truth) : Truth{};
   }
   const Campaigns campaigns = Campaigns::latest(store, cells, purpose);

@@ -55,12 +55,13 @@ wire::Limits limits_of(const SampledBodies& bodies) {
 
 // Checks and appends the next sample of a run or a truth.
 void add_sample(const wire::Answer& answer, double t_end_s, std::int64_t samples, const SampledBodies& bodies,
-                std::vector<Sample>& values) {
+                SampleSeries& values) {
   const std::size_t k = values.size();
   if (k > static_cast<std::size_t>(samples))
     throw wire::Garbage("more samples than the " + std::to_string(samples + 1) + " asked for");
   check_layout(answer.sample, k, t_end_s, samples, bodies);
   check_joints(answer, bodies);
+  if (k == 0) values.reserve(static_cast<std::size_t>(samples) + 1, bodies.count);
   values.push_back(answer.sample);
 }
 
@@ -387,6 +388,7 @@ Truth WorkerClient::truth(const std::string& scenario_json, const SampledBodies&
     if (answer.events_alone) return;
     if (!answer.has_bar) throw wire::Garbage("a truth without bars");
     add_sample(answer, t_end_s, samples, bodies, truth.values);
+    if (truth.bars.empty()) truth.bars.reserve(static_cast<std::size_t>(samples) + 1, bodies.count);
     truth.bars.push_back(answer.bar);
     truth.bars.back().t_s = answer.sample.t_s;
   });

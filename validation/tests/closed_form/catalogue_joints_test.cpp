@@ -12,7 +12,7 @@ namespace {
 
 double widest(const Truth& truth) {
   Wide bar = 0;
-  for (const Sample& sample : truth.bars) {
+  for (const SampleView sample : truth.bars) {
     for (const BodySample& body : sample.bodies)
       for (int k = 0; k < 3; ++k) bar = fmaxq(bar, fmaxq(body.p_m[k], fmaxq(body.v_m_per_s[k], body.q_wxyz[k])));
     for (const JointSample& joint : sample.joints) bar = fmaxq(bar, fmaxq(joint.q[0], joint.u[0]));

@@ -96,7 +96,7 @@ std::vector<Moving> march(const Scenario& given, int steps) {
   return now;
 }
 
-double kinetic(const Scene& scene, const Sample& s) {
+double kinetic(const Scene& scene, const SampleView& s) {
   double sum = 0;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Vec3 v = narrow(s.bodies[i].v_m_per_s), w = narrow(s.bodies[i].w_rad_per_s);
@@ -212,7 +212,7 @@ TEST_CASE("The spin of the fifth ball of the slopes follows from its impulse; fr
   for (const Event& e : truth.events) {
     const Body& hit = given.scene.bodies[e.body_b];
     if (hit.name != "fifth") continue;
-    for (const Sample& s : truth.values)
+    for (const SampleView s : truth.values)
       if (s.t_s > e.t_s) {
         const Vec3 w = narrow(s.bodies[e.body_b].w_rad_per_s);
         CHECK(length(w) == Approx(static_cast<double>(e.impulse_t_N_s) * 0.2 / hit.inertia_kg_m2[0]).epsilon(1e-12));
@@ -222,7 +222,7 @@ TEST_CASE("The spin of the fifth ball of the slopes follows from its impulse; fr
     break;
   }
   double before = HUGE_VAL;
-  for (const Sample& s : truth.values) {
+  for (const SampleView s : truth.values) {
     double energy = kinetic(given.scene, s);
     for (std::size_t i = 0; i < given.scene.bodies.size(); ++i)
       if (!given.scene.bodies[i].fixed)

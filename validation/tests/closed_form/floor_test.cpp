@@ -158,7 +158,7 @@ TEST_CASE("A sliding ball rolls from 2 v0 / (7 mu g) on; angular momentum about 
     const double r = 0.125, v0 = given.scene.bodies[0].velocity_m_per_s[0];
     const double w0 = given.scene.bodies[0].angular_velocity_body_rad_per_s[1], slip0 = v0 - r * w0;
     CHECK(static_cast<double>(truth.events[0].t_s) == Approx(2 * slip0 / (7 * 0.3 * 9.81)).epsilon(1e-14));
-    for (const Sample& s : truth.values) {
+    for (const SampleView s : truth.values) {
       const double v = static_cast<double>(s.bodies[0].v_m_per_s[0]),
                    spin = static_cast<double>(s.bodies[0].w_rad_per_s[1]);
       CHECK(v + 0.4 * r * spin == Approx(v0 + 0.4 * r * w0).epsilon(1e-14));

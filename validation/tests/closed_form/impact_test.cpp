@@ -41,7 +41,7 @@ TEST_CASE("A dropped ball: instants of impacts, heights e^(2k) h0, and the stop 
       power *= Wide(e);
       const Wide next = impact + 2 * fall * power;
       int seen = 0;
-      for (const Sample& s : truth.values)
+      for (const SampleView s : truth.values)
         if (s.t_s > impact && s.t_s < next) {
           const BodySample& b = s.bodies[1];
           const Wide apex = b.p_m[2] - Wide(0.125) + b.v_m_per_s[2] * b.v_m_per_s[2] / (2 * Wide(9.81));
@@ -129,7 +129,7 @@ TEST_CASE("Rough spheres: angular momentum is kept, friction opposes the sliding
     REQUIRE(truth.events.size() == 1);
     const Event& hit = truth.events[0];
     // Spin alone of one body, or all angular momentum about the origin: by cross products, body by body.
-    const auto turning = [&](const Sample& s, int body) {
+    const auto turning = [&](const SampleView& s, int body) {
       std::array<Wide, 3> L{};
       for (int i = 0; i < 2; ++i) {
         if (body >= 0 && i != body) continue;
@@ -150,7 +150,7 @@ TEST_CASE("Rough spheres: angular momentum is kept, friction opposes the sliding
     const auto first = turning(truth.values.front(), -1), last = turning(truth.values.back(), -1);
     for (int k = 0; k < 3; ++k) CHECK(apart(first[k], last[k]) < 1e-31);
     // How the surfaces slide at the contact point, without the part along the normal.
-    const auto slip = [&](const Sample& s) {
+    const auto slip = [&](const SampleView& s) {
       std::array<Wide, 3> made{};
       for (int k = 0; k < 3; ++k) made[k] = s.bodies[1].v_m_per_s[k] - s.bodies[0].v_m_per_s[k];
       for (int i = 0; i < 2; ++i) {

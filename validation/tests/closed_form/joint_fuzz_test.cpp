@@ -190,7 +190,7 @@ bool apart(const std::array<Wide, n>& a, const std::array<Wide, n>& b, const std
 // Differs by more than both bars: what, else empty.
 std::string differs(const Scene& scene, const Truth& a, const Truth& b) {
   for (std::size_t k = 0; k < a.values.size(); ++k) {
-    const Sample &x = a.values[k], &y = b.values[k], &p = a.bars[k], &q = b.bars[k];
+    const SampleView x = a.values[k], y = b.values[k], p = a.bars[k], q = b.bars[k];
     for (std::size_t i = 0; i < x.bodies.size(); ++i) {
       if (scene.bodies[i].fixed) continue;
       const BodySample &m = x.bodies[i], &n = y.bodies[i], &e = p.bodies[i], &f = q.bodies[i];

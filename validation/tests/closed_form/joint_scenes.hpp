@@ -48,7 +48,7 @@ inline Joint with_start(Joint given, double coordinate, double rate) {
 
 // d/dt of a value of samples k - 6 .. k + 6 that are h apart.
 template <std::size_t n, class Value>
-std::array<Wide, n> derivative(const std::vector<Sample>& samples, std::size_t k, Wide h, const Value& value) {
+std::array<Wide, n> derivative(const SampleSeries& samples, std::size_t k, Wide h, const Value& value) {
   std::array<Wide, n> made{};
   Wide weight = -1;
   for (int j = 1; j <= 6; ++j) {  // c_j = (-1)^(j+1) (6!)^2 / (j (6 - j)! (6 + j)!)
@@ -73,7 +73,7 @@ struct Deviations {
 struct Pull {
   V3 at{}, force{}, torque{};
 };
-inline Pull pull(const Scene& scene, const Sample& sample, std::size_t j) {
+inline Pull pull(const Scene& scene, const SampleView& sample, std::size_t j) {
   const Joint& joint = scene.joints[j];
   const BodySample& child = sample.bodies[static_cast<std::size_t>(joint.child)];
   const JointSample& now = sample.joints[j];
@@ -93,13 +93,13 @@ inline V3 angular_momentum(const Body& body, const BodySample& at) {
 
 inline Deviations deviations(const Scenario& given, const Truth& truth) {
   const Scene& scene = given.scene;
-  const std::vector<Sample>& samples = truth.values;
+  const SampleSeries& samples = truth.values;
   const Wide h = Wide(given.t_end_s) / static_cast<Wide>(samples.size() - 1);
   Deviations most;
   Wide forces = 0, torques = 0, speeds = 0, rates = 0, lengths = 1;
   std::vector<Wide> worst(6, 0);
   for (std::size_t k = 6; k + 6 < samples.size(); ++k) {
-    const Sample& now = samples[k];
+    const SampleView& now = samples[k];
     std::vector<V3> force(scene.bodies.size()), torque(scene.bodies.size());
     for (std::size_t j = 0; j < scene.joints.size(); ++j) {
       const Joint& joint = scene.joints[j];
@@ -128,7 +128,7 @@ inline Deviations deviations(const Scenario& given, const Truth& truth) {
       worst[4] = fmaxq(worst[4], size(plus(at.at, other, -1)));
       if (joint.kind == JointKind::ball) continue;
       const Wide slope =
-          derivative<1>(samples, k, h, [&](const Sample& s) { return std::array<Wide, 1>{s.joints[j].q[0]}; })[0];
+          derivative<1>(samples, k, h, [&](const SampleView& s) { return std::array<Wide, 1>{s.joints[j].q[0]}; })[0];
       rates = fmaxq(rates, fabsq(slope));
       worst[5] = fmaxq(worst[5], fabsq(slope - now.joints[j].u[0]));
     }
@@ -136,10 +136,11 @@ inline Deviations deviations(const Scenario& given, const Truth& truth) {
       const Body& body = scene.bodies[i];
       if (body.fixed) continue;
       const BodySample& at = now.bodies[i];
-      const V3 v = derivative<3>(samples, k, h, [&](const Sample& s) { return s.bodies[i].p_m; });
-      const V3 a = derivative<3>(samples, k, h, [&](const Sample& s) { return s.bodies[i].v_m_per_s; });
-      const V3 dL = derivative<3>(samples, k, h, [&](const Sample& s) { return angular_momentum(body, s.bodies[i]); });
-      const Q4 dq = derivative<4>(samples, k, h, [&](const Sample& s) { return s.bodies[i].q_wxyz; });
+      const V3 v = derivative<3>(samples, k, h, [&](const SampleView& s) { return s.bodies[i].p_m; });
+      const V3 a = derivative<3>(samples, k, h, [&](const SampleView& s) { return s.bodies[i].v_m_per_s; });
+      const V3 dL =
+          derivative<3>(samples, k, h, [&](const SampleView& s) { return angular_momentum(body, s.bodies[i]); });
+      const Q4 dq = derivative<4>(samples, k, h, [&](const SampleView& s) { return s.bodies[i].q_wxyz; });
       const Q4& q = at.q_wxyz;
       const V3& w = at.w_rad_per_s;
       const Q4 turn{-q[1] * w[0] - q[2] * w[1] - q[3] * w[2], q[0] * w[0] + q[2] * w[2] - q[3] * w[1],

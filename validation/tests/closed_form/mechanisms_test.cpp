@@ -120,7 +120,7 @@ TEST_CASE("A body slides on a rod that is turned, straight and oblique, with and
       {0, 0, 0});
   given.scene.joints[0].anchors_body_m[1] = {-0.25, 0, 0};
   const Truth truth = closed_form_truth(given, 16);
-  for (const Sample& sample : truth.values)
+  for (const SampleView sample : truth.values)
     CHECK(static_cast<double>(fabsq(sample.joints[1].q[0] / coshq(2 * sample.t_s) - Wide(0.5))) < 1e-31);
 }
 
@@ -136,7 +136,7 @@ TEST_CASE("A slider-crank at a constant rate, in line and offset") {
   for (const JointSample& at : truth.values[1].joints) CHECK(at.not_unique == (4u | 8u | 16u));
   // In-line: x = A cos + sqrt(L^2 - A^2 sin^2).
   const Truth line = closed_form_truth(slider_crank(0), 16);
-  for (const Sample& sample : line.values) {
+  for (const SampleView sample : line.values) {
     const Wide angle = Wide(0.5) + 3 * sample.t_s, s = sinq(angle) / 2;
     CHECK(static_cast<double>(fabsq(sample.joints[3].q[0] - cosq(angle) / 2 - sqrtq(4 - s * s))) < 1e-30);
   }
@@ -162,8 +162,8 @@ TEST_CASE("N four-bars have the motion of one pendulum, N = 1, 2, 40") {
                exact = Wide(9.81) * (Wide(n + 1) / 2 + n) / inertia;
     CHECK(static_cast<double>(fabsq(exact / (Wide(9.81) * factor) - 1)) < 1e-15);
     for (std::size_t k = 6; k + 6 < truth.values.size(); k += 7) {
-      const Wide slope =
-          derivative<1>(truth.values, k, h, [](const Sample& s) { return std::array<Wide, 1>{s.joints[0].u[0]}; })[0];
+      const Wide slope = derivative<1>(truth.values, k, h,
+                                       [](const SampleView& s) { return std::array<Wide, 1>{s.joints[0].u[0]}; })[0];
       CHECK(static_cast<double>(fabsq(slope - exact * sinq(truth.values[k].joints[0].q[0]))) <
             (n == 40 ? 1e-12 : 1e-18));
     }
@@ -196,7 +196,7 @@ TEST_CASE("A door falls on its stop, bounces and rests; between two stops withou
   CHECK(truth.events[0].body_a == -1);
   CHECK(truth.events.back().kind == EventKind::rest);
   CHECK(static_cast<double>(fabsq(truth.events.back().t_s - Wide(1.5))) < 1e-30);
-  for (const Sample& sample : truth.values) {
+  for (const SampleView sample : truth.values) {
     const auto t = static_cast<double>(sample.t_s);
     if (t < 0.5) CHECK(static_cast<double>(sample.joints[0].q[0]) == 1 - 4 * t * t);
     if (t > 0.5 && t < 1)

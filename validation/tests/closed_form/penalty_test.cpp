@@ -107,7 +107,7 @@ TEST_CASE("Restitution of the linear laws, and how long each touch lasts") {
         Approx(0.8 * std::sqrt(M_PI) * std::tgamma(0.4) / std::tgamma(0.9) * deepest / v).epsilon(1e-13));
   CHECK(static_cast<double>(hertz.values.back().bodies[0].v_m_per_s[0]) == Approx(1 - 2 * m * v).epsilon(1e-14));
   CHECK(static_cast<double>(hertz.values.back().bodies[1].v_m_per_s[0]) == Approx(-0.5 + 2 * m * v / 3).epsilon(1e-14));
-  for (const Sample& bar : hertz.bars) CHECK(static_cast<double>(bar.bodies[0].p_m[0]) < 1e-28);
+  for (const SampleView bar : hertz.bars) CHECK(static_cast<double>(bar.bodies[0].p_m[0]) < 1e-28);
 }
 
 TEST_CASE("Contacts that penalty has no closed form for are refused") {

@@ -14,7 +14,7 @@ double worst(const Scenario& given, std::int64_t samples) {
   CHECK(truth.outcome.status == Status::ok);
   if (truth.outcome.status != Status::ok) return HUGE_VAL;
   Wide bar = 0;
-  for (const Sample& sample : truth.bars)
+  for (const SampleView sample : truth.bars)
     for (const BodySample& body : sample.bodies)
       for (int k = 0; k < 3; ++k) bar = fmaxq(bar, fmaxq(body.p_m[k], fmaxq(body.v_m_per_s[k], body.w_rad_per_s[k])));
   CHECK(static_cast<double>(bar) > 0);
@@ -49,7 +49,7 @@ TEST_CASE("Pendulums swing, turn, and stay between on the separatrix") {
       {with_start(joint("pin", JointKind::hinge, -1, 0, {0, 0, 0}, {0, 0, 0.5}, {0, 1, 0}), 0, 8)}, {0, 0, -20});
   CHECK(worst(border, 4096) < 1e-18);
   const Truth truth = closed_form_truth(border, 64);  // theta = 2 gd(4 t): gd(x) = 2 atan tanh(x / 2)
-  for (const Sample& sample : truth.values)
+  for (const SampleView sample : truth.values)
     CHECK(static_cast<double>(fabsq(sample.joints[0].q[0] - 4 * atanq(tanhq(2 * sample.t_s)))) < 1e-31);
 }
 

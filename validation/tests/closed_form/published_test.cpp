@@ -47,7 +47,7 @@ TEST_CASE("Kepler's orbit from exact doubles, e = 1/2: twice the formula of text
   given.scene.bodies = {point("planet", 1, {0.5, 0, 0}, {0, 1.5, 0})};
   given.scene.forces = {Attractor{{0}, {0, 0, 0}, 0.75}};
   const Truth truth = closed_form_truth(given, 16);
-  for (const Sample& sample : truth.values) {
+  for (const SampleView sample : truth.values) {
     const Wide M = sqrtq(Wide(0.75)) * sample.t_s;
     Wide E = M;
     for (int k = 0; k < 60; ++k) E -= (E - Wide(0.5) * sinq(E) - M) / (1 - Wide(0.5) * cosq(E));

@@ -18,7 +18,7 @@ double residual_of(const std::string& solution, double t_end_s, std::vector<Body
   INFO(truth.outcome.reason);
   CHECK(truth.outcome.status == Status::ok);
   double bar = 0;
-  for (const Sample& sample : truth.bars)
+  for (const SampleView sample : truth.bars)
     for (const BodySample& body : sample.bodies)
       for (int k = 0; k < 3; ++k)
         bar = std::fmax(bar, static_cast<double>(fmaxq(body.p_m[k], fmaxq(body.v_m_per_s[k], body.q_wxyz[k]))));

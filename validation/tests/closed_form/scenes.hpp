@@ -79,7 +79,7 @@ inline double residual(const Scenario& given, std::int64_t samples) {
   const int n = 6, size = equations.size();
   const Wide h = Wide(given.t_end_s) / samples;
   std::vector<std::vector<Wide>> y;
-  for (const Sample& sample : truth.values) y.push_back(dynamics::pack<Wide>(given.scene, sample));
+  for (const SampleView sample : truth.values) y.push_back(dynamics::pack<Wide>(given.scene, sample));
   std::vector<Wide> dydt(size), error(4, 0), scale(4, 0);
   const std::vector<Wide> start = dynamics::pack<Wide>(given.scene);
   for (int i = 0; i < size; ++i) error[0] = fmaxq(error[0], fabsq(start[i] - y[0][i]));

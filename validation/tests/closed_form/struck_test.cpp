@@ -135,7 +135,7 @@ TEST_CASE(
     INFO(truth.outcome.reason);
     REQUIRE(truth.outcome.status == Status::ok);
     const Vec3 push = std::get<PointForce>(given.scene.forces[0]).force_N, e = plus({0, 0, 0}, 1 / length(push), push);
-    const Sample& end = truth.values.back();
+    const SampleView& end = truth.values.back();
     const Vec3 slab = narrow(end.bodies[0].v_m_per_s), ball = narrow(end.bodies[1].v_m_per_s);
     CHECK(along(slab, e) / 4 == Approx(0.7385).epsilon(1e-12));
     CHECK(along(ball, e) / 4 == Approx(0.211).epsilon(1e-12));

@@ -181,7 +181,7 @@ TEST_CASE("Balls without rebound collide once, for every rounding of their gap")
     INFO(tested.outcome.reason);
     REQUIRE(tested.outcome.status == Status::ok);
     CHECK(tested.events.size() == 1);
-    const Sample& end = tested.values.back();
+    const SampleView& end = tested.values.back();
     CHECK(std::fabs(static_cast<double>(end.bodies[1].p_m[0] - end.bodies[0].p_m[0]) - 0.25) < 1e-11);
   }
 }

@@ -15,7 +15,7 @@ double size(Wide x) { return static_cast<double>(fabsq(x)); }
 
 double largest_bar(const Truth& truth) {
   double largest = 0;
-  for (const Sample& sample : truth.bars)
+  for (const SampleView sample : truth.bars)
     for (const BodySample& body : sample.bodies)
       for (int k = 0; k < 3; ++k) largest = std::max({largest, size(body.p_m[k]), size(body.v_m_per_s[k])});
   return largest;

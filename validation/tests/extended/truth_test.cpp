@@ -100,7 +100,7 @@ TEST_CASE("bars are below 1e-20 where the conditioning allows, and a motion past
     REQUIRE(truth.outcome.status == Status::ok);
     CHECK(truth.note.empty());
     CHECK(truth.condition > 1);
-    for (const Sample& bar : truth.bars)
+    for (const SampleView bar : truth.bars)
       for (const BodySample& body : bar.bodies)
         for (const Wide value : body.p_m) CHECK(value < Wide(1e-18));  // coordinates up to 40
   }

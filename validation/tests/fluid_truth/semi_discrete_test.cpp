@@ -227,7 +227,7 @@ TEST_CASE("The truth of the particles' equations: bars hold against CVODE, energ
   CHECK(d(truth.bars[4].particles[0].v_m_per_s[0]) > 0);
   CHECK(truth.bars[0].particles[0].v_m_per_s[0] == 0);
   // Kinetic and elastic energy of the linear equation of state: c^2 (ln(rho / rho0) + rho0 / rho - 1).
-  const auto energy = [&](const Sample& sample) {
+  const auto energy = [&](const SampleView& sample) {
     Wide sum = 0;
     for (const ParticleSample& each : sample.particles) {
       Wide square = 0;

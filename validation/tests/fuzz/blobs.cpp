@@ -28,7 +28,8 @@ void read_recording_blob(std::string_view bytes) {
   if (bytes.empty()) return;
   const char kind = bytes.front();
   bytes.remove_prefix(1);
-  if (kind == 's') read_and_write(bytes, unpack_samples, pack_samples);
+  if (kind == 's')
+    read_and_write(bytes, unpack_samples, [](const SampleSeries& samples) { return pack_samples(samples); });
   if (kind == 'e') read_and_write(bytes, unpack_events, pack_events);
   if (kind == 'r') read_and_write(bytes, unpack_reals, pack_reals);
   if (kind == 'x') read_and_write(bytes, unpack_series, pack_series);

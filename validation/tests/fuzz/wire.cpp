@@ -93,7 +93,7 @@ void read_hello_line(std::string_view bytes) {
 // Each line as the answer to a run of a scene of two bodies: read, then checked as the client does.
 void read_answer_lines(std::string_view bytes) {
   static const SampledBodies bodies(asked_scene());
-  std::vector<Sample> values;
+  SampleSeries values;
   each_line(bytes, [&](std::string_view line) {
     const auto answer = read_or_refuse<wire::Garbage>([&] { return wire::read_answer(line); });
     if (!answer) return;

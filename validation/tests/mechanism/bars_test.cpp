@@ -24,7 +24,7 @@ void check_bars(const Scenario& scenario, std::int64_t samples, double widest) {
   REQUIRE(truth.values.size() > 2);
   const std::vector<Wide> scale = mechanism::scales(scenario.scene, certified.values);
   for (std::size_t k = 0; k < truth.values.size(); ++k) {
-    const std::vector<Wide> apart = mechanism::differences(scenario.scene, truth.values[k], {&certified.values[k]});
+    const std::vector<Wide> apart = mechanism::differences(scenario.scene, truth.values[k], {certified.values[k]});
     const std::vector<Wide> ours = mechanism::values_of(scenario.scene, truth.bars[k]);
     const std::vector<Wide> theirs = mechanism::values_of(scenario.scene, certified.bars[k]);
     const std::vector<char> open = mechanism::open_values(scenario.scene, certified.values[k]);
@@ -67,7 +67,7 @@ TEST_CASE("the bars of random mechanisms hold both formulations at other steps")
       const extended::MechanismPath path =
           extended::integrate_mechanism(*motion, start, {scene, 0.25, 3, 1e-29, 1e-13});
       REQUIRE(path.failure.empty());
-      const std::vector<Wide> apart = mechanism::differences(scene, truth.values[1], {&path.samples[3]});
+      const std::vector<Wide> apart = mechanism::differences(scene, truth.values[1], {path.samples[3]});
       std::size_t i = 0;
       mechanism::each_value(scene, truth.values[1], [&](const Wide&, mechanism::ValueKind kind) {
         breach = std::max(breach, static_cast<double>(apart[i] / bars[i]));

@@ -18,7 +18,7 @@ namespace {
 struct Apart {
   double q = 0, u = 0, reaction = 0;
 };
-Apart apart(const std::vector<Sample>& samples, const Truth& truth) {
+Apart apart(const SampleSeries& samples, const Truth& truth) {
   Apart made;
   REQUIRE(samples.size() == truth.values.size());
   for (std::size_t k = 0; k < samples.size(); ++k) {

@@ -17,7 +17,7 @@ namespace {
 double magnitude(Wide x) { return std::fabs(static_cast<double>(x)); }
 
 // Kinetic and potential energy of bodies whose inertia is a multiple of the identity.
-Wide energy(const Scene& scene, const Sample& sample) {
+Wide energy(const Scene& scene, const SampleView& sample) {
   Wide sum = 0;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const Body& body = scene.bodies[i];
@@ -61,7 +61,7 @@ TEST_CASE("energy of a double pendulum is constant to the bars") {
   INFO(truth.outcome.reason);
   REQUIRE(truth.outcome.status == Status::ok);
   CHECK(truth.note.empty());
-  for (const Sample& sample : truth.values)
+  for (const SampleView sample : truth.values)
     CHECK(magnitude(energy(scenario.scene, sample) - energy(scenario.scene, truth.values[0])) < 1e-24);
 }
 
@@ -143,7 +143,7 @@ TEST_CASE("Atwood's machine with a heavy pulley") {
     const Wide a = g / (heavy ? 4 : 3);
     const Truth truth = mechanism_truth(scenario, 2);
     REQUIRE(truth.outcome.status == Status::ok);
-    const Sample& end = truth.values.back();
+    const SampleView& end = truth.values.back();
     CHECK(magnitude(end.bodies[1].p_m[2] + a / 2) < 1e-29);
     CHECK(magnitude(end.bodies[0].p_m[2] - a / 2) < 1e-29);
     CHECK(magnitude(end.ropes[0].tension_N - (g + a)) < 1e-28);

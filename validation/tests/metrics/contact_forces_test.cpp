@@ -82,7 +82,10 @@ TEST_CASE("contact forces: of an engine that does not tell friction's part neith
 TEST_CASE("contact forces: a gap under load and a pull are Signorini's residuals; an unloaded gap is none") {
   Recording run = slide(sliding());
   run.values[1].contacts[0].gap_m = 1e-3;
-  run.values[3].contacts.push_back({0, 1, {}, {0, 0, 1}, 0.5, 0, {}});
+  std::vector<Sample> samples;
+  for (const SampleView sample : run.values) samples.push_back(copy_of(sample));
+  samples[3].contacts.push_back({0, 1, {}, {0, 0, 1}, 0.5, 0, {}});
+  run.values = samples;
   CHECK(value_of(measure(sliding(), {}, run), "signorini-gap") == 1e-3);
   run.values[3].contacts[1].force_n_N = -2;
   const std::vector<Row> rows = measure(sliding(), {}, run);
@@ -92,17 +95,17 @@ TEST_CASE("contact forces: a gap under load and a pull are Signorini's residuals
 
 TEST_CASE("contact forces: friction on the wrong axis, or none, falls short of the greatest dissipation") {
   Recording run = slide(sliding());
-  for (Sample& sample : run.values)
+  for (const SampleReference sample : run.values)
     for (ContactSample& c : sample.contacts) c.force_t_N = {0, kMu * kWeight, 0};
   CHECK(value_of(measure(sliding(), {}, run), "dissipation-defect") == Approx(1));
-  for (Sample& sample : run.values)
+  for (const SampleReference sample : run.values)
     for (ContactSample& c : sample.contacts) c.force_t_N = {kMu * kWeight, 0, 0};  // it drives the slip
   CHECK(value_of(measure(sliding(), {}, run), "dissipation-defect") == Approx(2));
 }
 
 TEST_CASE("contact forces: slip is the surfaces': a rolling ball has none, body rates are in body axes") {
   Recording run = slide(sliding());
-  for (Sample& sample : run.values) {
+  for (const SampleReference sample : run.values) {
     sample.bodies[1].q_wxyz = {Wide(std::sqrt(0.5)), 0, 0,
                                Wide(std::sqrt(0.5))};  // a quarter turn about z: body x is world y
     sample.bodies[1].w_rad_per_s = {kSpeed / 0.25, 0, 0};
@@ -118,7 +121,7 @@ TEST_CASE("contact forces: the round-off of a body at rest is no slip") {
   Scenario s = sliding();
   s.scene.gravity_m_per_s2 = {0, 0, -10};
   Recording run = slide(s);
-  for (Sample& sample : run.values) sample.bodies[1].v_m_per_s = {1e-14, 0, 0};
+  for (const SampleReference sample : run.values) sample.bodies[1].v_m_per_s = {1e-14, 0, 0};
   for (std::size_t k = 1; k < run.values.size(); ++k) run.values[k].contacts[0].force_t_N = {3, 0, 0};
   CHECK(value_of(measure(s, {}, run), "dissipation-defect") == -999);
 }
@@ -137,9 +140,8 @@ TEST_CASE("overlap: in a heap the near pairs are found, and only they") {
   Scenario s = sliding();
   s.samples = 1;
   s.scene.bodies.resize(1);
-  Recording run;
-  run.values.resize(2);
-  for (Sample& sample : run.values) sample.bodies.resize(1);
+  Sample heap;
+  heap.bodies.resize(1);
   for (int i = 0; i < 5; ++i)
     for (int j = 0; j < 5; ++j) {
       Body ball;
@@ -148,11 +150,10 @@ TEST_CASE("overlap: in a heap the near pairs are found, and only they") {
       ball.shape = Sphere{0.1};
       ball.position_m = {0.21 * i, 0.21 * j, 0.1};
       s.scene.bodies.push_back(ball);
-      for (Sample& sample : run.values) {
-        sample.bodies.emplace_back();
-        sample.bodies.back().p_m = {ball.position_m[0], ball.position_m[1], ball.position_m[2]};
-      }
+      heap.bodies.emplace_back().p_m = {ball.position_m[0], ball.position_m[1], ball.position_m[2]};
     }
+  Recording run;
+  run.values = {{heap, heap}};
   CHECK(value_of(measure(s, {}, run), "penetration-max") == Approx(0).margin(1e-15));
   run.values[1].bodies[13].p_m[1] += 0.03;  // into its neighbour along y
   CHECK(value_of(measure(s, {}, run), "penetration-max") == Approx(0.02));
@@ -165,9 +166,8 @@ TEST_CASE("overlap of boxes, tilted and on a plane") {
   s.scene.bodies.push_back(s.scene.bodies[1]);
   s.scene.bodies[2].name = "upper";
   Recording run;
-  run.values.resize(2);
-  for (Sample& sample : run.values) {
-    sample.bodies.resize(3);
+  run.values = std::vector(2, Sample{0, std::vector<BodySample>(3)});
+  for (const SampleReference sample : run.values) {
     sample.bodies[1].p_m = {0, 0, 0.5};
     sample.bodies[2].p_m = {0.2, 0, 0.5 + 0.5 + std::sqrt(0.5) - 0.01};  // on its edge, turned by 45 degrees about y
     sample.bodies[2].q_wxyz = {Wide(std::cos(M_PI / 8)), 0, Wide(std::sin(M_PI / 8)), 0};
@@ -196,8 +196,7 @@ TEST_CASE("impacts: place and impulses beside the truth's") {
   Recording run = slide(s);
   Truth truth;
   truth.values = run.values;
-  truth.bars.resize(run.values.size());
-  for (Sample& bar : truth.bars) bar.bodies.resize(2);
+  truth.bars = std::vector(run.values.size(), Sample{0, std::vector<BodySample>(2)});
   truth.events = {hit};
   truth.event_bar_s = {1e-15};
   run.events = {hit};
@@ -219,8 +218,7 @@ TEST_CASE("regimes: stick at another time, and a stick that never comes") {
   Recording run = slide(s);
   Truth truth;
   truth.values = run.values;
-  truth.bars.resize(run.values.size());
-  for (Sample& bar : truth.bars) bar.bodies.resize(2);
+  truth.bars = std::vector(run.values.size(), Sample{0, std::vector<BodySample>(2)});
   truth.events = {stick};
   truth.event_bar_s = {1e-15};
   CHECK(value_of(measure(s, truth, run), "transition-time-error") == -999);  // no event reported

@@ -74,11 +74,9 @@ Truth truth_of(const Recording& run) {
   Truth truth;
   truth.source = "by hand";
   truth.values = run.values;
-  truth.bars = std::vector<Sample>(run.values.size());
-  for (Sample& b : truth.bars) {
-    b.bodies.resize(run.values[0].bodies.size());
-    for (BodySample& q : b.bodies) q.q_wxyz = {0, 0, 0, 0};
-  }
+  truth.bars = run.values;
+  for (const SampleReference b : truth.bars)
+    for (BodySample& q : b.bodies) q = {{}, {0, 0, 0, 0}, {}, {}};
   truth.events = run.events;
   truth.event_bar_s.assign(run.events.size(), 1e-15);
   return truth;
@@ -134,7 +132,7 @@ TEST_CASE("bounce: an apex off by a part in 1e-10 is seen as that") {
   const Scenario s = bounce();
   const Truth truth = truth_of(motion(s, kE));
   Recording run = motion(s, kE);
-  for (Sample& sample : run.values)
+  for (const SampleReference sample : run.values)
     sample.bodies[1].p_m[2] = Wide(kRadius) + (sample.bodies[1].p_m[2] - Wide(kRadius)) * (1 + Wide(1e-10));
   CHECK(value_of(measure(s, truth, run), "apex-error") == Approx(1e-10).epsilon(1e-6));
 }
@@ -188,7 +186,7 @@ TEST_CASE("landing: explicit Euler lands one step late on its own parabola, v_x 
     Sample sample;
     sample.t_s = Wide(s.t_end_s) * k / Wide(s.samples);
     sample.bodies.resize(1);
-    const auto put = [&](std::vector<Sample>& list, Wide late) {  // z_n = v0 t - g t (t - late) / 2
+    const auto put = [&](SampleSeries& list, Wide late) {  // z_n = v0 t - g t (t - late) / 2
       const Wide t = sample.t_s;
       sample.bodies[0].p_m = {Wide(v0) * t, 0, Wide(v0) * t - Wide(kG) * t * (t - late) / 2};
       list.push_back(sample);

@@ -41,7 +41,7 @@ Scenario four_particles() {
 Recording still(const Scenario& s) {
   Recording run;
   for (int k = 0; k <= 2; ++k) {
-    Sample& sample = run.values.emplace_back();
+    Sample sample;
     sample.t_s = k;
     const Particles& p = s.scene.fluids[0].particles;
     for (std::size_t i = 0; i < p.position_m.size(); ++i) {
@@ -49,6 +49,7 @@ Recording still(const Scenario& s) {
       for (std::size_t a = 0; a < 3; ++a) one.p_m[a] = p.position_m[i][a], one.v_m_per_s[a] = p.velocity_m_per_s[i][a];
       one.density_kg_per_m3 = p.density_kg_per_m3[i];
     }
+    run.values.push_back(sample);
   }
   return run;
 }
@@ -91,7 +92,7 @@ const auto kNoTruth = [] {
 TEST_CASE("norms of fields: weighted by the masses, over the exact field's own") {
   const Scenario s = four_particles();
   Recording run = still(s);
-  auto& end = run.values.back().particles;
+  const auto end = run.values.back().particles;
   end[0].v_m_per_s = {3, 0, 0};  // off by 1 from the field of 2, its mass 1
   end[1].v_m_per_s = {2, 3, 0};  // off by 3, its mass 2
   end[2].v_m_per_s = end[3].v_m_per_s = {2, 0, 0};
@@ -146,7 +147,7 @@ TEST_CASE("norms on a grid: polynomials of degree 4 have no error of interpolati
         for (std::size_t i = 0; i < at[k].size(); ++i) made.samples[k].values[i].pressure_Pa = pressure(at[k][i]);
       return made;
     };
-    for (Sample& sample : run.values)
+    for (const SampleReference sample : run.values)
       for (ParticleSample& p : sample.particles)
         p.v_m_per_s = {2, 0.5, 0}, p.pressure_Pa = 1.01 * pressure({p.p_m[0], p.p_m[1], p.p_m[2]});
     const std::vector<Row> rows = measure_fluid(s, fluid_truths(s, run, ask, kNoTruth), run);
@@ -186,7 +187,7 @@ TEST_CASE("model, space and time add to the whole, particle by particle") {
     Truth truth;
     truth.values = still(s).values;
     truth.bars = truth.values;
-    for (Sample& bar : truth.bars)
+    for (const SampleReference bar : truth.bars)
       for (ParticleSample& p : bar.particles) p = {};
     for (ParticleSample& p : truth.values.back().particles) p.v_m_per_s = {2.4, 0, 0};
     return truth;
@@ -236,7 +237,7 @@ TEST_CASE("the budget of energy: elastic energy by its integral, heat, gravity")
       const double rho = 1000 + 10.0 * i / kParts, weight = i == 0 || i == kParts ? 1 : i % 2 == 1 ? 4 : 2;
       work += weight * pressure(rho) / (rho * rho) * (10.0 / kParts) / 3;
     }
-    auto& end = run.values.back().particles;
+    const auto end = run.values.back().particles;
     end[0].density_kg_per_m3 = 1010;
     end[1].v_m_per_s = {0, 0, 0};      // 2 kg lose 1 J
     end[2].p_m[1] += (1 - work) / 10;  // 1 kg takes what is not elastic
@@ -270,7 +271,9 @@ TEST_CASE("heat that entered: flux times the area of the box's face, of walls th
   s.scene.fluid_boundaries[1].heat_flux_W_per_m2 = -10;  // 20 W out
   Recording run = still(s);
   const auto error = [&] {
-    for (Sample& sample : run.values) sample.bodies.resize(2);
+    std::vector<Sample> samples;
+    for (const SampleView sample : run.values) samples.push_back(copy_of(sample)), samples.back().bodies.resize(2);
+    run.values = samples;
     return value_of(measure_fluid(s, fluid_truths(s, run, kNoField, kNoTruth), run), "heat-entered-error");
   };
   for (ParticleSample& p : run.values.back().particles) p.temperature_K = Wide(80) / 30;  // 6 kg, 30 J/K
@@ -322,7 +325,7 @@ TEST_CASE("rows of work: what a term takes is accounted for") {
   run.values.resize(9, run.values.front());
   for (std::size_t k = 0; k < 9; ++k) run.values[k].t_s = Wide(k) / 4;
   const std::string plain = "sph{kernel=wendland-c2,smoothing=1.3,density_diffusion=", term = "0.1,shift=0}";
-  for (Sample& sample : run.values) sample.particles[0].density_kg_per_m3 = 1010;
+  for (const SampleReference sample : run.values) sample.particles[0].density_kg_per_m3 = 1010;
   CHECK(fluid_work_rows(s.scene, run, plain + "0,shift=0}").empty());
   CHECK(fluid_work_rows(s.scene, run, "polynomial{degree=2}").empty());
   // Every state has the same power P < 0: the work is 2 s of it. A recording that loses as much accounts for it.
@@ -419,9 +422,10 @@ TEST_CASE("pictures: of many particles one in each square of a grid, at most so 
   s.scene.domain.periodic_m = {100, 100, 0};
   s.scene.fluids[0].spacing_m = 1;
   Recording run;
-  Sample& sample = run.values.emplace_back();
+  Sample sample;
   for (int i = 0; i < 100; ++i)
     for (int j = 0; j < 100; ++j) sample.particles.emplace_back().p_m = {Wide(i) + 0.5, Wide(j) + 0.5, 0};
+  run.values.push_back(sample);
   const FluidPicture picture = picture_of(s, {}, run);
   CHECK(picture.particles == 10000);
   CHECK(picture.x_m.size() <= kMaxDrawn);
@@ -431,7 +435,8 @@ TEST_CASE("pictures: of many particles one in each square of a grid, at most so 
   const std::set<float> columns(picture.x_m.begin(), picture.x_m.end()), rows(picture.y_m.begin(), picture.y_m.end());
   CHECK(std::abs(static_cast<int>(columns.size()) - static_cast<int>(rows.size())) <= 2);
   s.scene.domain = {3, {100, 100, 0}};  // in space: the middle plane
-  for (std::size_t i = 0; i < sample.particles.size(); ++i) sample.particles[i].p_m[2] = Wide(i % 5);
+  const std::span<ParticleSample> particles = run.values[0].particles;
+  for (std::size_t i = 0; i < particles.size(); ++i) particles[i].p_m[2] = Wide(i % 5);
   CHECK(picture_of(s, {}, run).x_m.size() == 2000);
 }
 
@@ -505,10 +510,11 @@ TEST_CASE("the delay of a front leaves no late reading out") {
     FieldAtParticles readings;
     for (int k = 0; k <= samples; ++k) {
       const double t = 0.05 * k;
-      Sample& sample = run.values.emplace_back();
+      Sample sample;
       sample.t_s = t;
       sample.particles.resize(1);
       sample.particles[0].p_m = {Wide(0.5 + t), 0.5, 0};  // its front is half a spacing further
+      run.values.push_back(sample);
       FieldSample& reading = readings.samples.emplace_back();
       reading.t_s = t;
       reading.probes.resize(1);

@@ -136,18 +136,16 @@ TEST_CASE("joint metrics: coordinates are read from the poses where an engine re
 
   // Two samples 10 rad apart: the poses do not tell how often it turned, which is then no error.
   Truth rare = exact();
-  rare.values = {rare.values.front(), rare.values.back()};
+  rare.values = {{copy_of(rare.values.front()), copy_of(rare.values.back())}};
   rows = measure(turning(), rare, recorded({samples.front(), samples.back()}));
   CHECK(value_for(rows, "error-joint-coordinate", "pivot") == Approx(kRate * 1e-3));
 
   // A truth without joints (a closed form of poses): the coordinate's bar is that of the attitude.
   Truth poses = exact();
-  for (Sample& sample : poses.values) sample.joints.clear();
-  poses.bars = std::vector<Sample>(poses.values.size());
-  for (Sample& bar : poses.bars) {
-    bar.bodies.resize(1);
-    bar.bodies[0].q_wxyz = {3e-6, 0, 0, 4e-6};
-  }
+  poses.values.clear();
+  for (const SampleView sample : exact().values)
+    poses.values.push_back(Sample{sample.t_s, {sample.bodies.begin(), sample.bodies.end()}});
+  poses.bars = std::vector(poses.values.size(), Sample{0, {{{}, {3e-6, 0, 0, 4e-6}, {}, {}}}});
   rows = measure(turning(), poses, recorded(motion(1e-3)));
   for (const Row& r : rows)
     if (r.metric == "error-joint-coordinate") {
@@ -214,10 +212,13 @@ TEST_CASE("joint metrics: a prescribed joint has rows of its own and no part in 
   scenario.scene.joints.push_back(slider);
   Truth truth = exact();
   std::vector<Sample> samples = motion(1e-3);
+  std::vector<Sample> true_samples;
   for (std::size_t k = 0; k < samples.size(); ++k) {
-    truth.values[k].joints.resize(2), samples[k].joints.resize(2);
+    true_samples.push_back(copy_of(truth.values[k]));
+    true_samples[k].joints.resize(2), samples[k].joints.resize(2);
     samples[k].joints[1].q[0] = k == 0 ? 0 : 3e-7;
   }
+  truth.values = true_samples;
   rows = measure(scenario, truth, recorded(samples));
   CHECK(value_for(rows, "error-joint-coordinate", "") == Approx(3e-7));
   CHECK(value_for(rows, "error-joint-offset", "") == Approx(3e-7));

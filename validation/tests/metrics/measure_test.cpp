@@ -66,7 +66,7 @@ Truth truth_of(const Recording& run, double bar = 1e-15) {
   Truth truth;
   truth.values = run.values;
   truth.bars = run.values;
-  for (Sample& s : truth.bars)
+  for (const SampleReference s : truth.bars)
     for (BodySample& b : s.bodies) b = BodySample{{bar, bar, bar}, {0, 0, 0, 0}, {bar, bar, bar}, {0, 0, 0}};
   return truth;
 }
@@ -109,10 +109,11 @@ TEST_CASE("measure: a quaternion that is not of norm 1 is a row of its own, the 
   CHECK(value_of(rows, "quaternion-norm-drift") == Approx(0.25));
   CHECK(find(rows, "quaternion-norm-drift")->unit == "1");
   run = orbit(s, 1, 1);
-  for (Sample& sample : run.values) sample.bodies[0].q_wxyz[0] *= Wide(1.02);
+  for (const SampleReference sample : run.values) sample.bodies[0].q_wxyz[0] *= Wide(1.02);
   CHECK(value_of(measure(s, truth, run), "error-attitude-max") == 0);
   CHECK(value_of(measure(s, truth, run), "quaternion-norm-drift") == Approx(0.02));
-  for (Sample& sample : run.values) sample.bodies[0].q_wxyz = {Wide(1) - Wide(5e-7), 0, 0, 0};  // as float leaves it
+  for (const SampleReference sample : run.values)
+    sample.bodies[0].q_wxyz = {Wide(1) - Wide(5e-7), 0, 0, 0};  // as float leaves it
   CHECK(find(measure(s, truth, run), "quaternion-norm-drift") == nullptr);
 }
 
@@ -181,7 +182,7 @@ TEST_CASE("measure: energy kept by rescaling still moves the orbit's vector and 
   const Truth truth = truth_of(orbit(s, 1, 1));
   Recording run = orbit(s, 1, 1);
   // Radius grows, speed is rescaled so that v^2/2 - 1/r = -1/2 holds exactly.
-  for (Sample& sample : run.values) {
+  for (const SampleReference sample : run.values) {
     const double grow = 1 + 1e-3 * static_cast<double>(sample.t_s) / 6, v = std::sqrt(2 / grow - 1);
     for (Wide& x : sample.bodies[0].p_m) x *= grow;
     for (Wide& x : sample.bodies[0].v_m_per_s) x *= v;
@@ -195,7 +196,7 @@ TEST_CASE("measure: energy kept by rescaling still moves the orbit's vector and 
 TEST_CASE("measure: energy drift and scale by hand") {
   const Scenario s = circle();
   Recording run = orbit(s, 1, 1);
-  for (Sample& sample : run.values)  // v^2 grows as 1 + 2e-4 t: E - E0 = m 1e-4 t
+  for (const SampleReference sample : run.values)  // v^2 grows as 1 + 2e-4 t: E - E0 = m 1e-4 t
     for (Wide& x : sample.bodies[0].v_m_per_s) x *= std::sqrt(1 + 2e-4 * static_cast<double>(sample.t_s));
   const std::vector<Row> rows = measure(s, truth_of(orbit(s, 1, 1)), run);
   const double scale = 1;  // the truth's kinetic energy, m = 2; its potential does not change
@@ -211,7 +212,7 @@ TEST_CASE(
   const Truth truth = truth_of(orbit(s, 1, 1));
   const auto blown = [&](double rate) {
     Recording run = orbit(s, 1, 1);
-    for (Sample& sample : run.values)
+    for (const SampleReference sample : run.values)
       for (Wide& x : sample.bodies[0].v_m_per_s) x *= std::exp(rate * static_cast<double>(sample.t_s));
     return measure(s, truth, run);
   };
@@ -253,7 +254,7 @@ TEST_CASE(
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal(0, 1);
   double walk = 0;
-  for (Sample& sample : run.values) {
+  for (const SampleReference sample : run.values) {
     for (Wide& x : sample.bodies[0].v_m_per_s) x = static_cast<double>(x * Wide(1 + walk));
     walk += 2e-16 * normal(random);
   }
@@ -263,7 +264,7 @@ TEST_CASE(
     CHECK(find(floor, metric)->reason.starts_with("inconclusive: round-off: "));
   }
   Recording bent = orbit(s, 1, 1);
-  for (Sample& sample : bent.values)
+  for (const SampleReference sample : bent.values)
     for (Wide& x : sample.bodies[0].v_m_per_s) x *= 1 + 1e-5 * sample.t_s * sample.t_s;
   const std::vector<Row> rows = measure(s, truth, bent);
   const Row& drift = *find(rows, "energy-drift");
@@ -314,10 +315,10 @@ TEST_CASE("measure: one status row when a run did not end well") {
   refused.outcome = {Status::unsupported, "no attractor", 0, 0, {}};
   CHECK(status_of(refused) == Status::unsupported);
   Recording early = orbit(s, 1, 1);
-  early.values.resize(50);
+  early.values.truncate(50);
   CHECK(status_of(early) == Status::crashed);
   Recording shifted = orbit(s, 1, 1);
-  for (Sample& sample : shifted.values) sample.t_s += Wide(0.02);
+  for (const SampleReference sample : shifted.values) sample.t_s += Wide(0.02);
   CHECK(status_of(shifted) == Status::crashed);
   CHECK(error_series(s, truth, late_nan).t_s.empty());
 }

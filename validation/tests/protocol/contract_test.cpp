@@ -142,7 +142,8 @@ void answers(Lines& lines) {
   const Event event{third, EventKind::impact, 0, 1, {}, {0, 0, 1}, 1, 2, -3, 4};
   const Sample sample = whole_sample();
   wire::sample_lines(7, sample, nullptr, {event}, put);
-  wire::sample_lines(7, sample, &sample, {}, put, 200);
+  const SampleView bar = sample;
+  wire::sample_lines(7, sample, &bar, {}, put, 200);
   for (const EventKind kind :
        {EventKind::rest, EventKind::slip, EventKind::stick, EventKind::roll, EventKind::separate})
     lines.push_back(to_string(kind));

@@ -56,8 +56,9 @@ void check_equal(const std::vector<JointSample>& a, const std::vector<JointSampl
 
 std::string line_of(const Sample& sample, const Sample* bar, const std::vector<Joint>* joints) {
   std::string only;
+  const SampleView bars = bar ? *bar : sample;
   wire::sample_lines(
-      7, sample, bar, {}, [&](const std::string& line) { only = line; }, std::string::npos, joints);
+      7, sample, bar ? &bars : nullptr, {}, [&](const std::string& line) { only = line; }, std::string::npos, joints);
   return only;
 }
 

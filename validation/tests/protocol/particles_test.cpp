@@ -55,8 +55,9 @@ TEST_CASE("many particles cross in parts, with their bars, also without bodies a
       std::size_t found_bodies = 0, contacts = 0;
       int lines = 0;
       bool more = true;
+      const SampleView bar = sample;
       wire::sample_lines(
-          7, sample, with_bar ? &sample : nullptr, {},
+          7, sample, with_bar ? &bar : nullptr, {},
           [&](const std::string& line) {
             const wire::Answer part = wire::read_answer(line);
             REQUIRE(more);

@@ -201,7 +201,7 @@ TEST_CASE("a truth is answered with bars, and its solver's failures as outcomes"
     if (scenario.id == "hopeless") throw std::runtime_error("no truth here");
     Truth truth;
     truth.source = "demo";
-    truth.values.resize(static_cast<std::size_t>(samples) + 1, Sample{0, std::vector<BodySample>(1)});
+    truth.values = std::vector(static_cast<std::size_t>(samples) + 1, Sample{0, std::vector<BodySample>(1)});
     truth.bars = truth.values;
     return truth;
   };

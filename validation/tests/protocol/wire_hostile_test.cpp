@@ -97,7 +97,8 @@ TEST_CASE("a long sample crosses in parts, its bars, contacts and events with it
   for (int i = 0; i < 40; ++i) sample.contacts.push_back({i, i + 1, {0.1 * i, 0, 0}, {0, 0, 1}, -1e-9, 9.8, {}});
   Event event;
   event.body_b = 1;
-  for (const Sample* bars : {static_cast<const Sample*>(nullptr), static_cast<const Sample*>(&bar)}) {
+  const SampleView some_bars = bar;
+  for (const SampleView* bars : {static_cast<const SampleView*>(nullptr), &some_bars}) {
     std::vector<wire::Answer> parts;
     wire::sample_lines(
         7, sample, bars, {event},

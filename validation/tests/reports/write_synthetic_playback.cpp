@@ -44,7 +44,7 @@ PlayedRun smooth_run(const std::string& name, std::int64_t samples, double off, 
   run.name = name, run.steps = name == "truth" ? 0 : 4 * kSamples;
   for (std::int64_t k = 0; k <= samples; ++k) {
     const double t = 4.0 * static_cast<double>(k) / kSamples;
-    run.values.push_back({Wide(t), {BodySample{}, on_circle(t, off * t, turn * t)}});
+    run.values.push_back(Sample{Wide(t), {BodySample{}, on_circle(t, off * t, turn * t)}});
     run.position_error_m.push_back(off * t), run.attitude_error_rad.push_back(turn * t),
         run.energy.push_back(-1e-8 * t);
   }
@@ -79,9 +79,10 @@ Playback bounces() {
     const double t = 2.0 * static_cast<double>(k) / kSamples, free = std::max(0.0, t - 0.5), after = free - 0.5;
     BodySample ball;
     ball.p_m = {0, 0, Wide(after < 0 ? 1.1 - 4 * free * free : 0.1 + 4 * after - 4 * after * after)};
-    run.values.push_back({Wide(t), {BodySample{}, ball}});
+    Sample sample{Wide(t), {BodySample{}, ball}};
+    if (k == kSamples) sample.contacts.push_back({0, 1, {0, 0, 0}, {0, 0, 1}, 0, 8, {0, 0, 0}});
+    run.values.push_back(sample);
   }
-  run.values.back().contacts.push_back({0, 1, {0, 0, 0}, {0, 0, 1}, 0, 8, {0, 0, 0}});
   run.events.push_back({Wide(1), EventKind::impact, 0, 1, {0, 0, 0}, {0, 0, 1}, 8, 0, -4, 4});
   playback.runs = {run};
   return playback;

@@ -42,8 +42,7 @@ void make(const std::string& path, const Made& made) {
   run.killed_from_outside = made.killed;
   run.wall_ns = static_cast<std::int64_t>(made.busy_ns);
   Recording recording;
-  if (made.status == Status::ok) recording.values.resize(3);
-  for (Sample& sample : recording.values) sample.bodies.resize(1);
+  if (made.status == Status::ok) recording.values = std::vector(3, Sample{0, std::vector<BodySample>(1)});
   if (made.status == Status::ok) recording.values.back().bodies[0].p_m[0] = made.x;
   if (made.status == Status::ok) recording.values[1].bodies[0].p_m[0] = made.middle;
   MeasuredRecord measured;

@@ -49,11 +49,10 @@ void fill(const std::string& path, const std::vector<Cell>& cells) {
     run.method = cell.method;
     run.steps = cell.plan.steps;
     Recording recording;
-    recording.values.resize(2);
-    for (Sample& sample : recording.values) {
-      sample.bodies.resize(1);
-      sample.bodies[0].p_m = {1 / n, 2, 3};
-    }
+    Sample sample;
+    sample.bodies.resize(1);
+    sample.bodies[0].p_m = {1 / n, 2, 3};
+    recording.values = std::vector(2, sample);
     recording.values[1].t_s = 2;
     MeasuredRecord measured;
     measured.basis = "basis";
@@ -310,8 +309,8 @@ PRAGMA user_version=3;
     sample.bodies.resize(1);
     Series series;
     series.t_s = {0, 1};
-    const std::string samples = pack_samples({sample}), events = pack_events({}), errors = pack_series(series),
-                      busy = pack_reals({3, 1, 2}), bars = pack_reals({1e-20});
+    const std::string samples = pack_samples(std::vector{sample}), events = pack_events({}),
+                      errors = pack_series(series), busy = pack_reals({3, 1, 2}), bars = pack_reals({1e-20});
     const std::int64_t no = 0, yes = 1;
     const auto whole = [](std::int64_t n) { return StoreValue(n); };
     put("provenances", {"old", "1", "commit", "g++", "-O3", "cpu", "avx2", "glibc 2.36", "old run"});

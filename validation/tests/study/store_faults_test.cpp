@@ -24,10 +24,9 @@ RunRecord run_of(int cell) {
 
 Recording recording_of(int cell) {
   Recording recording;
-  recording.values.resize(40);  // several pages
+  recording.values = std::vector(40, Sample{0, std::vector<BodySample>(3)});  // several pages
   for (std::size_t k = 0; k < recording.values.size(); ++k) {
     recording.values[k].t_s = static_cast<Wide>(k);
-    recording.values[k].bodies.resize(3);
     for (std::size_t i = 0; i < 3; ++i)
       recording.values[k].bodies[i].p_m = {1.0 / (cell + 3), 1.0 / (k + 7.0), 1.0 * i};
   }

@@ -1,4 +1,5 @@
 // What goes into the store comes out to the last bit; what is wrong with it is said in words.
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -25,7 +26,7 @@ std::vector<Sample> samples(bool wide) {
   return all;
 }
 
-void check_equal(const std::vector<Sample>& a, const std::vector<Sample>& b) {
+void check_equal(const SampleSeries& a, const SampleSeries& b) {
   REQUIRE(a.size() == b.size());
   for (std::size_t k = 0; k < a.size(); ++k) {
     CHECK(a[k].t_s == b[k].t_s);
@@ -83,8 +84,9 @@ TEST_CASE("contacts are packed with their samples") {
   std::vector<Sample> touching = samples(false);
   touching[0].contacts = {{0, 1, {1, 2, 3}, {0, 0, 1}, -1e-9, 9.8, {0.5, 0, -0.25}}};
   const std::string bytes = pack_samples(touching);
-  CHECK(unpack_samples(bytes)[0].contacts == touching[0].contacts);
-  CHECK(unpack_samples(bytes)[1].contacts.empty());
+  const SampleSeries unpacked = unpack_samples(bytes);
+  CHECK(copy_of(unpacked[0]).contacts == touching[0].contacts);
+  CHECK(unpacked[1].contacts.empty());
   for (std::size_t size = 0; size < bytes.size(); ++size)
     CHECK_THROWS_AS(unpack_samples(bytes.substr(0, size)), BadBlob);
 }
@@ -98,7 +100,7 @@ TEST_CASE("particles are packed with their samples; recordings without any are a
     p.density_kg_per_m3 = 7, p.pressure_Pa = 8, p.temperature_K = wide ? static_cast<Wide>(1) / 3 : Wide(9);
     const std::string bytes = pack_samples(flowing);
     CHECK(static_cast<int>(without[0]) == (wide ? 16 : 8));
-    const std::vector<Sample> back = unpack_samples(bytes);
+    const SampleSeries back = unpack_samples(bytes);
     check_equal(back, flowing);
     CHECK(back[0].particles.empty());
     REQUIRE(back[1].particles.size() == 1);
@@ -125,7 +127,7 @@ TEST_CASE("joints and ropes are packed with their samples; recordings without an
     rope.tension_N = 17, rope.pulley_angle_rad = {18, third};
     linked[0].particles.resize(1);
     const std::string bytes = pack_samples(linked);
-    const std::vector<Sample> back = unpack_samples(bytes);
+    const SampleSeries back = unpack_samples(bytes);
     check_equal(back, linked);
     CHECK(back[0].joints.empty());
     CHECK(back[0].particles.size() == 1);
@@ -236,6 +238,49 @@ TEST_CASE("a cell, its rows, its truth and its times come back as they went in")
   check_equal(store.truth("truth")->bars, samples(true));
   CHECK(store.truth("truth")->event_bar_s == truth.event_bar_s);
   CHECK(store.timing("timing")->outcome.busy_ns == timing.outcome.busy_ns);
+}
+
+TEST_CASE("a truth of very many samples is stored in parts, and one whose part has gone is damaged") {
+  const Folder folder;
+  Sample sample;
+  sample.bodies.resize(100);
+  Truth truth;
+  truth.source = "closed form";
+  for (int k = 0; k < 2000; ++k) {  // 42 MB
+    sample.t_s = static_cast<Wide>(k) / 3;
+    sample.bodies[k % 100].p_m[0] = sample.t_s;
+    truth.values.push_back(sample);
+    truth.bars.push_back(Sample{sample.t_s, std::vector<BodySample>(100)});
+  }
+  truth.event_bar_s = {1e-20};
+  {
+    Store store(folder / "store.db", Store::Mode::write);
+    store.put_truth("truth", "one", truth);
+    store.put_truth("truth two", "two", Truth{});
+  }
+  const auto count = [&](const std::string& key) {
+    SQLite::Database database(folder / "store.db", SQLite::OPEN_READWRITE);
+    return database.execAndGet("SELECT count(*) FROM truths WHERE hash LIKE '" + key + "'").getInt();
+  };
+  CHECK(count("truth part %") == 10);
+  {
+    Store store(folder / "store.db", Store::Mode::read);
+    CHECK(store.has_truth("truth"));
+    const auto back = store.truth("truth");
+    REQUIRE(back);
+    check_equal(back->values, truth.values);
+    check_equal(back->bars, truth.bars);
+    CHECK(back->event_bar_s == truth.event_bar_s);
+    CHECK(back->source == "closed form");
+  }
+  SQLite::Database(folder / "store.db", SQLite::OPEN_READWRITE).exec("DELETE FROM truths WHERE hash='truth part 1'");
+  Store store(folder / "store.db", Store::Mode::write);
+  CHECK_THROWS_AS(store.truth("truth"), StoreDamage);
+  CHECK(store.truth_damage("truth") != "");
+  store.forget_truth("truth");
+  CHECK_FALSE(store.has_truth("truth"));
+  CHECK(store.has_truth("truth two"));
+  CHECK(count("truth%") == 1);
 }
 
 TEST_CASE("a store that cannot be used says why") {

@@ -93,7 +93,7 @@ Judged judge(const Truth& truth, const Checked& exact, double t_end_s) {
   Comparison compared;
   if (truth.values.size() != exact.values.size()) return {Result::unchecked, 0, "another number of samples"};
   for (std::size_t k = 1; k < truth.values.size(); ++k) {
-    const Sample &value = truth.values[k], &bar = truth.bars[k];
+    const SampleView value = truth.values[k], bar = truth.bars[k];
     const auto at = [&](const char* what, std::size_t i) { return fmt::format(" of {} {} at sample {}", what, i, k); };
     for (std::size_t i = 0; i < value.bodies.size(); ++i)
       compared.hold_body(value.bodies[i], bar.bodies[i], exact.values[k][i], exact.own[k][i], at("body", i));

@@ -28,8 +28,8 @@ Answer agreeing() {
   JointSample& joint = bar.joints[0];
   joint.q.fill(1e-30), joint.u.fill(1e-30), joint.force_N.fill(1e-30), joint.torque_N_m.fill(1e-30);
   value.joints[0].force_N.fill(0), value.joints[0].torque_N_m.fill(0);
-  made.truth.values.assign(2, value);
-  made.truth.bars.assign(2, bar);
+  made.truth.values = std::vector(2, value);
+  made.truth.bars = std::vector(2, bar);
   LongBody still;
   for (std::size_t c = 0; c < 4; ++c) still.q[c] = widened(value.bodies[0].q_wxyz[c]);
   LongBody own;
