@@ -78,7 +78,7 @@ void read_trace_csv(std::string_view bytes) {
           .scene;
   const auto trace = read_or_refuse<InputError>([&] { return read_trace(std::string(bytes), "trace.csv", scene); });
   if (!trace) return;
-  for (const Sample& sample : trace->run.values)
+  for (const SampleView sample : trace->run.values)
     require(sample.bodies.size() == scene.bodies.size(), "an instant of a trace has every body");
 }
 

@@ -61,7 +61,8 @@ bool is_whole_sample(const wire::Answer& answer) {
 
 std::string written(const wire::Answer& answer) {
   std::string lines;
-  wire::sample_lines(answer.cell, answer.sample, answer.has_bar ? &answer.bar : nullptr, answer.events,
+  const SampleView bar = answer.bar;
+  wire::sample_lines(answer.cell, answer.sample, answer.has_bar ? &bar : nullptr, answer.events,
                      [&](const std::string& line) { lines += line; });
   return lines;
 }
