@@ -6,15 +6,16 @@ namespace {
 // each(j, V_j F_ij, x_ij) for the neighbours of a slot.
 template <class S, class Each> void for_neighbours(const CorrectionData<S>& data, int slot, const Each& each) {
   const NeighbourBlock block = data.lists.block(slot / kLaneCount);
-  const int lane = slot % kLaneCount;
-  for (int n = 0; n < block.counts[lane]; ++n) {
-    const int j = block.entries[n * kLaneCount + lane];
+  for (int n = 0; n < block.longest; ++n) {
+    const int j = block.entries[n];
+    if (j == slot) continue;
     S x[3]{}, r2{};
     for (int c = 0; c < data.dimensions; ++c) {
       x[c] = data.records[std::ptrdiff_t(slot) * kRecordSize + c] - data.records[std::ptrdiff_t(j) * kRecordSize + c];
       if (data.lists.period(c) > S(0)) x[c] = nearest_image(x[c], data.lists.period(c));
       r2 += x[c] * x[c];
     }
+    if (beyond_support(data.kernel, r2)) continue;
     const S F = data.kernel.slope_over_distance(real::sqrt(r2));
     if (F != S(0)) each(j, data.masses[j] / data.densities[j] * F, x);
   }

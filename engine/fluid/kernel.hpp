@@ -39,6 +39,10 @@ template <class S> struct Kernel {
   S value(S r) const;                // W(r) [1/m^d]
   S slope_over_distance(S r) const;  // W'(r) / r [1/m^(d+2)], <= 0
 };
+// Certainly beyond the support, before the root is taken: there both values are exact zeros.
+template <class S> bool beyond_support(const Kernel<S>& kernel, S r2) {
+  return r2 > S(1.01) * kernel.support * kernel.support;
+}
 // h_m > 0; dimensions 2 or 3.
 template <class S> Kernel<S> make_kernel(KernelShape shape, int dimensions, S h_m);
 
@@ -83,26 +87,26 @@ template <KernelShape shape, class S, class V> ATWOOD_INLINE V kernel_slope(cons
   }
 }
 
+// with(shape) where the shape is known to the compiler.
+template <KernelShape shape> using ShapeOf = std::integral_constant<KernelShape, shape>;
+template <class With> ATWOOD_INLINE auto of_shape(KernelShape shape, const With& with) {
+  switch (shape) {
+    case KernelShape::cubic: return with(ShapeOf<KernelShape::cubic>{});
+    case KernelShape::quintic: return with(ShapeOf<KernelShape::quintic>{});
+    case KernelShape::wendland_c2: return with(ShapeOf<KernelShape::wendland_c2>{});
+    case KernelShape::wendland_c4: return with(ShapeOf<KernelShape::wendland_c4>{});
+    case KernelShape::wendland_c6: break;
+  }
+  return with(ShapeOf<KernelShape::wendland_c6>{});
+}
 // The same of a shape that is known at run time.
 template <class S, class V> ATWOOD_INLINE V kernel_value(KernelShape shape, const V& s) {
-  switch (shape) {
-    case KernelShape::cubic: return kernel_value<KernelShape::cubic, S>(s);
-    case KernelShape::quintic: return kernel_value<KernelShape::quintic, S>(s);
-    case KernelShape::wendland_c2: return kernel_value<KernelShape::wendland_c2, S>(s);
-    case KernelShape::wendland_c4: return kernel_value<KernelShape::wendland_c4, S>(s);
-    case KernelShape::wendland_c6: break;
-  }
-  return kernel_value<KernelShape::wendland_c6, S>(s);
+  return of_shape(
+      shape, [&](auto of) __attribute__((always_inline)) { return kernel_value<decltype(of)::value, S>(s); });
 }
 template <class S, class V> ATWOOD_INLINE V kernel_slope(KernelShape shape, const V& s) {
-  switch (shape) {
-    case KernelShape::cubic: return kernel_slope<KernelShape::cubic, S>(s);
-    case KernelShape::quintic: return kernel_slope<KernelShape::quintic, S>(s);
-    case KernelShape::wendland_c2: return kernel_slope<KernelShape::wendland_c2, S>(s);
-    case KernelShape::wendland_c4: return kernel_slope<KernelShape::wendland_c4, S>(s);
-    case KernelShape::wendland_c6: break;
-  }
-  return kernel_slope<KernelShape::wendland_c6, S>(s);
+  return of_shape(
+      shape, [&](auto of) __attribute__((always_inline)) { return kernel_slope<decltype(of)::value, S>(s); });
 }
 
 }  // namespace atwood::fluid

@@ -37,6 +37,11 @@ Neighbours<S>::Neighbours(const Domain& domain, S support, S skin)
   }
 }
 
+template <class S>
+Neighbours<S>::Neighbours(const Domain& domain, S support, S skin, S spacing) : Neighbours(domain, support, skin) {
+  spacing_ = spacing;
+}
+
 // work(range, part) for all points: one range, or one for each member of the team.
 template <class S> template <class Work> void Neighbours<S>::over_points(int count, Team* team, const Work& work) {
   const int parts = parts_of(team, count);
@@ -75,7 +80,7 @@ template <class S> void Neighbours<S>::build(const S* x, int count, Team* team) 
   slot_of_.resize(count);
   cell_of_.resize(count);
   sorted_.resize(dimensions_ * stride());
-  counts_.resize(padded);
+  if (!of_blocks()) counts_.resize(padded);
   block_longest_.resize(padded / kLaneCount);
   block_wraps_.resize(padded / kLaneCount);
   over_points(count, team, [&](Share own, int) {
@@ -90,7 +95,7 @@ template <class S> void Neighbours<S>::build(const S* x, int count, Team* team) 
   sort_into_cells(grid, team);
   const int blocks = padded / kLaneCount, parts = parts_of(team, count);
   for (;;) {
-    entries_.resize(std::size_t(padded) * capacity_);
+    entries_.resize(std::size_t(blocks) * lists_a_block() * capacity_);
     std::atomic<bool> fits{true};
     const auto work = [&](int part) {
       const Share own = share(blocks, part, parts);
@@ -106,8 +111,8 @@ template <class S> void Neighbours<S>::build(const S* x, int count, Team* team) 
   }
 }
 
-// Rows of cells as wide as the list radius, the cells along a row a quarter of it; wider where that would be many more
-// cells than points, however far these are apart.
+// Rows of cells as wide as the list radius, or as a cube that holds a block's points; the cells along a row a quarter
+// of it; wider where that would be many more cells than points, however far these are apart.
 template <class S> auto Neighbours<S>::make_grid() const -> Grid {
   Grid grid;
   const S list_radius = support_ + skin_;
@@ -125,8 +130,9 @@ template <class S> auto Neighbours<S>::make_grid() const -> Grid {
     grid.origin[axis] = least;
     extent[axis] = most - least;
   }
-  S width[3] = {list_radius, list_radius, list_radius};
-  width[dimensions_ - 1] = list_radius / S(4);
+  const S side = !of_blocks() ? list_radius : dimensions_ == 2 ? S(2.83) * spacing_ : S(2) * spacing_;
+  S width[3] = {side, side, side};
+  width[dimensions_ - 1] = side / S(4);
   for (;;) {
     S cells = S(1);
     for (int axis = 0; axis < dimensions_; ++axis) cells = cells * (extent[axis] / width[axis] + S(1));
@@ -181,6 +187,8 @@ template <class S> void Neighbours<S>::sort_into_cells(const Grid& grid, Team* t
         sorted_[axis * stride() + to] = wrapped_[std::size_t(i) * dimensions_ + axis];
     }
   });
+  for (int axis = 0; axis < dimensions_; ++axis)
+    std::fill_n(&sorted_[axis * stride() + count], kLaneCount, sorted_[axis * stride() + count - 1]);
 }
 
 // The cells of an axis that come within `list_radius` of x: `count` of them from `first` on, an index that continues
@@ -210,42 +218,58 @@ template <class S> ATWOOD_INLINE S Neighbours<S>::Grid::distance(S x, int cell, 
 // their neighbours, so that each list is in ascending order of the points without being sorted.
 template <class S> bool Neighbours<S>::fill_lists(const Grid& grid, int first_slot, int last_slot) {
   if (first_slot >= last_slot) return true;
-  std::fill(counts_.begin() + first_slot, counts_.begin() + whole_blocks(last_slot) * kLaneCount, 0);
+  const int first = first_slot / kLaneCount, last = whole_blocks(last_slot);
+  if (of_blocks()) std::fill(block_longest_.begin() + first, block_longest_.begin() + last, 0);
+  else std::fill(counts_.begin() + first * kLaneCount, counts_.begin() + last * kLaneCount, 0);
   bool fits = true;
+  const auto fill = [&](auto d, auto blocks) ATWOOD_INLINED {
+    fits = fill_lists<decltype(d)::value, decltype(blocks)::value>(grid, first_slot, last_slot);
+  };
   in_lanes<S>(widest_vectors(), [&](auto) ATWOOD_INLINED {
-    fits = dimensions_ == 2 ? fill_lists<2>(grid, first_slot, last_slot) : fill_lists<3>(grid, first_slot, last_slot);
+    using Two = std::integral_constant<int, 2>;
+    using Three = std::integral_constant<int, 3>;
+    if (of_blocks()) dimensions_ == 2 ? fill(Two{}, std::true_type{}) : fill(Three{}, std::true_type{});
+    else dimensions_ == 2 ? fill(Two{}, std::false_type{}) : fill(Three{}, std::false_type{});
   });
   return fits;
 }
 
 template <class S>
-template <int d>
+template <int d, bool blocks>
 ATWOOD_INLINE bool Neighbours<S>::fill_lists(const Grid& grid, int first_slot, int last_slot) {
   const int count = static_cast<int>(order_.size());
-  std::vector<int> near(count + 1);  // slots within the list radius of a point
+  std::vector<int> near(count + 1);  // slots, or blocks, within the list radius of a point
   const SlotRanges around = slots_around(grid, first_slot, last_slot);
   for (int j = 0; j < count; ++j) {
     const int own = slot_of_[j];
     if (!around.hold(own)) continue;
-    const int found = find_near<d>(grid, j, first_slot, last_slot, near.data());
+    const int found = find_near<d, blocks>(grid, j, first_slot, last_slot, near.data());
     for (int n = 0; n < found; ++n) {
       const int k = near[n], lane = k % kLaneCount;
-      if (counts_[k] == capacity_) return false;
-      entries_[std::size_t(k - lane) * capacity_ + std::size_t(counts_[k]) * kLaneCount + lane] = own;
-      counts_[k] += k != own ? 1 : 0;
+      int& entered = blocks ? block_longest_[k] : counts_[k];
+      if (entered == capacity_) return false;
+      if constexpr (blocks) {
+        int* const list = &entries_[std::size_t(k) * capacity_];
+        const bool again = entered > 0 && list[entered - 1] == own;  // a block that was near in two rows
+        list[entered] = own;
+        entered += again ? 0 : 1;
+      } else {
+        entries_[std::size_t(k - lane) * capacity_ + std::size_t(entered) * kLaneCount + lane] = own;
+        entered += k != own ? 1 : 0;
+      }
     }
   }
   return true;
 }
 
-// Slots that hold all points within the list radius of those of [first_slot, last_slot). Cells are as wide as the list
-// radius along axis 0, or wider: they are those of the same sheets of cells across axis 0 and of two beside, the second
-// for round-off.
+// Slots that hold all points within the list radius of those of [first_slot, last_slot): those of the same sheets of
+// cells across axis 0, and of the sheets beside that the list radius reaches, with one more for round-off.
 template <class S>
 auto Neighbours<S>::slots_around(const Grid& grid, int first_slot, int last_slot) const -> SlotRanges {
   const int sheets = grid.cells[0], sheet_size = grid.cells[1] * grid.cells[2], count = static_cast<int>(order_.size());
   const auto sheet_of = [&](int slot) { return cell_of_[order_[slot]] / sheet_size; };
-  const int low = sheet_of(first_slot) - 2, high = sheet_of(last_slot - 1) + 3;
+  const int reach = static_cast<int>(real::min((support_ + skin_) * grid.per_metre[0], S(sheets))) + 2;
+  const int low = sheet_of(first_slot) - reach, high = sheet_of(last_slot - 1) + reach + 1;
   const auto begin_of = [&](int sheet) { return cell_begin_[std::clamp(sheet, 0, sheets) * sheet_size]; };
   SlotRanges around{begin_of(low), begin_of(high), 0, count};
   if (grid.period[0] == S(0)) return around;
@@ -254,9 +278,10 @@ auto Neighbours<S>::slots_around(const Grid& grid, int first_slot, int last_slot
   return around;
 }
 
-// The slots of [first_slot, last_slot) within the list radius of point j, itself included; returns how many.
+// The slots of [first_slot, last_slot), or the blocks of them, within the list radius of point j, itself included;
+// returns how many. A block may be found several times, one after the other.
 template <class S>
-template <int d>
+template <int d, bool blocks>
 ATWOOD_INLINE int Neighbours<S>::find_near(const Grid& grid, int j, int first_slot, int last_slot, int* near) const {
   constexpr int along = d - 1, across = d - 2;  // the rows; axis 0 of three stacks them in layers
   const S *const x = &wrapped_[std::size_t(j) * d], list_radius = support_ + skin_;
@@ -286,12 +311,34 @@ ATWOOD_INLINE int Neighbours<S>::find_near(const Grid& grid, int j, int first_sl
         w += run;
         const int low = std::max(cell_begin_[row + first], first_slot);
         const int high = std::min(cell_begin_[row + first + run], last_slot);
-        found = any_image ? append_near<d, true>(x, low, high, near, found)
-                          : append_near<d, false>(image, low, high, near, found);
+        if constexpr (blocks)
+          found = any_image ? append_near_blocks<d, true>(x, low, high, near, found)
+                            : append_near_blocks<d, false>(image, low, high, near, found);
+        else
+          found = any_image ? append_near<d, true>(x, low, high, near, found)
+                            : append_near<d, false>(image, low, high, near, found);
       }
     }
   }
   return found;
+}
+
+// The squared distances from x to the slots from `slot` on.
+template <class S>
+template <int d, bool nearest>
+ATWOOD_INLINE void Neighbours<S>::distances2(const S* x, int slot, S (&r2)[kLaneCount]) const {
+  for (int k = 0; k < kLaneCount; ++k) r2[k] = S(0);
+  for (int c = 0; c < d; ++c) {
+    const S* const at = sorted_.data() + c * stride() + slot;
+    for (int k = 0; k < kLaneCount; ++k) {
+      S apart = at[k] - x[c];
+      if (nearest && period_[c] > S(0)) {
+        apart = real::abs(apart);
+        apart = real::min(apart, period_[c] - apart);
+      }
+      r2[k] += apart * apart;
+    }
+  }
 }
 
 // Appends the slots of [begin, end) within the list radius of x, after the `found` first ones; returns how many there
@@ -300,19 +347,9 @@ template <class S>
 template <int d, bool nearest>
 ATWOOD_INLINE int Neighbours<S>::append_near(const S* x, int begin, int end, int* near, int found) const {
   const S reach2 = (support_ + skin_) * (support_ + skin_);
-  const S* at[d];
-  for (int c = 0; c < d; ++c) at[c] = sorted_.data() + c * stride();
   for (; begin < end; begin += kLaneCount) {
-    S r2[kLaneCount] = {};
-    for (int c = 0; c < d; ++c)
-      for (int k = 0; k < kLaneCount; ++k) {
-        S apart = at[c][begin + k] - x[c];
-        if (nearest && period_[c] > S(0)) {
-          apart = real::abs(apart);
-          apart = real::min(apart, period_[c] - apart);
-        }
-        r2[k] += apart * apart;
-      }
+    S r2[kLaneCount];
+    distances2<d, nearest>(x, begin, r2);
     for (int k = 0; k < std::min(kLaneCount, end - begin); ++k) {
       near[found] = begin + k;
       found += r2[k] <= reach2 ? 1 : 0;
@@ -321,24 +358,47 @@ ATWOOD_INLINE int Neighbours<S>::append_near(const S* x, int begin, int end, int
   return found;
 }
 
-// Fills the lists of each block up to the longest with the lane's own slot, and finds along which axes pairs may wrap.
+// The same of the blocks with slots of [begin, end).
+template <class S>
+template <int d, bool nearest>
+ATWOOD_INLINE int Neighbours<S>::append_near_blocks(const S* x, int begin, int end, int* near, int found) const {
+  const S reach2 = (support_ + skin_) * (support_ + skin_);
+  for (int block = begin / kLaneCount, last = begin < end ? whole_blocks(end) : block; block < last; ++block) {
+    S r2[kLaneCount];
+    distances2<d, nearest>(x, block * kLaneCount, r2);
+    for (int half = kLaneCount / 2; half > 0; half /= 2)
+      for (int k = 0; k < half; ++k) r2[k] = r2[k + half] < r2[k] ? r2[k + half] : r2[k];
+    near[found] = block;
+    found += r2[0] <= reach2 ? 1 : 0;
+  }
+  return found;
+}
+
+// Fills the lists of a block's slots up to the longest with the lane's own slot.
+template <class S> void Neighbours<S>::fill_up(int b) {
+  const int first = b * kLaneCount, last_slot = static_cast<int>(order_.size()) - 1;
+  int* const entries = &entries_[std::size_t(first) * capacity_];
+  block_longest_[b] = *std::max_element(&counts_[first], &counts_[first] + kLaneCount);
+  for (int lane = 0; lane < kLaneCount; ++lane)
+    for (int n = counts_[first + lane]; n < block_longest_[b]; ++n)
+      entries[n * kLaneCount + lane] = std::min(first + lane, last_slot);
+}
+
+// Fills up the lists, and finds along which axes the pairs of a block may wrap.
 template <class S> void Neighbours<S>::finish_blocks(int first_block, int last_block) {
   const int count = static_cast<int>(order_.size());
   const S margin = support_ + S(2) * skin_;
   for (int b = first_block; b < last_block; ++b) {
     const int first = b * kLaneCount;
-    int* const entries = &entries_[std::size_t(first) * capacity_];
-    const int longest = *std::max_element(&counts_[first], &counts_[first] + kLaneCount);
+    if (!of_blocks()) fill_up(b);
     unsigned wraps = 0;
     for (int lane = 0; lane < kLaneCount; ++lane) {
       const int slot = std::min(first + lane, count - 1);
-      for (int n = counts_[first + lane]; n < longest; ++n) entries[n * kLaneCount + lane] = slot;
       for (int axis = 0; axis < dimensions_; ++axis) {
         const S at = sorted_[axis * stride() + slot];
         if (period_[axis] > S(0) && !(at > margin && at < period_[axis] - margin)) wraps |= 1u << axis;
       }
     }
-    block_longest_[b] = longest;
     block_wraps_[b] = static_cast<unsigned char>(wraps);
   }
 }

@@ -8,21 +8,17 @@
 
 namespace atwood::fluid {
 
-// A lane, or all lanes of a block: how it reads numbers of the slots in a row of a list.
+// A lane, or lanes of a block: how they read their own numbers, from where those of the block begin. The numbers of a
+// neighbour are the same for all.
 template <class S> struct OneLane {
   using Value = S;
   int lane;
-  ATWOOD_INLINE S read(const S* at, const int* row, int stride) const {
-    return at[static_cast<std::ptrdiff_t>(row[lane]) * stride];
-  }
-  template <int size = kRecordSize>
-  ATWOOD_INLINE void read_records(const S* records, const int* row, Value* fields) const {
-    for (int f = 0; f < size; ++f) fields[f] = read(records + f, row, kRecordSize);
-  }
+  ATWOOD_INLINE S own(const S* block, int stride) const { return block[lane * stride]; }
   ATWOOD_INLINE S root_of(S a) const { return real::sqrt(a); }
-  ATWOOD_INLINE S active(int n, const int* counts) const { return n < counts[lane] ? S(1) : S(0); }
-  ATWOOD_INLINE int longest(const int* counts) const { return counts[lane]; }
-  ATWOOD_INLINE void write(S value, S* at, int stride) const { at[lane * stride] = value; }
+  // Whether no lane has a neighbour at this distance within its support.
+  ATWOOD_INLINE bool all_beyond(const Kernel<S>& kernel, S r2) const { return beyond_support(kernel, r2); }
+  ATWOOD_INLINE S other_than(int neighbour) const { return neighbour == lane ? S(0) : S(1); }
+  ATWOOD_INLINE void write(S value, S* block, int stride) const { block[lane * stride] = value; }
 };
 // The lanes from `first` on, as many as a register of the machine holds.
 template <class S, VectorWidth width> struct RegisterLanes {
@@ -33,47 +29,23 @@ template <class S, VectorWidth width> struct RegisterLanes {
     if constexpr (count == 4) return Value{of(0), of(1), of(2), of(3)};
     else return Value{of(0), of(1), of(2), of(3), of(4), of(5), of(6), of(7)};
   }
-  ATWOOD_INLINE Value read(const S* at, const int* row, int stride) const {
-    return each([&](int k) ATWOOD_INLINED { return at[static_cast<std::ptrdiff_t>(row[first + k]) * stride]; });
-  }
-  // The first `size` numbers of every record, an even number; two at a time, then one from the other.
-  template <int size = kRecordSize>
-  ATWOOD_INLINE void read_records(const S* records, const int* row, Value* fields) const {
-    const S* at[count];
-    for (int k = 0; k < count; ++k) at[k] = records + static_cast<std::ptrdiff_t>(row[first + k]) * kRecordSize;
-    if constexpr (std::is_same_v<S, float> || width == VectorWidth::narrow) {
-      for (int f = 0; f < size; ++f) fields[f] = each([&](int k) ATWOOD_INLINED { return at[k][f]; });
-    } else {
-      for (int f = 0; f < size; f += 2) {
-        const auto two = [&](int k) ATWOOD_INLINED { return join_pairs<width>(at[k] + f, at[k + 2] + f); };
-        if constexpr (count == 4) {
-          const Value a = two(0), b = two(1);
-          fields[f] = __builtin_shufflevector(a, b, 0, 4, 2, 6);
-          fields[f + 1] = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-        } else {
-          const Value a = __builtin_shufflevector(two(0), two(4), 0, 1, 2, 3, 4, 5, 6, 7);
-          const Value b = __builtin_shufflevector(two(1), two(5), 0, 1, 2, 3, 4, 5, 6, 7);
-          fields[f] = __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14);
-          fields[f + 1] = __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
-        }
-      }
-    }
+  ATWOOD_INLINE Value own(const S* block, int stride) const {
+    return each([&](int k) ATWOOD_INLINED { return block[(first + k) * stride]; });
   }
   ATWOOD_INLINE Value root_of(const Value& a) const { return root(WholePack<width>{}, a); }
-  ATWOOD_INLINE Value active(int n, const int* counts) const {
-    return each([&](int k) ATWOOD_INLINED { return n < counts[first + k] ? S(1) : S(0); });
+  ATWOOD_INLINE bool all_beyond(const Kernel<S>&, const Value&) const { return false; }  // asking takes as long
+  ATWOOD_INLINE Value other_than(int neighbour) const {
+    return each([&](int k) ATWOOD_INLINED { return first + k == neighbour ? S(0) : S(1); });
   }
-  ATWOOD_INLINE int longest(const int* counts) const {
-    int most = 0;
-    for (int k = 0; k < count; ++k) most = counts[first + k] > most ? counts[first + k] : most;
-    return most;
-  }
-  ATWOOD_INLINE void write(const Value& value, S* at, int stride) const {
-    for (int k = 0; k < count; ++k) at[(first + k) * stride] = value[k];
+  ATWOOD_INLINE void write(const Value& value, S* block, int stride) const {
+    for (int k = 0; k < count; ++k) block[(first + k) * stride] = value[k];
   }
 };
 
-inline constexpr int kOwnRow[kLaneCount] = {0, 1, 2, 3, 4, 5, 6, 7};
+template <class S, class Lanes>
+ATWOOD_INLINE void read_own_records(const Lanes& lanes, const S* block, typename Lanes::Value (&own)[kRecordSize]) {
+  for (int f = 0; f < kRecordSize; ++f) own[f] = lanes.own(block + f, kRecordSize);
+}
 
 // Differences of coordinates by the nearest image, along the axes whose period the pairs of a block may lie across.
 template <int d, class V> struct NearestImages {
@@ -86,6 +58,45 @@ template <int d, class V> struct NearestImages {
     return (wrapping >> c & 1) == 0 ? difference : nearest_image(difference, half[c], whole[c]);
   }
 };
+
+inline constexpr int kPassed = 16;  // neighbours that go from the first pass to the second at a time
+
+// each(j, x_ij, of(shape, s), record of j) for the neighbours j of a block, in their order; s = r / support, `own`
+// begins with the position, and `of` is an exact 0 beyond the support. In two passes over some neighbours at a time:
+// the long latency of a root then delays no sum.
+template <int d, class S, class Lanes, class Of, class Each>
+ATWOOD_INLINE void over_pairs(const Neighbours<S>& lists, const NeighbourBlock& block, const Kernel<S>& kernel,
+                              const S* records, const Lanes& lanes, const typename Lanes::Value* own, const Of& of,
+                              const Each& each) {
+  using V = typename Lanes::Value;
+  const NearestImages<d, V> nearest(lists, block.wraps);
+  const auto differences = [&](const S* other, V(&x)[d]) ATWOOD_INLINED {
+    for (int c = 0; c < d; ++c) x[c] = nearest(V(own[c] - other[c]), c);
+  };
+  std::ptrdiff_t near[kPassed];
+  V values[kPassed];
+  for (int first = 0; first < block.longest; first += kPassed) {
+    const int last = first + kPassed < block.longest ? first + kPassed : block.longest;
+    int count = 0;
+    of_shape(kernel.shape, [&](auto shape) ATWOOD_INLINED {
+      for (int n = first; n < last; ++n) {
+        V x[d];
+        near[count] = block.entries[n];
+        differences(records + near[count] * kRecordSize, x);
+        V r2 = x[0] * x[0];
+        for (int c = 1; c < d; ++c) r2 = r2 + x[c] * x[c];
+        if (lanes.all_beyond(kernel, r2)) continue;
+        values[count++] = of(shape, V(lanes.root_of(r2) * kernel.inverse_support));
+      }
+    });
+    for (int n = 0; n < count; ++n) {
+      const S* const other = records + near[n] * kRecordSize;
+      V x[d];
+      differences(other, x);
+      each(near[n], x, values[n], other);
+    }
+  }
+}
 
 // block_of(lanes) for all lanes of a block: a register at a time, or lane after lane.
 template <class S, VectorWidth width, class BlockOf>

@@ -12,6 +12,8 @@ namespace atwood::fluid {
 namespace {
 
 constexpr int kMinShared = 1000;  // particles
+constexpr int kRun =
+    64;  // blocks that pass through a step of the work before the next: their records stay in the cache
 
 // Why the equations of docs/fluids.md do not describe this scene; empty: they do.
 std::string scene_fault(const Scene& scene, const SphOptions& options) {
@@ -80,7 +82,8 @@ Sph<S>::Sph(const Scene& scene, const SphOptions& asked)
                   std::adjacent_find(set_.mass.begin(), set_.mass.end(), std::not_equal_to<>()) == set_.mass.end();
   equal_viscosities_ = !sums_.several_fluids && set_.laws.front().viscosity_decay == S(0);
   for (int c = 0; c < d; ++c) gravity_[c] = S(scene.gravity_m_per_s2[c]);
-  lists_ = std::make_unique<Neighbours<S>>(scene.domain, sums_.kernel.support, S(options.skin) * sums_.kernel.support);
+  lists_ = std::make_unique<Neighbours<S>>(scene.domain, sums_.kernel.support, S(options.skin) * sums_.kernel.support,
+                                           S(scene.fluids.front().spacing_m));
   if (!scene.fluid_boundaries.empty()) {
     walls_ = std::make_unique<Walls<S>>(scene, set_, sums_, bodies_.get());
     unsupported_ = walls_->unsupported();
@@ -96,12 +99,12 @@ template <class S> Sph<S>::~Sph() = default;
 
 template <class S> template <class Work> void Sph<S>::over_blocks(const Work& work) {
   const int blocks = lists_->blocks();
-  if (team_ == nullptr || lists_->count() < kMinShared) return work(0, blocks);
+  const auto in_runs = [&](Share own) {
+    for (int first = own.first; first < own.last; first += kRun) work(first, std::min(first + kRun, own.last));
+  };
+  if (team_ == nullptr || lists_->count() < kMinShared) return in_runs({0, blocks});
   const int parts = std::min(blocks, 4 * team_->size());
-  team_->run(parts, [&](int part) {
-    const Share own = share(blocks, part, parts);
-    work(own.first, own.last);
-  });
+  team_->run(parts, [&](int part) { in_runs(share(blocks, part, parts)); });
 }
 
 template <class S> void Sph<S>::initial_state(S* y) const {
@@ -234,14 +237,19 @@ template <class S> SlotData<S> Sph<S>::slot_data() const {
           set_.laws.front().viscosity};
 }
 
-template <class S> void Sph<S>::set_sums(const S* y) {
+// After update(): what the pairs do to each slot, then finish(first, last) of all blocks.
+template <class S> template <class Finish> void Sph<S>::over_sums(const S* y, const Finish& finish) {
+  const bool more = options_.corrected || transport_strength_ > S(0);  // sums that need those of all slots
   over_blocks([&](int first, int last) {
     sums_.add_forces(*lists_, set_.layout.dimensions, slot_data(), first, last, out_.data());
     if (walls_ != nullptr)
       walls_->add_forces(*lists_, slot_data().records, densities_.data(), y, first, last, out_.data());
+    if (!more) finish(first, last);
   });
+  if (!more) return;
   if (options_.corrected) set_corrections();
   if (transport_strength_ > S(0)) set_transport(y);
+  over_blocks(finish);
 }
 
 template <class S> void Sph<S>::set_corrections() {
@@ -312,8 +320,7 @@ template <class S> void Sph<S>::rate_of(void* context, S t_s, const S* y, S* dyd
     std::fill(dydt, dydt + at.size(), S(std::numeric_limits<double>::quiet_NaN()));
     return;
   }
-  self.set_sums(y);
-  self.over_blocks([&](int first, int last) {
+  self.over_sums(y, [&](int first, int last) {
     const int first_slot = first * kLaneCount, last_slot = last * kLaneCount;
     if (at.dimensions == 2) self.template rate_of_particles<2>(t_s, y, dydt, first_slot, last_slot);
     else self.template rate_of_particles<3>(t_s, y, dydt, first_slot, last_slot);
@@ -348,8 +355,7 @@ template <class S> void Sph<S>::accelerations(S t_s, const S* y, S* acceleration
               S(std::numeric_limits<double>::quiet_NaN()));
     return;
   }
-  set_sums(y);
-  over_blocks([&](int first, int last) {
+  over_sums(y, [&](int first, int last) {
     for (int slot = first * kLaneCount; slot < std::min(last * kLaneCount, lists_->count()); ++slot) {
       const int i = lists_->order()[slot];
       if (i >= at.particles) continue;
@@ -379,11 +385,11 @@ template <class S> S Sph<S>::mean_neighbours(const S* y) {
   for (int slot = 0; slot < lists_->count(); ++slot) {
     if (lists_->order()[slot] >= at.particles) continue;
     const NeighbourBlock block = lists_->block(slot / kLaneCount);
-    const int lane = slot % kLaneCount;
-    for (int n = 0; n < block.counts[lane]; ++n) {
+    for (int n = 0; n < block.longest; ++n) {
+      if (block.entries[n] == slot) continue;
       S r2{};
       for (int c = 0; c < at.dimensions; ++c) {
-        S x = records_[slot].lane[c] - records_[block.entries[n * kLaneCount + lane]].lane[c];
+        S x = records_[slot].lane[c] - records_[block.entries[n]].lane[c];
         if (lists_->period(c) > S(0)) x = nearest_image(x, lists_->period(c));
         r2 += x * x;
       }

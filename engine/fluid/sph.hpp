@@ -65,7 +65,7 @@ template <class S> class Sph final : public ParticleSystem<S> {
   template <int d> void rate_of_particles(S t_s, const S* y, S* dydt, int first_slot, int last_slot) const;
   template <class Work> void over_blocks(const Work& work);
   SlotData<S> slot_data() const;
-  void set_sums(const S* y);  // after update(): what the pairs do to each slot
+  template <class Finish> void over_sums(const S* y, const Finish& finish);
   void set_corrections();
   void set_transport(const S* y);
 

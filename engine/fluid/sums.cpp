@@ -5,27 +5,25 @@
 namespace atwood::fluid {
 namespace {
 
-// Which terms the pairs have: known when the loop runs, or, for the plainest fluid, when it is compiled.
+// Which terms the pairs have: known when the loop runs, or, for a fluid without heat and of one viscosity, when it is
+// compiled.
 struct AnyTerms {
-  KernelShape shape;
   Viscosity viscosity;
   bool weighed, thick, conduction, several_fluids, viscous_heat, diffuses;  // weighed: by masses; thick: by viscosities
   bool heat_records() const { return conduction || several_fluids; }
 };
-template <KernelShape of> struct PlainTerms {
-  static constexpr KernelShape shape = of;
+template <bool by_masses, bool diffusion> struct PlainTerms {
   static constexpr Viscosity viscosity = Viscosity::morris;
-  static constexpr bool weighed = false, thick = false, conduction = false, several_fluids = false,
-                        viscous_heat = false, diffuses = false;
+  static constexpr bool weighed = by_masses, diffuses = diffusion;
+  static constexpr bool thick = false, conduction = false, several_fluids = false, viscous_heat = false;
   static constexpr bool heat_records() { return false; }
 };
 template <class S> AnyTerms terms_of(const PairSums<S>& p, const SlotData<S>& data) {
-  return {p.kernel.shape, p.viscosity,      data.masses != nullptr, data.viscosities != nullptr,
-          p.conduction,   p.several_fluids, p.viscous_heat,         p.diffusion != S(0)};
+  return {p.viscosity,      data.masses != nullptr, data.viscosities != nullptr, p.conduction,
+          p.several_fluids, p.viscous_heat,         p.diffusion != S(0)};
 }
 bool plain(const AnyTerms& t) {
-  return t.viscosity == Viscosity::morris && !t.weighed && !t.thick && !t.heat_records() && !t.viscous_heat &&
-         !t.diffuses;
+  return t.viscosity == Viscosity::morris && !t.thick && !t.heat_records() && !t.viscous_heat;
 }
 
 template <int d, class S, class Lanes, class Terms>
@@ -34,63 +32,58 @@ ATWOOD_INLINE void block_forces(const PairSums<S>& p, const Terms& terms, const 
                                 S* sums) {
   using V = typename Lanes::Value;
   using R = Record<d>;
-  const NearestImages<d, V> nearest(lists, block.wraps);
   const auto heat_of_own = [&](int field) ATWOOD_INLINED {
-    return lanes.read(data.heat + std::ptrdiff_t(first) * HeatRecord::size + field, kOwnRow, HeatRecord::size);
+    return lanes.own(data.heat + std::ptrdiff_t(first) * HeatRecord::size + field, HeatRecord::size);
   };
   V own[kRecordSize], pressed[d]{}, dragged[d]{}, density{}, diffused{}, conducted{}, dissipated{};
-  lanes.read_records(data.records + std::ptrdiff_t(first) * kRecordSize, kOwnRow, own);
+  read_own_records(lanes, data.records + std::ptrdiff_t(first) * kRecordSize, own);
   const bool extra = terms.heat_records();
   const V n_i = own[R::volume];
-  const V mu_i = terms.thick ? lanes.read(data.viscosities + first, kOwnRow, 1) : V{} + data.viscosity;
+  const V mu_i = terms.thick ? lanes.own(data.viscosities + first, 1) : V{} + data.viscosity;
   const V T_i = extra ? heat_of_own(HeatRecord::temperature) : V{};
   const V k_i = extra ? heat_of_own(HeatRecord::conductivity) : V{};
   const V fluid_i = extra ? heat_of_own(HeatRecord::fluid) : V{};
-  const S inverse_support = p.kernel.inverse_support, tiny = p.kernel.support * p.kernel.support * S(1e-30);
-  for (int n = 0, rows = lanes.longest(block.counts); n < rows; ++n) {
-    const int* const row = block.entries + n * kLaneCount;
-    V other[kRecordSize], x[d], v[d];
-    lanes.read_records(data.records, row, other);
-    for (int c = 0; c < d; ++c) {
-      x[c] = nearest(V(own[R::position + c] - other[R::position + c]), c);
-      v[c] = own[R::velocity + c] - other[R::velocity + c];
-    }
-    V r2 = x[0] * x[0], approach = v[0] * x[0];
-    for (int c = 1; c < d; ++c) {
-      r2 = r2 + x[c] * x[c];
-      approach = approach + v[c] * x[c];
-    }
-    const V r = lanes.root_of(r2);
-    V f = kernel_slope<S>(terms.shape, V(r * inverse_support));
-    if (terms.weighed) f = f * lanes.read(data.masses, row, 1);
+  const S tiny = p.kernel.support * p.kernel.support * S(1e-30);
+  const auto slope = [](auto shape, const V& s) ATWOOD_INLINED { return kernel_slope<decltype(shape)::value, S>(s); };
+  const auto add = [&](std::ptrdiff_t j, const V(&x)[d], const V& slope_ij, const S* other) ATWOOD_INLINED {
+    V v[d];
+    for (int c = 0; c < d; ++c) v[c] = own[R::velocity + c] - other[R::velocity + c];
+    V approach = v[0] * x[0];
+    for (int c = 1; c < d; ++c) approach = approach + v[c] * x[c];
+    V f = slope_ij;
+    if (terms.weighed) f = f * data.masses[j];
     density = density + f * approach;
     const V push = f * (own[R::pressure_term] + other[R::pressure_term]);
     for (int c = 0; c < d; ++c) pressed[c] = pressed[c] + push * x[c];
-    const V n_j = other[R::volume], per_volume = f * (n_i * n_j);
+    const S n_j = other[R::volume];
+    const V per_volume = f * (n_i * n_j);
     if (terms.viscosity != Viscosity::none) {
-      const V drag = terms.thick ? V(per_volume * (mu_i + lanes.read(data.viscosities, row, 1))) : per_volume;
+      const V drag = terms.thick ? V(per_volume * (mu_i + data.viscosities[j])) : per_volume;
       if (terms.viscosity == Viscosity::morris) {
         for (int c = 0; c < d; ++c) dragged[c] = dragged[c] + drag * v[c];
         if (terms.viscous_heat)
           for (int c = 0; c < d; ++c) dissipated = dissipated + drag * (v[c] * v[c]);
       } else {
+        V r2 = x[0] * x[0];
+        for (int c = 1; c < d; ++c) r2 = r2 + x[c] * x[c];
         const V least = V{} + tiny, along = drag * approach / (r2 > least ? r2 : least);
         for (int c = 0; c < d; ++c) dragged[c] = dragged[c] + along * x[c];
         if (terms.viscous_heat) dissipated = dissipated + along * approach;
       }
     }
-    const auto heat_of = [&](int field) ATWOOD_INLINED { return lanes.read(data.heat + field, row, HeatRecord::size); };
+    const S* const heat = extra ? data.heat + j * HeatRecord::size : nullptr;
     if (terms.conduction) {
-      const V k_j = heat_of(HeatRecord::conductivity), both = k_i + k_j;
-      const V mean = S(4) * (k_i * k_j) / (both > V{} ? both : V{} + S(1));
-      conducted = conducted + per_volume * mean * (T_i - heat_of(HeatRecord::temperature));
+      const S k_j = heat[HeatRecord::conductivity];
+      const V both = k_i + k_j, mean = S(4) * (k_i * k_j) / (both > V{} ? both : V{} + S(1));
+      conducted = conducted + per_volume * mean * (T_i - heat[HeatRecord::temperature]);
     }
     if (terms.diffuses) {
       const V change = f * (n_j - n_i);  // 0 of a lane's own slot
       if (!terms.several_fluids) diffused = diffused + change;
-      else diffused = diffused + (fluid_i == heat_of(HeatRecord::fluid) ? change : V{});
+      else diffused = diffused + (fluid_i == V{} + heat[HeatRecord::fluid] ? change : V{});
     }
-  }
+  };
+  over_pairs<d>(lists, block, p.kernel, data.records, lanes, own, slope, add);
   // Factors that all pairs share.
   const S a = terms.weighed ? p.kernel.slope_factor : p.kernel.slope_factor * data.mass;
   const S gradient = p.gradients ? a : S(0);
@@ -108,23 +101,14 @@ template <int d, class S, class Lanes>
 ATWOOD_INLINE void block_densities(const PairSums<S>& p, const Neighbours<S>& lists, const NeighbourBlock& block,
                                    const S* records, const S* masses, int first, const Lanes& lanes, S* densities) {
   using V = typename Lanes::Value;
-  const NearestImages<d, V> nearest(lists, block.wraps);
-  // Positions alone: other threads write the pressures of their blocks meanwhile.
-  constexpr int size = d + d % 2;
-  V own[size];
-  lanes.template read_records<size>(records + std::ptrdiff_t(first) * kRecordSize, kOwnRow, own);
-  V sum = lanes.read(masses + first, kOwnRow, 1) * kernel_value<S>(p.kernel.shape, V{});
-  for (int n = 0, rows = lanes.longest(block.counts); n < rows; ++n) {
-    const int* const row = block.entries + n * kLaneCount;
-    V other[size], r2{};
-    lanes.template read_records<size>(records, row, other);
-    for (int c = 0; c < d; ++c) {
-      const V x = nearest(V(own[c] - other[c]), c);
-      r2 = r2 + x * x;
-    }
-    const V r = lanes.root_of(r2), m = lanes.active(n, block.counts) * lanes.read(masses, row, 1);
-    sum = sum + m * kernel_value<S>(p.kernel.shape, V(r * p.kernel.inverse_support));
-  }
+  V own[d];  // positions alone: other threads write the pressures of their blocks meanwhile
+  for (int c = 0; c < d; ++c) own[c] = lanes.own(records + std::ptrdiff_t(first) * kRecordSize + c, kRecordSize);
+  V sum = lanes.own(masses + first, 1) * kernel_value<S>(p.kernel.shape, V{});
+  over_pairs<d>(
+      lists, block, p.kernel, records, lanes, own,
+      [](auto shape, const V& s) ATWOOD_INLINED { return kernel_value<decltype(shape)::value, S>(s); },
+      [&](std::ptrdiff_t j, const V(&)[d], const V& w, const S*)
+          ATWOOD_INLINED { sum = sum + lanes.other_than(static_cast<int>(j) - first) * masses[j] * w; });
   lanes.write(V(p.kernel.value_factor * sum), densities + first, 1);
 }
 
@@ -148,13 +132,10 @@ void forces_of(const PairSums<S>& p, const Neighbours<S>& lists, const SlotData<
   const auto run = [&](const auto& known) { forces_with<d>(known, p, lists, data, first, last, sums); };
   if constexpr (has_vector_lanes<S>) {
     if (plain(terms) && !p.lane_by_lane) {
-      switch (terms.shape) {
-        case KernelShape::cubic: return run(PlainTerms<KernelShape::cubic>{});
-        case KernelShape::quintic: return run(PlainTerms<KernelShape::quintic>{});
-        case KernelShape::wendland_c2: return run(PlainTerms<KernelShape::wendland_c2>{});
-        case KernelShape::wendland_c4: return run(PlainTerms<KernelShape::wendland_c4>{});
-        case KernelShape::wendland_c6: return run(PlainTerms<KernelShape::wendland_c6>{});
-      }
+      if (terms.weighed && terms.diffuses) return run(PlainTerms<true, true>{});
+      if (terms.weighed) return run(PlainTerms<true, false>{});
+      if (terms.diffuses) return run(PlainTerms<false, true>{});
+      return run(PlainTerms<false, false>{});
     }
   }
   run(terms);

@@ -5,24 +5,17 @@
 namespace atwood::fluid {
 namespace {
 
-// each(row, x_ij, m_j V_j F_ij over the kernel's factor, record of j) for the neighbours of a block's lanes.
+// each(j, x_ij, m_j V_j F_ij over the kernel's factor, record of j) for the neighbours of a block's lanes.
 template <int d, class S, class Lanes, class Each>
 ATWOOD_INLINE void over_neighbours(const TransportData<S>& data, const NeighbourBlock& block, const Lanes& lanes,
                                    const typename Lanes::Value (&own)[kRecordSize], const Each& each) {
   using V = typename Lanes::Value;
-  using R = Record<d>;
-  const NearestImages<d, V> nearest(data.lists, block.wraps);
   const Kernel<S>& kernel = data.pairs.kernel;
-  for (int n = 0, rows = lanes.longest(block.counts); n < rows; ++n) {
-    const int* const row = block.entries + n * kLaneCount;
-    V other[kRecordSize], x[d];
-    lanes.read_records(data.records, row, other);
-    for (int c = 0; c < d; ++c) x[c] = nearest(V(own[R::position + c] - other[R::position + c]), c);
-    V r2 = x[0] * x[0];
-    for (int c = 1; c < d; ++c) r2 = r2 + x[c] * x[c];
-    const V F = kernel_slope<S>(kernel.shape, V(lanes.root_of(r2) * kernel.inverse_support));
-    each(row, x, V(lanes.read(data.masses, row, 1) * other[R::volume] * F), other);
-  }
+  over_pairs<d>(
+      data.lists, block, kernel, data.records, lanes, own,
+      [](auto shape, const V& s) ATWOOD_INLINED { return kernel_slope<decltype(shape)::value, S>(s); },
+      [&](std::ptrdiff_t j, const V(&x)[d], const V& F, const S* other)
+          ATWOOD_INLINED { each(j, x, V(data.masses[j] * other[Record<d>::volume] * F), other); });
 }
 
 template <int d, class S, class Lanes>
@@ -30,15 +23,15 @@ ATWOOD_INLINE void block_velocities(const TransportData<S>& data, S strength, co
                                     const Lanes& lanes, S* transport) {
   using V = typename Lanes::Value;
   V own[kRecordSize], u[d]{};
-  lanes.read_records(data.records + std::ptrdiff_t(first) * kRecordSize, kOwnRow, own);
+  read_own_records(lanes, data.records + std::ptrdiff_t(first) * kRecordSize, own);
   over_neighbours<d>(data, block, lanes, own,
-                     [&](const int*, const V(&x)[d], const V& weight, const V*) ATWOOD_INLINED {
+                     [&](std::ptrdiff_t, const V(&x)[d], const V& weight, const S*) ATWOOD_INLINED {
                        for (int c = 0; c < d; ++c) u[c] = u[c] + weight * x[c];
                      });
   const S factor = -strength * data.pairs.kernel.slope_factor;
   S* const out = transport + std::ptrdiff_t(first) * TransportRecord::size;
   for (int c = 0; c < d; ++c) lanes.write(V(factor * u[c]), out + TransportRecord::velocity + c, TransportRecord::size);
-  lanes.write(lanes.read(data.densities + first, kOwnRow, 1), out + TransportRecord::density, TransportRecord::size);
+  lanes.write(lanes.own(data.densities + first, 1), out + TransportRecord::density, TransportRecord::size);
 }
 
 template <int d, class S, class Lanes>
@@ -47,32 +40,31 @@ ATWOOD_INLINE void block_fluxes(const TransportData<S>& data, const S* transport
                                 S* temperature_rates) {
   using V = typename Lanes::Value;
   using R = Record<d>;
-  const auto transported = [&](const S* from, const int* row, int field)
-                               ATWOOD_INLINED { return lanes.read(from + field, row, TransportRecord::size); };
   const S* const own_transport = transport + std::ptrdiff_t(first) * TransportRecord::size;
   V own[kRecordSize], u[d], density{}, momentum[d]{}, warmth{}, T_i{};
-  lanes.read_records(data.records + std::ptrdiff_t(first) * kRecordSize, kOwnRow, own);
-  for (int c = 0; c < d; ++c) u[c] = transported(own_transport, kOwnRow, TransportRecord::velocity + c);
-  const V rho_i = transported(own_transport, kOwnRow, TransportRecord::density);
-  if (temperatures != nullptr) T_i = lanes.read(temperatures + first, kOwnRow, 1);
-  const auto add = [&](const int* row, const V(&x)[d], const V& weight, const V* other) ATWOOD_INLINED {
-    const V rho_j = transported(transport, row, TransportRecord::density);
+  read_own_records(lanes, data.records + std::ptrdiff_t(first) * kRecordSize, own);
+  for (int c = 0; c < d; ++c) u[c] = lanes.own(own_transport + TransportRecord::velocity + c, TransportRecord::size);
+  const V rho_i = lanes.own(own_transport + TransportRecord::density, TransportRecord::size);
+  if (temperatures != nullptr) T_i = lanes.own(temperatures + first, 1);
+  const auto add = [&](std::ptrdiff_t j, const V(&x)[d], const V& weight, const S* other) ATWOOD_INLINED {
+    const S* const transport_j = transport + j * TransportRecord::size;
+    const S rho_j = transport_j[TransportRecord::density];
     V flux{}, spread{};
     for (int c = 0; c < d; ++c) {
-      const V u_j = transported(transport, row, TransportRecord::velocity + c);
+      const S u_j = transport_j[TransportRecord::velocity + c];
       flux = flux + x[c] * (rho_i * u[c] + rho_j * u_j);
       spread = spread + x[c] * (u_j - u[c]);
     }
     density = density + weight * (flux - rho_i * spread);
     const V carried = weight * flux;
     for (int c = 0; c < d; ++c) momentum[c] = momentum[c] + carried * (other[R::velocity + c] - own[R::velocity + c]);
-    if (temperatures != nullptr) warmth = warmth + carried * (lanes.read(temperatures, row, 1) - T_i);
+    if (temperatures != nullptr) warmth = warmth + carried * (temperatures[j] - T_i);
   };
   over_neighbours<d>(data, block, lanes, own, add);
   const S factor = data.pairs.kernel.slope_factor;
   S* const out = sums + std::ptrdiff_t(first) * SumRecord::size;
   const auto add_to = [&](const V& change, int field) ATWOOD_INLINED {
-    lanes.write(V(lanes.read(out + field, kOwnRow, SumRecord::size) + change), out + field, SumRecord::size);
+    lanes.write(V(lanes.own(out + field, SumRecord::size) + change), out + field, SumRecord::size);
   };
   for (int c = 0; c < d; ++c) add_to(V(S(0.5) * factor * (momentum[c] / rho_i)), SumRecord::acceleration + c);
   add_to(V(factor * density), SumRecord::density);

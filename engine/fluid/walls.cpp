@@ -114,19 +114,20 @@ void Walls<S>::extrapolate(const Neighbours<S>& lists, const S* records, const S
     for (int slot = 0; slot < lists.count(); ++slot) {
       if (lists.order()[slot] < at.particles) continue;
       const NeighbourBlock block = lists.block(slot / kLaneCount);
-      for (int n = 0; n < block.counts[slot % kLaneCount]; ++n)
-        near_wall_[block.entries[n * kLaneCount + slot % kLaneCount] / kLaneCount] = 1;
+      for (int n = 0; n < block.longest; ++n) near_wall_[block.entries[n] / kLaneCount] = 1;
     }
   }
   for (int w = 0; w < count(); ++w) {
-    const int slot = lists.slot_of()[at.particles + w], lane = slot % kLaneCount;
+    const int slot = lists.slot_of()[at.particles + w];
     const NeighbourBlock block = lists.block(slot / kLaneCount);
     S weight{}, filled{}, pressure{}, temperature{}, velocity[3]{};
-    for (int n = 0; n < block.counts[lane]; ++n) {
-      const int other = block.entries[n * kLaneCount + lane], f = lists.order()[other];
+    for (int n = 0; n < block.longest; ++n) {
+      const int other = block.entries[n], f = lists.order()[other];
       if (f >= at.particles) continue;
       S x[3];
-      const S r = real::sqrt(difference(lists, records, d, slot, other, x)), W = sums_.kernel.value(r);
+      const S r2 = difference(lists, records, d, slot, other, x);
+      if (beyond_support(sums_.kernel, r2)) continue;
+      const S W = sums_.kernel.value(real::sqrt(r2));
       if (W == S(0)) continue;
       S lift{};
       for (int c = 0; c < d; ++c) {
@@ -158,6 +159,7 @@ auto Walls<S>::touch(const Neighbours<S>& lists, const S* records, const S* dens
   Touch touch;
   if (weight_[w] == S(0)) return touch;
   S x[3]{}, v[3]{}, slip[3]{}, approach{}, drag_approach{}, r2 = difference(lists, records, d, slot, wall_slot, x);
+  if (beyond_support(sums_.kernel, r2)) return touch;
   const S F = sums_.kernel.slope_over_distance(real::sqrt(r2));
   if (F == S(0)) return touch;
   for (int c = 0; c < d; ++c) {
@@ -207,8 +209,8 @@ void Walls<S>::add_forces(const Neighbours<S>& lists, const S* records, const S*
       const int slot = b * kLaneCount + lane;
       if (slot >= lists.count() || lists.order()[slot] >= at.particles) continue;
       S* const out = sums + std::ptrdiff_t(slot) * SumRecord::size;
-      for (int n = 0; n < block.counts[lane]; ++n) {
-        const int other = block.entries[n * kLaneCount + lane];
+      for (int n = 0; n < block.longest; ++n) {
+        const int other = block.entries[n];
         if (lists.order()[other] < at.particles) continue;
         const Touch t = touch(lists, records, densities, y, slot, other);
         out[SumRecord::acceleration] += t.acceleration.x;
@@ -230,11 +232,11 @@ void Walls<S>::load_bodies(const Neighbours<S>& lists, const S* records, const S
   for (int w = 0; w < count(); ++w) {
     const Point& point = points_[w];
     if (scene_.bodies[point.body].fixed || weight_[w] == S(0)) continue;
-    const int wall_slot = lists.slot_of()[at.particles + w], lane = wall_slot % kLaneCount;
+    const int wall_slot = lists.slot_of()[at.particles + w];
     const NeighbourBlock block = lists.block(wall_slot / kLaneCount);
     Vec3<S> force;
-    for (int n = 0; n < block.counts[lane]; ++n) {
-      const int slot = block.entries[n * kLaneCount + lane], i = lists.order()[slot];
+    for (int n = 0; n < block.longest; ++n) {
+      const int slot = block.entries[n], i = lists.order()[slot];
       if (i >= at.particles) continue;
       force -= set_.mass[i] * touch(lists, records, densities, y, slot, wall_slot).acceleration;
     }

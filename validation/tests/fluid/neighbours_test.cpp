@@ -67,7 +67,56 @@ void check_lists(const Domain& domain, std::vector<double> x, double support, do
   CHECK(lists.builds() >= 2);
 }
 
+std::vector<int> listed_of_block(const Neighbours<double>& lists, int b) {
+  const NeighbourBlock block = lists.block(b);
+  std::vector<int> points;
+  for (int n = 0; n < block.longest; ++n) points.push_back(lists.order()[block.entries[n]]);
+  return points;
+}
+
+// A block's list: of each point its own and all within the support, and no point that is far from all of them.
+void check_lists_of_blocks(const Domain& domain, std::vector<double> x, double support, double skin, Team* team) {
+  const int count = static_cast<int>(x.size()) / domain.dimensions;
+  Neighbours<double> lists(domain, support, skin, 0.4 * support);
+  SplitMix64 random{7};
+  for (int round = 0; round < 3; ++round) {
+    REQUIRE(lists.update(x.data(), count, team));
+    for (int b = 0; b < lists.blocks(); ++b) {
+      const std::vector<int> points = listed_of_block(lists, b);
+      REQUIRE(std::is_sorted(points.begin(), points.end()));
+      REQUIRE(std::adjacent_find(points.begin(), points.end()) == points.end());
+      std::vector<int> allowed;
+      for (int slot = b * kLaneCount; slot < std::min((b + 1) * kLaneCount, count); ++slot) {
+        const int i = lists.order()[slot];
+        const std::vector<int> needed = near(domain, x, i, support), wide = near(domain, x, i, support + 2 * skin);
+        REQUIRE(std::binary_search(points.begin(), points.end(), i));
+        REQUIRE(std::includes(points.begin(), points.end(), needed.begin(), needed.end()));
+        allowed.push_back(i);
+        allowed.insert(allowed.end(), wide.begin(), wide.end());
+      }
+      std::sort(allowed.begin(), allowed.end());
+      REQUIRE(std::includes(allowed.begin(), allowed.end(), points.begin(), points.end()));
+    }
+    for (double& coordinate : x) coordinate += (round == 1 ? 3.0 : 0.3) * skin * (random.next_unit() - 0.5);
+  }
+  CHECK(lists.builds() >= 2);
+}
+
 }  // namespace
+
+TEST_CASE("lists of blocks hold all pairs within the support, in the order of the points") {
+  Team team(3);
+  Team* const none = nullptr;
+  for (Team* members : {none, &team})
+    for (const int d : {2, 3}) {
+      const std::vector<double> x = random_points(d == 2 ? 2101 : 2013, d, 1, 5);
+      check_lists_of_blocks({d, {}}, x, 0.1, 0.02, members);
+      check_lists_of_blocks({d, {1, 1, d == 3 ? 1.0 : 0.0}}, x, 0.1, 0.02, members);
+      check_lists_of_blocks({d, {1, 0, 0}}, x, 0.13, 0.02, members);
+    }
+  for (const double support : {0.3, 0.45, 0.5})
+    check_lists_of_blocks({2, {1, 1, 0}}, random_points(60, 2, 1, 9), support, 0.05, none);
+}
 
 TEST_CASE("lists hold all pairs within the support, in the order of the points") {
   Team team(3);
@@ -91,12 +140,19 @@ TEST_CASE("any number of threads builds the same lists") {
         const Domain domain{d, {period, period, d == 3 ? period : 0.0}};
         const std::vector<double> x = random_points(3000, d, 1, 11);
         Neighbours<double> alone(domain, support, 0.02), shared(domain, support, 0.02);
+        Neighbours<double> alone_of_blocks(domain, support, 0.02, 0.05), shared_of_blocks(domain, support, 0.02, 0.05);
         REQUIRE(alone.update(x.data(), 3000, nullptr));
+        REQUIRE(alone_of_blocks.update(x.data(), 3000, nullptr));
         for (Team* team : {&two, &five}) {
           shared.forget();
           REQUIRE(shared.update(x.data(), 3000, team));
           REQUIRE(shared.order() == alone.order());
           for (int i = 0; i < 3000; ++i) REQUIRE(listed(shared, i) == listed(alone, i));
+          shared_of_blocks.forget();
+          REQUIRE(shared_of_blocks.update(x.data(), 3000, team));
+          REQUIRE(shared_of_blocks.order() == alone_of_blocks.order());
+          for (int b = 0; b < alone_of_blocks.blocks(); ++b)
+            REQUIRE(listed_of_block(shared_of_blocks, b) == listed_of_block(alone_of_blocks, b));
         }
       }
 }
