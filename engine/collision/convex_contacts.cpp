@@ -87,9 +87,6 @@ void hull_plane_contacts(const Geometry<S>& plane, const Geometry<S>& hull, cons
   Manifold<S> manifold;
   manifold.normal_W = plane.normal_W;
   keep_four(found, plane.normal_W, manifold);
-  manifold.type = manifold.count > 2    ? ManifoldType::face
-                  : manifold.count == 2 ? ManifoldType::edge
-                                        : ManifoldType::point;
   out.push_back(manifold);
 }
 

@@ -224,10 +224,8 @@ ContactPoint<S> between_surfaces(const Vec3<S>& on_a, S core_gap, const NearestF
   return {on_a + (radius_a + gap / S(2)) * features.normal, gap, id};
 }
 
-}  // namespace
-
 template <class S>
-void keep_four(const std::vector<ContactPoint<S>>& candidates, const Vec3<S>& normal, Manifold<S>& manifold) {
+void copy_four(const std::vector<ContactPoint<S>>& candidates, const Vec3<S>& normal, Manifold<S>& manifold) {
   const int n = static_cast<int>(candidates.size());
   manifold.count = real::min(n, 4);
   if (n <= 4) {
@@ -251,6 +249,16 @@ void keep_four(const std::vector<ContactPoint<S>>& candidates, const Vec3<S>& no
   manifold.count = 2;
   if (dot(across, from_first(left)) > S(0)) manifold.points[manifold.count++] = left;
   if (dot(across, from_first(right)) < S(0)) manifold.points[manifold.count++] = right;
+}
+
+}  // namespace
+
+template <class S>
+void keep_four(const std::vector<ContactPoint<S>>& candidates, const Vec3<S>& normal, Manifold<S>& manifold) {
+  copy_four(candidates, normal, manifold);
+  manifold.type = manifold.count > 2    ? ManifoldType::face
+                  : manifold.count == 2 ? ManifoldType::edge
+                                        : ManifoldType::point;
 }
 
 template <class S>
@@ -336,10 +344,7 @@ void contact_points(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transf
     add(features.on_a, features.gap,
         hash_ids(static_cast<std::uint32_t>(vertex_a + 2), static_cast<std::uint32_t>(vertex_b + 2)));
   keep_four(found, n, manifold);
-  manifold.type = manifold.count > 2    ? ManifoldType::face
-                  : manifold.count == 2 ? ManifoldType::edge
-                  : by_edges            ? ManifoldType::edge_edge
-                                        : ManifoldType::point;
+  if (by_edges && manifold.count < 2) manifold.type = ManifoldType::edge_edge;
 }
 
 #define ATWOOD_CONVEX_MANIFOLD(S)                                                                  \

@@ -14,7 +14,8 @@ template <class S>
 void contact_points(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a,
                     const NearestFeatures<S>& features, S margin, Manifold<S>& manifold);
 
-// Reduces the candidates to four: the deepest, the farthest from it, and one on each side with the largest area.
+// Reduces the candidates to four: the deepest, the farthest from it, and one on each side with the largest area. The
+// type of the manifold follows from their number.
 template <class S>
 void keep_four(const std::vector<ContactPoint<S>>& candidates, const Vec3<S>& normal, Manifold<S>& manifold);
 

@@ -32,9 +32,6 @@ void mesh_plane_contacts(const TriangleMesh<S>& mesh, const Transform<S>& pose, 
   Manifold<S> manifold;
   manifold.normal_W = -plane.normal_W;
   keep_four(found, plane.normal_W, manifold);
-  manifold.type = manifold.count > 2    ? ManifoldType::face
-                  : manifold.count == 2 ? ManifoldType::edge
-                                        : ManifoldType::point;
   out.push_back(manifold);
 }
 
