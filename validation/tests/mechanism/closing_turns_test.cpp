@@ -72,7 +72,7 @@ TEST_CASE("a joint that starts at its stop and moves into it: the sample at t = 
   joint.limits = JointLimits{0, 3, 0.5};
   scenario.scene.joints = {joint};
   for (const char* method : {"atwood/rk4", "atwood/dopri5:1e-9"}) {
-    const Ran made = run(atwood_engine(), method, scenario, 100, 4);
+    const Recorded made = run(atwood_engine(), method, scenario, 100, 4);
     INFO(made.outcome.reason);
     REQUIRE(made.outcome.status == Status::ok);
     CHECK(made.samples[0].joints[0].u[0] == -2);
