@@ -36,6 +36,7 @@ inline constexpr StoreTable kMeasured{"measured", "key, cell, basis, rows, error
 inline constexpr StoreTable kTimings{
     "timings", "hash, cell, status, reason, steps_taken, rate_evaluations, busy_ns, provenance, host, call_ns", 10,
     true};
+// A truth of very many samples is several entries: its own, and parts of its samples and bars (store.cpp).
 inline constexpr StoreTable kTruths{
     "truths", "hash, scenario, status, reason, source, note, condition, samples, bars, events, event_bars", 11, false};
 // The plans that shards ran a share of, and those shares. `cells`: of the whole plan, to tell which ones are absent.
