@@ -42,7 +42,8 @@ void measuring(benchmark::State& state, const char* id) {
                                     {scenario.t_end_s, scenario.steps.front(), scenario.samples}, observer, 0);
   Truth truth;  // the run itself serves as truth: the times do not depend on the values
   truth.values = run.values;
-  truth.bars.assign(run.values.size(), Sample{0, std::vector<BodySample>(scenario.scene.bodies.size())});
+  const Sample no_bar{0, std::vector<BodySample>(scenario.scene.bodies.size())};
+  for (std::size_t k = 0; k < run.values.size(); ++k) truth.bars.push_back(no_bar);
   for (auto _ : state) benchmark::DoNotOptimize(measure(scenario, truth, run));
 }
 

@@ -6,6 +6,7 @@
 #include "integrators/catalogue.hpp"
 #include "math/scalar.hpp"
 #include "protocol/printed_setting.hpp"
+#include "protocol/refusal.hpp"
 #include "stepping/stepping.hpp"
 #include "version.hpp"
 
@@ -149,20 +150,20 @@ Outcome run(const MethodId& asked, const Scene& scene, const Plan& plan, const O
   MethodId id = asked;
   const MethodInfo* info = find_integrator(id.scheme);
   if (info != nullptr && !takes_a_bare_rate(id.scheme))
-    return stepping::refusal(info->id + " needs more than a rate: it is not offered at the reference's");
-  if (info == nullptr) return stepping::refusal(std::string(kName) + " has no method `" + id.scheme + "`");
+    return refused(info->id + " needs more than a rate: it is not offered at the reference's");
+  if (info == nullptr) return refused(std::string(kName) + " has no method `" + id.scheme + "`");
   if (id.rtol && !info->adaptive)
-    return stepping::refusal(asked.engine + "/" + id.scheme + " takes equal steps, no tolerance");
-  if (id.rtol && !(*id.rtol > 0)) return stepping::refusal("a tolerance must be above 0");
-  if (!id.response.empty()) return stepping::refusal(std::string(kName) + " has no contacts: no +" + id.response);
+    return refused(asked.engine + "/" + id.scheme + " takes equal steps, no tolerance");
+  if (id.rtol && !(*id.rtol > 0)) return refused("a tolerance must be above 0");
+  if (!id.response.empty()) return refused(std::string(kName) + " has no contacts: no +" + id.response);
   const Result<Settings> settings = merged_settings(described(*info), id.overrides);
-  if (!settings) return stepping::refusal(settings.fault().reason);
+  if (!settings) return refused(settings.fault().reason);
   const int rate_repeats = stepping::rate_repeats(*settings);
   id.overrides.erase("rate_repeats");
   const StepLimits limits = limits_of(*settings);
   if (id.scalar == "long-double") return run_in<long double>(id, scene, plan, observer, repeats, rate_repeats, limits);
   if (!id.scalar.empty() && id.scalar != "double")
-    return stepping::refusal(std::string(kName) + " runs in double and long-double, not " + id.scalar);
+    return refused(std::string(kName) + " runs in double and long-double, not " + id.scalar);
   return run_in<double>(id, scene, plan, observer, repeats, rate_repeats, limits);
 }
 

@@ -322,8 +322,12 @@ TEST_CASE(
 TEST_CASE("rows of work: what a term takes is accounted for") {
   Scenario s = four_particles();
   Recording run = still(s);
-  run.values.resize(9, run.values.front());
-  for (std::size_t k = 0; k < 9; ++k) run.values[k].t_s = Wide(k) / 4;
+  Sample one = copy_of(run.values.front());
+  run.values.clear();
+  for (int k = 0; k < 9; ++k) {
+    one.t_s = Wide(k) / 4;
+    run.values.push_back(one);
+  }
   const std::string plain = "sph{kernel=wendland-c2,smoothing=1.3,density_diffusion=", term = "0.1,shift=0}";
   for (const SampleReference sample : run.values) sample.particles[0].density_kg_per_m3 = 1010;
   CHECK(fluid_work_rows(s.scene, run, plain + "0,shift=0}").empty());
