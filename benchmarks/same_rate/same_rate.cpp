@@ -152,8 +152,7 @@ Outcome run(const MethodId& asked, const Scene& scene, const Plan& plan, const O
   if (info != nullptr && !takes_a_bare_rate(id.scheme))
     return refused(info->id + " needs more than a rate: it is not offered at the reference's");
   if (info == nullptr) return refused(std::string(kName) + " has no method `" + id.scheme + "`");
-  if (id.rtol && !info->adaptive)
-    return refused(asked.engine + "/" + id.scheme + " takes equal steps, no tolerance");
+  if (id.rtol && !info->adaptive) return refused(asked.engine + "/" + id.scheme + " takes equal steps, no tolerance");
   if (id.rtol && !(*id.rtol > 0)) return refused("a tolerance must be above 0");
   if (!id.response.empty()) return refused(std::string(kName) + " has no contacts: no +" + id.response);
   const Result<Settings> settings = merged_settings(described(*info), id.overrides);
