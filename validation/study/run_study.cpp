@@ -264,7 +264,7 @@ std::shared_ptr<const Truth> StudyRun::truth_of(TruthWork& work) {
     work.truth = std::make_shared<Truth>(std::move(*stored));
   }
   std::shared_ptr<const Truth> truth = work.truth;
-  if (--work.ladders_left == 0) work.truth.reset();  // whoever has it still holds it
+  if (--work.ladders_left == 0) work.truth.reset();  // the ladders that use it have copies of the pointer
   return truth;
 }
 
