@@ -218,7 +218,12 @@ std::optional<Truth> Store::truth(const std::string& truth_hash) {
       truth.bars = unpack_samples(bytes(*found, 8));
       return truth;
     }
-    for (SampleSeries* series : {&truth.values, &truth.bars}) series->reserve(in_parts->samples, in_parts->bodies);
+    const std::uint64_t most = database_->bytes();  // what an entry says of its parts may be false
+    if (in_parts->bodies <= most / (13 * 8)) {
+      const std::uint64_t least_of_one = 24 + 13 * 8 * in_parts->bodies;
+      const std::uint64_t samples = std::min(in_parts->samples, most / least_of_one);
+      for (SampleSeries* series : {&truth.values, &truth.bars}) series->reserve(samples, in_parts->bodies);
+    }
     for (std::uint64_t part = 0; part < in_parts->parts; ++part) {
       const SQLite::Statement& entry = find_part(*database_, truth_hash, part);
       append_samples(bytes(entry, 7), truth.values);

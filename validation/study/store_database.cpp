@@ -118,6 +118,12 @@ StoreDatabase::~StoreDatabase() {
   if (lock >= 0) close(lock);
 }
 
+std::uint64_t StoreDatabase::bytes() {
+  const auto pages = sql->execAndGet("PRAGMA page_count").getInt64(),
+             page = sql->execAndGet("PRAGMA page_size").getInt64();
+  return static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page);
+}
+
 void StoreDatabase::fail(const std::string& what) const { throw std::runtime_error("store " + path + ": " + what); }
 
 void StoreDatabase::damaged(const std::string& what) const {

@@ -83,6 +83,8 @@ struct StoreDatabase {
   void remove_new_store();
   bool is_current() { return version() == kStoreSchema; }
 
+  std::uint64_t bytes();  // of the database's pages
+
   // ---- failures ----
   [[noreturn]] void fail(const std::string& what) const;
   [[noreturn]] void fail(const SQLite::Exception& error) const;

@@ -7,8 +7,10 @@
 #include <fstream>
 #include <limits>
 
+#include "validation/study/blob_bytes.hpp"
 #include "validation/study/recording_blob.hpp"
 #include "validation/study/store.hpp"
+#include "validation/study/store_database.hpp"
 #include "validation/tests/study/free_flight.hpp"
 
 using namespace atwood;
@@ -281,6 +283,37 @@ TEST_CASE("a truth of very many samples is stored in parts, and one whose part h
   CHECK_FALSE(store.has_truth("truth"));
   CHECK(store.has_truth("truth two"));
   CHECK(count("truth%") == 1);
+}
+
+TEST_CASE("what an entry of a truth in parts says of its size takes no memory before the parts are read") {
+  const Folder folder;
+  const std::string path = folder / "store.db";
+  Truth truth;
+  truth.source = "closed form";
+  { Store(path, Store::Mode::write).put_truth("truth", "one", truth); }
+  const auto claim = [&](std::initializer_list<std::uint64_t> parts_samples_bodies) {
+    BlobWriter samples;
+    samples.put(std::uint8_t{128});
+    for (const std::uint64_t number : parts_samples_bodies) samples.put(number);
+    const std::string events = pack_events({}), event_bars = pack_reals({});
+    StoreDatabase database;
+    database.path = path;
+    database.open_for_writing();
+    database.written([&] {
+      database.erase(kTruths, "truth");
+      database.insert(kTruths, {"truth", "one", to_string(Status::ok), "", "closed form", "", 0.0, Blob{samples.bytes},
+                                Blob{}, Blob{events}, Blob{event_bars}});
+    });
+  };
+  constexpr std::uint64_t kHuge = std::uint64_t{1} << 40;
+  for (const auto& [parts, samples, bodies] : {std::tuple{std::uint64_t{2}, kHuge, std::uint64_t{1}},
+                                               {std::uint64_t{2}, kHuge << 20, kHuge << 16},
+                                               {std::uint64_t{2}, std::uint64_t{1}, kHuge},
+                                               {kHuge, kHuge, std::uint64_t{0}}}) {
+    claim({parts, samples, bodies});
+    Store store(path, Store::Mode::read);
+    CHECK_THROWS_WITH(store.truth("truth"), Catch::Contains("a part of a truth cannot be found"));
+  }
 }
 
 TEST_CASE("a store that cannot be used says why") {
