@@ -9,6 +9,7 @@
 
 #include "fluid_truth/kernel.hpp"
 #include "fluid_truth/response.hpp"
+#include "fluid_truth/walls.hpp"
 #include "scene/scene.hpp"
 
 namespace atwood::fluid_truth {
@@ -41,6 +42,7 @@ template <class S> struct ParticleData {
   double spacing = 0;
   double largest_speed = 0, largest_sound_speed = 0;
   std::vector<std::function<Vec<S>(S t, const Vec<S>& x)>> source;  // one a fluid; empty: none
+  std::vector<FixedPoint<S>> points;                                // of walls, for `+sph`
 
   Vec<S> read(const S* from, int i) const {  // d numbers of particle i
     const S* at = from + static_cast<std::size_t>(i) * layout.d;

@@ -5,7 +5,6 @@
 
 #include "fluid_truth/particles.hpp"
 #include "fluid_truth/solution.hpp"
-#include "fluid_truth/walls.hpp"
 
 namespace atwood::fluid_truth {
 
@@ -57,7 +56,6 @@ template <class S> class Sph final : public FluidSystem<S> {
   void transport_rate(const Now& now, int i, Vec<S>& dv, S& drho, S& dT) const;
 
   Kernel<S> kernel_;
-  std::vector<FixedPoint<S>> points_;
   bool summation_ = false, corrected_ = false;
   Viscosity viscosity_ = Viscosity::morris;
   S diffusion_{}, shift_{}, wall_volume_{};
@@ -99,10 +97,11 @@ template <class S> Sph<S>::Sph(const Scene& scene, const Response& response) {
   shift_ =
       S(shift < 0 ? double(shifted_unless_told(scene, summation_ || corrected_, this->data.largest_speed)) : shift);
   diffusion_ = S(diffusion < 0 ? (shift_ > 0 ? 0.1 : 0) : diffusion);
-  points_ = fixed_points<S>(scene, support);
+  this->data.points = fixed_points<S>(scene, support);
   require(!(corrected_ && summation_), "corrected=true needs density=continuity");
-  require(points_.empty() || (!corrected_ && shift_ == 0), "walls with `corrected` or `shift` are not covered");
-  require(points_.empty() || scene.fluids.size() == 1, "walls with several fluids are not covered");
+  require(this->data.points.empty() || (!corrected_ && shift_ == 0),
+          "walls with `corrected` or `shift` are not covered");
+  require(this->data.points.empty() || scene.fluids.size() == 1, "walls with several fluids are not covered");
   wall_volume_ = S(this->data.spacing) * S(this->data.spacing);
   if (this->data.layout.d == 3) wall_volume_ *= S(this->data.spacing);
   const int n = static_cast<int>(std::ceil(support / this->data.spacing));
@@ -119,7 +118,7 @@ template <class S> Sph<S>::Sph(const Scene& scene, const Response& response) {
 template <class S> void Sph<S>::find_pairs(Now& now) {
   const auto count = static_cast<std::size_t>(this->data.layout.count);
   std::vector<Vec<S>> all = now.x;
-  for (const FixedPoint<S>& point : points_) all.push_back(point.x);
+  for (const FixedPoint<S>& point : this->data.points) all.push_back(point.x);
   const auto near = neighbours_of(this->data, all, kernel_.R);
   now.fluid.assign(count, {});
   now.walls.assign(count, {});
@@ -152,7 +151,7 @@ template <class S> void Sph<S>::find_densities(const S* y, Now& now) {
 }
 
 template <class S> void Sph<S>::find_walls(Now& now) {
-  const std::size_t count = points_.size();
+  const std::size_t count = this->data.points.size();
   std::vector<S> sum(count, S(0));
   now.wall_p.assign(count, S(0));
   now.wall_T.assign(count, S(0));
@@ -180,15 +179,15 @@ template <class S> void Sph<S>::find_walls(Now& now) {
 
 // q a H(3 s / s0) / s of each point with a flux q and an area a, s = sum_f V_f W_wf
 template <class S> void Sph<S>::find_fluxes(Now& now) {
-  now.wall_q.assign(points_.size(), S(0));
-  std::vector<S> s(points_.size(), S(0));
+  now.wall_q.assign(this->data.points.size(), S(0));
+  std::vector<S> s(this->data.points.size(), S(0));
   for (std::size_t i = 0; i < now.walls.size(); ++i)
     for (const Pair<S>& pair : now.walls[i]) s[pair.other] += now.V[i] * pair.W;
-  for (std::size_t w = 0; w < points_.size(); ++w) {
-    if (!points_[w].heat_flux || !(s[w] > 0)) continue;
+  for (std::size_t w = 0; w < this->data.points.size(); ++w) {
+    if (!this->data.points[w].heat_flux || !(s[w] > 0)) continue;
     const S z = 3 * s[w] / beside_;
     const S wet = z < 1 ? 6 * power(z, 5) - 15 * power(z, 4) + 10 * power(z, 3) : S(1);
-    now.wall_q[w] = *points_[w].heat_flux * points_[w].area * wet / s[w];
+    now.wall_q[w] = *this->data.points[w].heat_flux * this->data.points[w].area * wet / s[w];
   }
 }
 
@@ -243,7 +242,7 @@ template <class S> void Sph<S>::density_rate(const Now& now, int i, S& drho) con
   }
   for (const Pair<S>& pair : now.walls[i])
     if (now.wall_acts[pair.other])
-      plain += law.rho0 * wall_volume_ * pair.F * dot(now.v[i] - points_[pair.other].velocity, pair.x);
+      plain += law.rho0 * wall_volume_ * pair.F * dot(now.v[i] - this->data.points[pair.other].velocity, pair.x);
   if (!corrected_) drho += plain;
   drho += 2 * diffusion_ * kernel_.R / S(support_of(kernel_.kind)) * law.c * diffused;
 }
@@ -266,11 +265,11 @@ template <class S> void Sph<S>::momentum_rate(const Now& now, int i, S t, Vec<S>
     if (!now.wall_acts[w]) continue;
     const S m = law.rho0 * wall_volume_;
     dv = dv - (m * (own + now.wall_p[w] / (now.wall_rho[w] * now.wall_rho[w])) * pair.F) * pair.x;
-    if (!points_[w].no_slip) continue;
-    const Vec<S> mirrored = S(2) * points_[w].velocity - now.wall_v[w];
+    if (!this->data.points[w].no_slip) continue;
+    const Vec<S> mirrored = S(2) * this->data.points[w].velocity - now.wall_v[w];
     const Vec<S> A = viscous(now, i, pair, law.dynamic_viscosity(now.T[i]), now.wall_rho[w], now.v[i] - mirrored);
     dv = dv + m * A;
-    heat -= m * dot(A, now.v[i] - points_[w].velocity);
+    heat -= m * dot(A, now.v[i] - this->data.points[w].velocity);
   }
   dv = dv + (1 - law.expansion * (now.T[i] - law.T0)) * of.gravity;
   if (of.source[of.fluid[i]]) dv = dv + of.source[of.fluid[i]](t, now.x[i]);
@@ -334,7 +333,7 @@ template <class S> void Sph<S>::temperature_rate(const Now& now, int i, S& power
     power += of.mass[j] * 4 * k * other / (k + other) * (now.T[i] - now.T[j]) * pair.F / (now.rho[i] * now.rho[j]);
   }
   for (const Pair<S>& pair : now.walls[i]) {
-    const FixedPoint<S>& point = points_[pair.other];
+    const FixedPoint<S>& point = this->data.points[pair.other];
     if (!now.wall_acts[pair.other]) continue;
     if (point.temperature) {
       const S T = 2 * *point.temperature - now.wall_T[pair.other];

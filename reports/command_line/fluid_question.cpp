@@ -35,23 +35,12 @@ const Names& conserved() {
 
 // A metric that only fluids have.
 bool of_fluids_alone(const std::string& metric) {
-  static const Names others{"work-by-diffusion",
-                            "work-by-shift",
-                            "work-by-viscosity",
-                            "work-by-walls",
-                            "work-by-sources",
-                            "energy-unaccounted",
-                            "model-error",
-                            "particle-order",
-                            "spacing-min",
-                            "probe-error",
-                            "closing-residual",
-                            "order-space",
-                            "order-model",
-                            "order-time",
-                            "neighbours",
-                            "front-delay",
-                            "ns-per-particle-evaluation"};
+  static const Names others{"work-by-diffusion",  "work-by-shift", "work-by-viscosity",
+                            "work-by-bodies",     "work-by-walls", "work-by-sources",
+                            "energy-unaccounted", "model-error",   "particle-order",
+                            "spacing-min",        "probe-error",   "closing-residual",
+                            "order-space",        "order-model",   "order-time",
+                            "neighbours",         "front-delay",   "ns-per-particle-evaluation"};
   return needs_field(metric) || is_among(conserved(), metric) || is_among(others, metric);
 }
 

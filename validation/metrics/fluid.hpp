@@ -77,12 +77,12 @@ double kernel_support_m(const Settings& response, double spacing_m, bool free_su
 // The row `neighbours` of a run's last sample; none for a support of 0 or a run that did not end well.
 std::vector<Row> neighbour_rows(const Scene& scene, const Recording& run, double support_m);
 
-// Rows of work of the terms that do not keep the energy: work-by-diffusion, -shift, -viscosity, -walls, -sources, each
-// where the method (`response`: "sph{...}" with all settings) and the scene have the term, and energy-unaccounted.
-// Their powers are computed from the samples (reference/fluid_truth/powers.hpp) and integrated over them by Simpson's
-// rule. Where the samples are too few for the motion, energy-unaccounted alone, which says so. None for other
-// responses, density=summation, bodies that move, more than 50 000 particles, fewer than nine samples, and runs that
-// did not end well.
+// Rows of work of the terms that do not keep the energy: work-by-diffusion, -shift, -viscosity, -bodies, -walls,
+// -sources, each where the method (`response`: "sph{...}" with all settings) and the scene have the term, and
+// energy-unaccounted. Their powers are computed from the samples (reference/fluid_truth/powers.hpp) and integrated over
+// them by Simpson's rule. Where the samples are too few for the motion, energy-unaccounted alone, which says so. None
+// for other responses, density=summation with shift or walls that slide in themselves, more than 50 000 particles,
+// fewer than nine samples, and runs that did not end well.
 std::vector<Row> fluid_work_rows(const Scene& scene, const Recording& run, const std::string& response);
 // The integral over equal intervals of length h, and the same by the trapezoidal rule. `bar`: the larger of the
 // differences of Simpson's rule to that and to itself over every second value.

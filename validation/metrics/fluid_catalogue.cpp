@@ -66,22 +66,23 @@ std::vector<MetricInfo> fluid_metrics() {
       {"work-by-diffusion", "1",
        "Work of the density's diffusion (+sph{density_diffusion}) over the run, over the scale of energy-budget; positive "
        "where the fluid gains energy. Its power is computed from the particles of each sample by the reference's sums, the "
-       "integral is Simpson's rule over the samples; the bar is the larger of its differences to the trapezoidal rule and to "
-       "itself over every second sample."},
+       "integral is Simpson's rule over the samples; the bar is the largest of its differences to the trapezoidal rule and to "
+       "itself over every second sample, and of energy-unaccounted."},
       {"work-by-shift", "1",
        "The same of the motion relative to the fluid that keeps particles in order (+sph{shift}), with its fluxes."},
       {"work-by-viscosity", "1",
        "The same of viscosity, among particles and at walls, less the heat that viscous_heat makes of it; what walls that "
        "move drag is in it."},
-      {"work-by-walls", "1",
-       "The same of the rest that walls do: the pressure of their points, which is extrapolated from the fluid, and heat "
-       "through them."},
+      {"work-by-bodies", "1",
+       "The same of the rest that bodies that can move do: the pressure of their points, which is extrapolated from the "
+       "fluid, and heat through them. The energy is the fluid's alone."},
+      {"work-by-walls", "1", "The same of fixed walls."},
       {"work-by-sources", "1", "The same of body accelerations (`source`) and of buoyancy (`expansion_per_K`)."},
       {"energy-unaccounted", "1",
        "|E - E0 - work| at the end, over the scale of energy-budget: what neither the plain pairs of particles nor the rows "
        "of work account for: the error of the steps, and that of the integral. More than a fifth of the works: the samples "
-       "are too few for the motion (sound, for instance), and rows of work are left out. Only for +sph with "
-       "density=continuity, bodies that rest and nine samples or more."},
+       "are too few for the motion (sound, for instance), and rows of work are left out. Only for +sph and "
+       "nine samples or more; with density=summation, without shift and without walls that slide in themselves."},
       {"neighbours", "1",
        "Mean number of other particles within the support of the method's kernel, at the end, walls not counted. The "
        "reason has the support."},

@@ -19,9 +19,10 @@ struct Term {
   const char* metric;
   double FluidPowers::*power;
 };
-constexpr std::array<Term, 5> kTerms{{{"work-by-diffusion", &FluidPowers::diffusion},
+constexpr std::array<Term, 6> kTerms{{{"work-by-diffusion", &FluidPowers::diffusion},
                                       {"work-by-shift", &FluidPowers::shift},
                                       {"work-by-viscosity", &FluidPowers::viscosity},
+                                      {"work-by-bodies", &FluidPowers::bodies},
                                       {"work-by-walls", &FluidPowers::walls},
                                       {"work-by-sources", &FluidPowers::sources}}};
 
@@ -67,7 +68,7 @@ std::vector<Row> fluid_work_rows(const Scene& scene, const Recording& run, const
   if (!(scale > 0)) return {};
   std::array<std::vector<double>, kTerms.size() + 1> of;  // the last: their sum
   for (const SampleView sample : run.values) {
-    const FluidPowers now = powers.at(static_cast<double>(sample.t_s), sample.particles);
+    const FluidPowers now = powers.at(static_cast<double>(sample.t_s), sample.particles, sample.bodies);
     double sum = 0;
     for (std::size_t k = 0; k < kTerms.size(); ++k) {
       of[k].push_back(now.*kTerms[k].power);
@@ -78,6 +79,9 @@ std::vector<Row> fluid_work_rows(const Scene& scene, const Recording& run, const
   const double h = static_cast<double>(run.values[1].t_s - run.values[0].t_s), unit = static_cast<double>(scale);
   const std::string over = "of " + format_measure(unit, 0) + " J; ",
                     samples = std::to_string(run.values.size()) + " samples";
+  const Integral whole = integral_of(of.back(), h);
+  const double change = static_cast<double>(energies.back().total() - energies.front().total());
+  const double left = std::fabs(change - whole.simpson);
   std::vector<Row> rows;
   double works = 0;  // sum of their sizes
   for (std::size_t k = 0; k < kTerms.size(); ++k) {
@@ -85,13 +89,10 @@ std::vector<Row> fluid_work_rows(const Scene& scene, const Recording& run, const
     // A term that the method or the scene does not have, or viscosity all of which becomes heat.
     if (std::fabs(work.simpson) < kRoundOff * unit && std::fabs(work.trapezoid) < kRoundOff * unit) continue;
     works += std::fabs(work.simpson);
-    rows.push_back(metrics::row(kTerms[k].metric, work.simpson / unit, work.bar / unit,
+    rows.push_back(metrics::row(kTerms[k].metric, work.simpson / unit, std::max(work.bar, left) / unit,
                                 over + "powers of " + samples + ", integrated by Simpson's rule"));
   }
   if (rows.empty()) return rows;
-  const Integral whole = integral_of(of.back(), h);
-  const double change = static_cast<double>(energies.back().total() - energies.front().total());
-  const double left = std::fabs(change - whole.simpson);
   const bool resolved = left <= kUnresolved * works;
   if (!resolved) rows.clear();
   rows.push_back(metrics::row("energy-unaccounted", left / unit, whole.bar / unit,

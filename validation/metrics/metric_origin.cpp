@@ -280,6 +280,7 @@ const Origins& other_origins() {
        {"integral of (grad E . (f - f without density_diffusion)) dt / E_scale, y' = f(y)", particles}},
       {"work-by-shift", {"integral of (grad E . (f - f without shift)) dt / E_scale", particles}},
       {"work-by-viscosity", {"integral of (grad E . (f - f without viscosity)) dt / E_scale", particles}},
+      {"work-by-bodies", {"integral of (grad E . (f - f without bodies that move)) dt / E_scale", particles}},
       {"work-by-walls", {"integral of (grad E . (f - f without walls)) dt / E_scale", particles}},
       {"work-by-sources", {"integral of (grad E . (f - f without sources)) dt / E_scale", particles}},
       {"energy-unaccounted", {"|E(t_end) - E(0) - sum of works| / E_scale", here}},

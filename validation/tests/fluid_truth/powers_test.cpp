@@ -53,7 +53,7 @@ TEST_CASE("The power of density diffusion, shift and viscosity of two particles,
     const FluidPowersOf powers(scenario.scene, kernel + "0.1,shift=0}");
     REQUIRE(powers.unsupported() == "");
     const double rate = 2 * 0.1 * kSmoothing * kSpacing * c * F * 30;
-    const FluidPowers now = powers.at(0, start_of(scenario));
+    const FluidPowers now = powers.at(0, start_of(scenario), {});
     CHECK(now.diffusion == Approx(own[0] * rate * m[1] / rho[1] - own[1] * rate * m[0] / rho[0]).epsilon(1e-12));
     CHECK(now.diffusion < 0);
     CHECK(now.shift == 0);
@@ -63,11 +63,11 @@ TEST_CASE("The power of density diffusion, shift and viscosity of two particles,
     const double A = 2 * 1000 * 0.01 / (rho[0] * rho[1]) * F;
     const double power = m[0] * m[1] * A * (2 * 2 + 0.5 * 0.5);
     const FluidPowersOf cold(scenario.scene, kernel + "0,shift=0}");
-    CHECK(cold.at(0, start_of(scenario)).viscosity == Approx(power).epsilon(1e-12));
+    CHECK(cold.at(0, start_of(scenario), {}).viscosity == Approx(power).epsilon(1e-12));
     scenario.scene.fluids[0].heat_capacity_J_per_kg_K = 2;
     scenario.scene.fluids[0].viscous_heat = true;
     const FluidPowersOf warm(scenario.scene, kernel + "0,shift=0}");
-    CHECK(std::fabs(warm.at(0, start_of(scenario)).viscosity) < 1e-14 * std::fabs(power));
+    CHECK(std::fabs(warm.at(0, start_of(scenario), {}).viscosity) < 1e-14 * std::fabs(power));
   }
   SECTION("shift, in gravity: positions that are moved, and the fluxes relative to the motion") {
     scenario.scene.gravity_m_per_s2 = {3, 0, 0};
@@ -79,7 +79,7 @@ TEST_CASE("The power of density diffusion, shift and viscosity of two particles,
     const double dv = F * flux / 2;  // times V_j / rho_i (v_j - v_i); the other's has the opposite sign twice
     const double kinetic = m[0] * V[1] / rho[0] * dv * (1 * -2 + 0.5 * -0.5) - m[1] * V[0] / rho[1] * dv * (-1 * 2);
     const double expected = -3 * (m[0] * u[0] + m[1] * u[1]) + own[0] * rates[0] + own[1] * rates[1] + kinetic;
-    CHECK(powers.at(0, start_of(scenario)).shift == Approx(expected).epsilon(1e-12));
+    CHECK(powers.at(0, start_of(scenario), {}).shift == Approx(expected).epsilon(1e-12));
   }
 }
 
@@ -106,8 +106,60 @@ TEST_CASE("The power of a wall on one particle, by hand") {
       const double x = 0.03 - (0.05 + 0.1 * k), y = 0.1 + 0.05 + 0.1 * layer, r = std::hypot(x, y);
       if (r < kSupport) expected -= 1000 * kSpacing * kSpacing * share * slope(r) * (1 * x + 0.5 * y);
     }
-  CHECK(powers.at(0, start_of(scenario)).walls == Approx(expected).epsilon(1e-12));
+  CHECK(powers.at(0, start_of(scenario), {}).walls == Approx(expected).epsilon(1e-12));
   CHECK(expected > 0);
+}
+
+TEST_CASE("The power of a body that has moved on one particle, by hand") {
+  Scenario scenario = pair_scene();
+  scenario.scene.domain.periodic_m = {};
+  Particles& p = scenario.scene.fluids[0].particles;
+  p.position_m = {{0, 0, 0}};
+  p.velocity_m_per_s = {{1, 0.5, 0}};
+  p.mass_kg = {2};
+  p.density_kg_per_m3 = {1020};
+  p.temperature_K = {0};
+  Body& box = scenario.scene.bodies.emplace_back();
+  box.name = "box";
+  box.mass_kg = 3;
+  box.shape = Box{{0.1, 0.1, 0.1}};
+  box.position_m = {5, 0, 0};
+  FluidBoundary& boundary = scenario.scene.fluid_boundaries.emplace_back();
+  boundary.body = 0;
+  boundary.slip = Slip::free_slip;
+  const FluidPowersOf powers(scenario.scene, "sph{kernel=wendland-c2,smoothing=1.5,density_diffusion=0,shift=0}");
+  REQUIRE(powers.unsupported() == "");
+  // At the sample the box, of four points at (+-0.05, +-0.05) in its axes, is at (0.2, 0.05), turned by 30 degrees, and
+  // moves. All points take the particle's pressure and density.
+  BodySample moved;
+  moved.p_m = {0.2, 0.05, 0};
+  const double half = std::acos(-1.0) / 12;
+  moved.q_wxyz = {std::cos(half), 0, 0, std::sin(half)};
+  moved.v_m_per_s = {-0.5, 0.25, 0};
+  moved.w_rad_per_s = {0, 0, 3};
+  double expected = 0;
+  const double share = 100 * 20.0 / (1020.0 * 1020.0);
+  for (const double a : {-0.05, 0.05})
+    for (const double b : {-0.05, 0.05}) {
+      const double rx = std::cos(2 * half) * a - std::sin(2 * half) * b,
+                   ry = std::sin(2 * half) * a + std::cos(2 * half) * b;
+      const double x = -(0.2 + rx), y = -(0.05 + ry), ux = -0.5 - 3 * ry, uy = 0.25 + 3 * rx;
+      expected -= 2 * 1000 * kSpacing * kSpacing * share * slope(std::hypot(x, y)) * (x * (1 + ux) + y * (0.5 + uy));
+    }
+  const FluidPowers now = powers.at(0, start_of(scenario), std::vector{moved});
+  CHECK(now.bodies == Approx(expected).epsilon(1e-12));
+  CHECK(std::fabs(expected) > 1e-3);
+  CHECK(now.walls == 0);
+}
+
+TEST_CASE("With a density by summation the powers are those of the sum of continuity") {
+  const Scenario scenario = pair_scene();
+  const std::string kernel = "sph{kernel=wendland-c2,smoothing=1.5,shift=0,density_diffusion=0,density=";
+  const FluidPowersOf summed(scenario.scene, kernel + "summation}"), integrated(scenario.scene, kernel + "continuity}");
+  REQUIRE(summed.unsupported() == "");
+  const FluidPowers a = summed.at(0, start_of(scenario), {}), b = integrated.at(0, start_of(scenario), {});
+  CHECK(a.viscosity == b.viscosity);
+  CHECK(a.viscosity < 0);
 }
 
 TEST_CASE("The power of buoyancy and of a body acceleration, by hand") {
@@ -120,7 +172,7 @@ TEST_CASE("The power of buoyancy and of a body acceleration, by hand") {
     fluid.temperature_K = 300;
     fluid.expansion_per_K = 0.01;
     fluid.particles.temperature_K = {305, 310};
-    const FluidPowers now = FluidPowersOf(scenario.scene, response).at(0, start_of(scenario));
+    const FluidPowers now = FluidPowersOf(scenario.scene, response).at(0, start_of(scenario), {});
     CHECK(now.sources == Approx(1 * -0.05 * (3 * 1 - 10 * 0.5) + 2 * -0.1 * (3 * -1)).epsilon(1e-12));
     CHECK(now.walls == 0);
   }
@@ -131,7 +183,7 @@ TEST_CASE("The power of buoyancy and of a body acceleration, by hand") {
                                {"mode", 2},
                                {"angular_frequency_rad_per_s", 4},
                                {"density_amplitude", 0.03}};
-    const FluidPowers now = FluidPowersOf(scenario.scene, response).at(0.125, start_of(scenario));
+    const FluidPowers now = FluidPowersOf(scenario.scene, response).at(0.125, start_of(scenario), {});
     const auto field = manufactured_of<double>(scenario.scene, fluid, fluid.source);
     double expected = 0;
     for (const ParticleSample& p : start_of(scenario)) {
@@ -148,8 +200,14 @@ TEST_CASE("The power of buoyancy and of a body acceleration, by hand") {
 TEST_CASE("Powers that are not known say why") {
   const Scenario scenario = pair_scene();
   CHECK(FluidPowersOf(scenario.scene, "polynomial{degree=2}").unsupported().find("+sph alone") != std::string::npos);
-  CHECK(FluidPowersOf(scenario.scene, "sph{kernel=wendland-c2,smoothing=1.5,density=summation}").unsupported() ==
-        "a density by summation is no unknown");
+  CHECK(
+      FluidPowersOf(scenario.scene, "sph{kernel=wendland-c2,smoothing=1.5,density=summation,shift=1}").unsupported() ==
+      "shift with a density by summation");
+  Scenario sliding = scenario;
+  add_channel(sliding, -0.1, 10, 1, 0);
+  CHECK(FluidPowersOf(sliding.scene, "sph{kernel=wendland-c2,smoothing=1.5,density=summation}")
+            .unsupported()
+            .find("stay where they are while its surface slides") != std::string::npos);
   CHECK(FluidPowersOf(scenario.scene, "sph{kernel=wendland-c2,smoothing=1.5,new=1}").unsupported() ==
         "the setting `new` of +sph is not covered");
 }
