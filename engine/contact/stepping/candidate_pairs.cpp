@@ -30,7 +30,7 @@ template <class S> S size_of(const World<S>& world, int i) { return world.geomet
 template <class S> bool candidates_remain_valid(World<S>& world, S h_s) {
   BodyRows<S>& bodies = world.bodies;
   const S dv_m_per_s = norm(world.gravity_W) * h_s;
-  std::atomic<bool> valid = world.candidates_valid;
+  std::atomic<bool> valid = world.candidates.valid;
   for_bodies(world, [&](int first, int last) {
     bool within = true;
     for (int i = first; i < last; ++i) {
@@ -38,9 +38,10 @@ template <class S> bool candidates_remain_valid(World<S>& world, S h_s) {
       const S* v = bodies.velocity[i].at;
       const S rotation = is_sphere(world, i) ? S(0) : h_s * norm(load3(v + 3)) * size_of(world, i);
       bodies.motion_bound[i] = h_s * (norm(load3(v)) + dv_m_per_s) + rotation;
-      const S moved = norm(load3(bodies.pose[i].at) - world.position_at_detection[i]) + world.rotation_path[i];
-      within = within && moved + bodies.motion_bound[i] <= world.margin[i];
-      world.rotation_path[i] += rotation;
+      const S moved = norm(load3(bodies.pose[i].at) - world.candidates.position_at_detection[i]) +
+                      world.candidates.rotation_path[i];
+      within = within && moved + bodies.motion_bound[i] <= world.candidates.margin[i];
+      world.candidates.rotation_path[i] += rotation;
     }
     if (!within) valid.store(false, std::memory_order_relaxed);
   });
@@ -49,8 +50,8 @@ template <class S> bool candidates_remain_valid(World<S>& world, S h_s) {
 
 // Sets World::items, margins and the reference of candidates_remain_valid(). Planes are handled apart.
 template <class S> void build_broad_phase_items(World<S>& world, S h_s) {
-  world.items.clear();
-  world.item_body.clear();
+  world.candidates.items.clear();
+  world.candidates.item_body.clear();
   const BodyRows<S>& bodies = world.bodies;
   for (int i = 0; i < bodies.count; ++i) {
     const ShapeKind kind = world.geometry[i].kind;
@@ -58,10 +59,11 @@ template <class S> void build_broad_phase_items(World<S>& world, S h_s) {
     BroadItem<S> item;
     const S size = size_of(world, i),
             ahead = real::min(S(kMarginSteps) * bodies.motion_bound[i], S(kMaxMarginAhead) * size);
-    const S margin = world.margin[i] =
+    const S margin = world.candidates.margin[i] =
         bodies.moves[i] ? S(kMarginAtRest) * size + bodies.motion_bound[i] + ahead : S(0);
-    item.center = world.position_at_detection[i] = load3(bodies.pose[i].at);
-    world.rotation_path[i] = is_sphere(world, i) ? S(0) : h_s * norm(load3(bodies.velocity[i].at + 3)) * size;
+    item.center = world.candidates.position_at_detection[i] = load3(bodies.pose[i].at);
+    world.candidates.rotation_path[i] =
+        is_sphere(world, i) ? S(0) : h_s * norm(load3(bodies.velocity[i].at + 3)) * size;
     item.radius = size + margin;
     item.moves = bodies.moves[i] != 0;
     if (kind == ShapeKind::sphere) {
@@ -72,8 +74,8 @@ template <class S> void build_broad_phase_items(World<S>& world, S h_s) {
       const Aabb<S> tight = bounds(world.geometry[i], transform(item.center, bodies.q_WB[i]));
       item.box = {tight.low - out, tight.high + out};
     }
-    world.items.push_back(item);
-    world.item_body.push_back(i);
+    world.candidates.items.push_back(item);
+    world.candidates.item_body.push_back(i);
   }
 }
 
@@ -201,27 +203,27 @@ template <class S> void colour_sphere_pairs(World<S>& world) {
   GraphColouring& colouring = world.scratch.colouring;
   colouring.used.assign(static_cast<std::size_t>(bodies.count), 0);
   std::vector<int>&moving = world.scratch.colour, &fixed = world.scratch.other_colour;
-  moving.resize(world.sphere_pairs.size());
-  fixed.resize(world.sphere_pairs.size());
+  moving.resize(world.candidates.sphere_pairs.size());
+  fixed.resize(world.candidates.sphere_pairs.size());
   int moving_colours = kColourCount, fixed_colours = kColourCount;
-  for (std::size_t i = 0; i < world.sphere_pairs.size(); ++i) {
-    const CandidatePair& pair = world.sphere_pairs[i];
+  for (std::size_t i = 0; i < world.candidates.sphere_pairs.size(); ++i) {
+    const CandidatePair& pair = world.candidates.sphere_pairs[i];
     const bool b_moves = bodies.moves[pair.b] != 0;
     const int colour = colouring.assign(pair.a, pair.b, b_moves);
     moving[i] = fixed[i] = -1;
     if (b_moves) moving[i] = colour < kColourCount ? colour : moving_colours++;
     else fixed[i] = colour < kColourCount ? colour : fixed_colours++;
   }
-  build_batches(world, world.sphere_pairs, moving, moving_colours, SpherePartner::moving_sphere);
-  build_batches(world, world.sphere_pairs, fixed, fixed_colours, SpherePartner::fixed_sphere);
+  build_batches(world, world.candidates.sphere_pairs, moving, moving_colours, SpherePartner::moving_sphere);
+  build_batches(world, world.candidates.sphere_pairs, fixed, fixed_colours, SpherePartner::fixed_sphere);
   std::vector<int>& plane = world.scratch.colour;
-  plane.resize(world.plane_pairs.size());
+  plane.resize(world.candidates.plane_pairs.size());
   int planes = 0;
   for (std::size_t i = 0; i < plane.size(); ++i) {  // the pairs are sorted by plane
-    if (i > 0 && world.plane_pairs[i].b != world.plane_pairs[i - 1].b) ++planes;
+    if (i > 0 && world.candidates.plane_pairs[i].b != world.candidates.plane_pairs[i - 1].b) ++planes;
     plane[i] = planes;
   }
-  build_batches(world, world.plane_pairs, plane, planes + 1, SpherePartner::plane);
+  build_batches(world, world.candidates.plane_pairs, plane, planes + 1, SpherePartner::plane);
 }
 
 template <class S> void add_pairs_with_planes(World<S>& world) {
@@ -232,8 +234,8 @@ template <class S> void add_pairs_with_planes(World<S>& world) {
       const ShapeKind kind = world.geometry[i].kind;
       if (!world.bodies.moves[i] || kind == ShapeKind::none || are_joined(world, i, p)) continue;
       const S height = dot(plane.normal_W, load3(world.bodies.pose[i].at)) - plane.offset;
-      if (!(height <= size_of(world, i) + world.margin[i])) continue;
-      (kind == ShapeKind::sphere ? world.plane_pairs : world.manifold_pairs).push_back({i, p, 0});
+      if (!(height <= size_of(world, i) + world.candidates.margin[i])) continue;
+      (kind == ShapeKind::sphere ? world.candidates.plane_pairs : world.candidates.manifold_pairs).push_back({i, p, 0});
     }
   }
 }
@@ -244,37 +246,38 @@ template <class S> void update_candidate_pairs(World<S>& world, S h_s) {
   if (candidates_remain_valid(world, h_s)) return;
   std::vector<StoredImpulse<S>>&sphere_impulses = world.scratch.sphere_impulses,
   &plane_impulses = world.scratch.plane_impulses;
-  store_impulses(world, world.sphere_pairs, sphere_impulses);
-  store_impulses(world, world.plane_pairs, plane_impulses);
+  store_impulses(world, world.candidates.sphere_pairs, sphere_impulses);
+  store_impulses(world, world.candidates.plane_pairs, plane_impulses);
   build_broad_phase_items(world, h_s);
-  world.broad_phase->find(world.items, world.overlapping_pairs);
-  world.sphere_pairs.clear();
-  world.plane_pairs.clear();
-  world.manifold_pairs.clear();
-  world.has_fixed_pairs = false;
-  for (const auto& [first, second] : world.overlapping_pairs) {
-    std::int32_t a = world.item_body[first], b = world.item_body[second];
+  world.candidates.broad_phase->find(world.candidates.items, world.candidates.overlapping_pairs);
+  world.candidates.sphere_pairs.clear();
+  world.candidates.plane_pairs.clear();
+  world.candidates.manifold_pairs.clear();
+  world.candidates.has_fixed_pairs = false;
+  for (const auto& [first, second] : world.candidates.overlapping_pairs) {
+    std::int32_t a = world.candidates.item_body[first], b = world.candidates.item_body[second];
     if (!world.bodies.moves[a]) {  // body a of a pair moves
       std::swap(a, b);
-      world.has_fixed_pairs = true;
+      world.candidates.has_fixed_pairs = true;
     }
     if (are_joined(world, a, b)) continue;
     const bool spheres = is_sphere(world, a) && is_sphere(world, b);
-    (spheres ? world.sphere_pairs : world.manifold_pairs).push_back({a, b, 0});
+    (spheres ? world.candidates.sphere_pairs : world.candidates.manifold_pairs).push_back({a, b, 0});
   }
   add_pairs_with_planes(world);
   const auto by_a = [](const CandidatePair& x, const CandidatePair& y) { return ordered_before(x.a, x.b, y.a, y.b); };
   // without a swap above they are sorted as the broad phase left them
-  if (world.has_fixed_pairs) std::sort(world.sphere_pairs.begin(), world.sphere_pairs.end(), by_a);
-  std::sort(world.manifold_pairs.begin(), world.manifold_pairs.end(), by_a);
+  if (world.candidates.has_fixed_pairs)
+    std::sort(world.candidates.sphere_pairs.begin(), world.candidates.sphere_pairs.end(), by_a);
+  std::sort(world.candidates.manifold_pairs.begin(), world.candidates.manifold_pairs.end(), by_a);
   const auto by_plane = [](const CandidatePair& x, const CandidatePair& y) {
     return ordered_before(x.b, x.a, y.b, y.a);
   };
-  std::sort(world.plane_pairs.begin(), world.plane_pairs.end(), by_plane);
+  std::sort(world.candidates.plane_pairs.begin(), world.candidates.plane_pairs.end(), by_plane);
   colour_sphere_pairs(world);
-  restore_impulses(world, world.sphere_pairs, sphere_impulses, false);
-  restore_impulses(world, world.plane_pairs, plane_impulses, true);
-  world.candidates_valid = true;
+  restore_impulses(world, world.candidates.sphere_pairs, sphere_impulses, false);
+  restore_impulses(world, world.candidates.plane_pairs, plane_impulses, true);
+  world.candidates.valid = true;
 }
 
 template <class S> bool may_miss_a_pair(const World<S>& world, int body, S remaining_s) {
@@ -287,7 +290,9 @@ template <class S> bool may_miss_a_pair(const World<S>& world, int body, S remai
   };
   const Vec3<S> p = load3(bodies.pose[body].at);
   const S size = size_of(world, body), own = path(body, size);
-  if (norm(p - world.position_at_detection[body]) + world.rotation_path[body] + own <= world.margin[body]) return false;
+  if (norm(p - world.candidates.position_at_detection[body]) + world.candidates.rotation_path[body] + own <=
+      world.candidates.margin[body])
+    return false;
   const auto is_candidate = [&](int other) {
     const auto holds = [&](const CandidatePair& pair) {
       return (pair.a == body && pair.b == other) || (pair.a == other && pair.b == body);
@@ -295,7 +300,7 @@ template <class S> bool may_miss_a_pair(const World<S>& world, int body, S remai
     const auto in = [&](const std::vector<CandidatePair>& pairs) {
       return std::any_of(pairs.begin(), pairs.end(), holds);
     };
-    return in(world.sphere_pairs) || in(world.plane_pairs) || in(world.manifold_pairs);
+    return in(world.candidates.sphere_pairs) || in(world.candidates.plane_pairs) || in(world.candidates.manifold_pairs);
   };
   for (int i = 0; i < bodies.count; ++i) {
     const Geometry<S>& other = world.geometry[i];

@@ -433,7 +433,8 @@ template <class S> bool approaches_inactive_contact(const World<S>& world, const
 
 template <class S> bool solve_directly(World<S>& world, bool at_rest) {
   DirectSolver<S>& d = world.direct;
-  const std::size_t pairs = world.sphere_pairs.size() + world.plane_pairs.size() + world.manifolds.size();
+  const std::size_t pairs =
+      world.candidates.sphere_pairs.size() + world.candidates.plane_pairs.size() + world.manifolds.size();
   const bool automatic = world.options.solver == Solver::automatic;
   const int most = automatic && !at_rest && world.tied == nullptr
                        ? std::min(world.options.direct_points, kMaxPointsInMotion)
@@ -442,7 +443,7 @@ template <class S> bool solve_directly(World<S>& world, bool at_rest) {
   for (const bool all : {false, true}) {
     build_islands(world, d, all);
     if (const int points = largest_problem(world, d); points > most) {
-      if (world.options.solver == Solver::direct) world.points_beyond_limit = points;
+      if (world.options.solver == Solver::direct) world.end.points_beyond_limit = points;
       return false;
     }
     solve_islands(world, d);

@@ -380,9 +380,9 @@ template <class S> void resolve_impacts(World<S>& world) {
     }
   }
   report_impact_queue(world, count, now_s);
-  if (count.at_an_instant > count.most_at_an_instant && !world.impacts_stand_still) {
-    world.impacts_stand_still = true;
-    world.stand_still_s = world.t_s + now_s;
+  if (count.at_an_instant > count.most_at_an_instant && !world.end.impacts_stand_still) {
+    world.end.impacts_stand_still = true;
+    world.end.stand_still_s = world.t_s + now_s;
   }
 }
 

@@ -60,7 +60,7 @@ void detect_share(const World<S>& world, int first, int last, std::vector<Manifo
                   std::vector<ContactManifold<S>>& out) {
   out.clear();
   for (int i = first; i < last; ++i) {
-    const CandidatePair& pair = world.manifold_pairs[static_cast<std::size_t>(i)];
+    const CandidatePair& pair = world.candidates.manifold_pairs[static_cast<std::size_t>(i)];
     const S margin = world.bodies.motion_bound[pair.a] + world.bodies.motion_bound[pair.b] +
                      S(kContactMargin) * smaller_size(world, pair.a, pair.b);
     if (world.geometry[pair.b].kind != ShapeKind::plane) {
@@ -309,11 +309,11 @@ template <class S> void replace_manifold(World<S>& world, ContactManifold<S>& ma
 }  // namespace
 
 template <class S> void find_manifolds(World<S>& world) {
-  if (world.manifold_pairs.empty() && world.manifolds.empty()) return;
+  if (world.candidates.manifold_pairs.empty() && world.manifolds.empty()) return;
   store_impulses(world);
   world.manifolds.swap(world.manifolds_before);
   world.manifolds.clear();
-  const int count = static_cast<int>(world.manifold_pairs.size());
+  const int count = static_cast<int>(world.candidates.manifold_pairs.size());
   const int parts = world.team != nullptr && count >= kMinPairsForTeam ? world.team->size() : 1;
   auto& detected = world.scratch.detected;
   auto& pair_manifolds = world.scratch.pair_manifolds;

@@ -121,14 +121,14 @@ void build_world(World<S>& world, const Scene& scene, Simulation<S>& simulation,
     world.sleep.time_at_rest_s.resize(count);
     world.sleep.parent.resize(count);
   }
-  world.margin.resize(count);
-  world.rotation_path.resize(count);
-  world.position_at_detection.resize(count);
+  world.candidates.margin.resize(count);
+  world.candidates.rotation_path.resize(count);
+  world.candidates.position_at_detection.resize(count);
   world.y.resize(world.model->state_size());
   world.y_free.resize(world.model->state_size());
   world.tied = make_tied_bodies<S>(scene);
   if (world.tied != nullptr) world.has_restitution = world.has_restitution || world.tied->has_stop_restitution;
-  world.broad_phase = make_broad_phase<S>(world.options.broad_phase, world.team);
+  world.candidates.broad_phase = make_broad_phase<S>(world.options.broad_phase, world.team);
 }
 
 template <class S> void restart(World<S>& world) {
@@ -137,15 +137,14 @@ template <class S> void restart(World<S>& world) {
   model.system().solvers = {};
   ++model.system().epoch;
   model.initial_state(world.y.data());
-  world.candidates_valid = false;
+  world.candidates.valid = false;
   wake_all(world);
-  world.points_beyond_limit = 0;
-  world.impacts_stand_still = false;
+  world.end = {};
   if (world.tied != nullptr) world.tied->failed = false;
   world.sphere_contacts.clear();
-  world.sphere_pairs.clear();
-  world.plane_pairs.clear();
-  world.manifold_pairs.clear();
+  world.candidates.sphere_pairs.clear();
+  world.candidates.plane_pairs.clear();
+  world.candidates.manifold_pairs.clear();
   world.manifolds.clear();
   world.manifolds_before.clear();
   world.manifold_contacts.clear();
@@ -189,7 +188,7 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
       world.sub_s = h_s / S(world.substeps);
       if (model.system().epoch != epoch) {  // other forces act, or a body was released
         if (n > 0) store_bodies(world);
-        world.candidates_valid = false;
+        world.candidates.valid = false;
         wake_all(world);
         load_bodies(world);
         epoch = model.system().epoch;
@@ -207,16 +206,16 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
       const auto busy = std::chrono::steady_clock::now() - begin;
       world.profile->step_ns.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(busy).count());
     }
-    if (world.points_beyond_limit > 0)
-      return refused("+impulse{solver=direct}: an island has " + std::to_string(world.points_beyond_limit) +
+    if (world.end.points_beyond_limit > 0)
+      return refused("+impulse{solver=direct}: an island has " + std::to_string(world.end.points_beyond_limit) +
                      " contact points, direct_points is " + std::to_string(world.options.direct_points));
     const bool joints_failed = world.tied != nullptr && world.tied->failed;
-    if (const char* fault = joints_failed               ? kJointsNotMet
-                            : world.impacts_stand_still ? kImpactsStandStill
-                                                        : nullptr;
+    if (const char* fault = joints_failed                   ? kJointsNotMet
+                            : world.end.impacts_stand_still ? kImpactsStandStill
+                                                            : nullptr;
         fault != nullptr) {
       outcome.status = Status::diverged;
-      const S at_s = joints_failed ? to_s : world.stand_still_s;
+      const S at_s = joints_failed ? to_s : world.end.stand_still_s;
       outcome.reason = fault + (" at t = " + format_double(static_cast<double>(at_s)) + " s");
       break;
     }

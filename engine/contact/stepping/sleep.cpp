@@ -95,7 +95,7 @@ template <class S> void put_islands_to_sleep(World<S>& world, S h_s) {
     stop(world, i);
     changed = true;
   }
-  if (changed) world.candidates_valid = false;
+  if (changed) world.candidates.valid = false;
 }
 
 template <class S> bool wake_touched_islands(World<S>& world) {
@@ -107,7 +107,7 @@ template <class S> bool wake_touched_islands(World<S>& world) {
         gap <= world.bodies.motion_bound[a])
       woken.push_back(sleep.sleeping_island[b]);
   };
-  for (const CandidatePair& pair : world.sphere_pairs) {
+  for (const CandidatePair& pair : world.candidates.sphere_pairs) {
     const Vec3<S> offset = load3(world.bodies.pose[pair.b].at) - load3(world.bodies.pose[pair.a].at);
     wake_if_near(pair.a, pair.b, norm(offset) - world.geometry[pair.a].radius - world.geometry[pair.b].radius);
   }
@@ -123,7 +123,7 @@ template <class S> bool wake_touched_islands(World<S>& world) {
     world.bodies.moves[i] = 1;
     load_body(world, i);
   }
-  world.candidates_valid = false;
+  world.candidates.valid = false;
   return true;
 }
 

@@ -181,7 +181,8 @@ template <class S> void update_orientations(World<S>& world) {
 // they have converged, the first sweep changes nothing.
 template <class S> bool sweeps_to_convergence(const World<S>& world) {
   constexpr std::size_t max_pairs = 1000;
-  if (world.sphere_pairs.size() + world.plane_pairs.size() + world.manifolds.size() > max_pairs) return false;
+  if (world.candidates.sphere_pairs.size() + world.candidates.plane_pairs.size() + world.manifolds.size() > max_pairs)
+    return false;
   const S most = norm(world.gravity_W) * world.sub_s;
   const BodyRows<S>& bodies = world.bodies;
   for (int i = 0; i < bodies.count; ++i) {

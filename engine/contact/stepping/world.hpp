@@ -146,18 +146,40 @@ template <class S> struct ApproachSpeed {
 
 template <class S> struct TiedBodies;  // mechanisms.hpp
 
+// ---- candidate_pairs.cpp: pairs of bodies that may touch, valid until a body has left its margin
+template <class S> struct Candidates {
+  bool valid = false;
+  std::vector<CandidatePair> sphere_pairs, plane_pairs, manifold_pairs;
+  bool has_fixed_pairs = false;  // body b of some pair of the broad phase is fixed
+  std::unique_ptr<BroadPhase<S>> broad_phase;
+  std::vector<BroadItem<S>> items;
+  std::vector<std::int32_t> item_body;
+  std::vector<BodyPair> overlapping_pairs;
+  std::vector<S> margin;                       // by body, m
+  std::vector<Vec3<S>> position_at_detection;  // by body
+  std::vector<S> rotation_path;                // by body, m: sum of how far surface points rotated since
+};
+
+// Why a run ends before its time; as below: it goes on.
+template <class S> struct RunEnd {
+  bool impacts_stand_still = false;  // impacts at one instant found no end (impacts.cpp)
+  S stand_still_s{};                 // that instant
+  int points_beyond_limit = 0;       // solver=direct: points of an island that is too large for it (direct.cpp)
+};
+
 // All that a run of `+impulse` works on.
 //
 //   part          holds                                     written by
 //   (first part)  the scene and settings, fixed             run.cpp
-//   the step      state, instants, lengths of steps         step.cpp, run.cpp; impacts.cpp and direct.cpp end the run
+//   the step      state, instants, lengths of steps         step.cpp, run.cpp
+//   end           why the run ends before its time          impacts.cpp, direct.cpp
 //   bodies        poses, velocities, increments, rows       step.cpp, the solvers (sphere_contacts.cpp,
 //                                                           manifold_contacts.cpp, direct.cpp), impacts.cpp,
 //                                                           mechanism_*.cpp, rolling.cpp, sleep.cpp
 //   tied          mechanisms, their rows and factors        mechanisms.cpp, mechanism_*.cpp, direct.cpp
 //   rolling       increments of bodies that roll            rolling.cpp
 //   sleep         islands at rest                           sleep.cpp
-//   broad phase   candidate pairs and what they hold for    candidate_pairs.cpp; invalidated by run.cpp and sleep.cpp
+//   candidates    candidate pairs and what they hold for    candidate_pairs.cpp; invalidated by run.cpp and sleep.cpp
 //   narrow phase  manifolds of this step and the last       narrow_phase.cpp, rolling.cpp
 //   contacts      contact batches by colour, impulses       candidate_pairs.cpp and narrow_phase.cpp fill them, the
 //                                                           solvers write the impulses
@@ -189,10 +211,8 @@ template <class S> struct World {
   S h_s{}, sub_s{};          // a step, a substep
   S step_end_s{};
   int substeps = 1;
-  bool records_impulses = false;     // impulses of this step are summed: it ends at a sample, or events are wanted
-  bool impacts_stand_still = false;  // impacts at one instant found no end; the run ends
-  S stand_still_s{};                 // that instant
-  int points_beyond_limit = 0;       // solver=direct: points of an island that is too large for it; the run ends
+  bool records_impulses = false;  // impulses of this step are summed: it ends at a sample, or events are wanted
+  RunEnd<S> end;
 
   BodyRows<S> bodies;
   bool has_pose_increment = false;      // some row of BodyRows::pose_increment is not 0
@@ -200,17 +220,7 @@ template <class S> struct World {
   Rolling<S> rolling;
   Sleep sleep;
 
-  // ---- broad phase: the pairs are valid until a body has left its margin
-  bool candidates_valid = false;
-  std::vector<CandidatePair> sphere_pairs, plane_pairs, manifold_pairs;
-  bool has_fixed_pairs = false;  // body b of some pair of the broad phase is fixed
-  std::unique_ptr<BroadPhase<S>> broad_phase;
-  std::vector<BroadItem<S>> items;
-  std::vector<std::int32_t> item_body;
-  std::vector<BodyPair> overlapping_pairs;
-  std::vector<S> margin;                       // by body, m
-  std::vector<Vec3<S>> position_at_detection;  // by body
-  std::vector<S> rotation_path;                // by body, m: sum of how far surface points rotated since
+  Candidates<S> candidates;
 
   // ---- narrow phase
   std::vector<ContactManifold<S>> manifolds, manifolds_before;  // of this step, of the last one
