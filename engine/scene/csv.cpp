@@ -33,6 +33,10 @@ bool take_cell(std::string_view& line, std::string& cell) {
 
 }  // namespace
 
+CsvReader::CsvReader(std::string text, std::string name) : text_(std::move(text)), name_(std::move(name)) {
+  if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;
+}
+
 bool CsvReader::next(std::vector<std::string>& cells) {
   cells.clear();
   while (at_ < text_.size()) {

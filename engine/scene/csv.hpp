@@ -9,12 +9,12 @@
 namespace atwood {
 
 // The lines of a table, one after another. Empty lines are left out, and so are comments, which begin with #. Spaces
-// around a cell do not count unless they stand in quotes.
+// around a cell do not count unless they stand in quotes. A byte order mark in UTF-8 at the beginning is left out.
 class CsvReader {
  public:
   static constexpr std::size_t kMaxCells = 4096;
   // `name` stands for the file in messages.
-  CsvReader(std::string text, std::string name) : text_(std::move(text)), name_(std::move(name)) {}
+  CsvReader(std::string text, std::string name);
 
   // False: the table has ended, and `cells` is empty. InputError: a row of more than kMaxCells.
   bool next(std::vector<std::string>& cells);

@@ -1,8 +1,9 @@
 // From [domain], [[fluid]], [[fluid_boundary]], [[probe]] to fluids with particles, and the checks that span keys.
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <sstream>
 
+#include "scene/csv.hpp"
 #include "scene/fluid_fields.hpp"
 #include "scene/fluid_keys.hpp"
 #include "scene/fluid_points.hpp"
@@ -53,12 +54,13 @@ void check_field(Reading& r, const Value& table, const char* key, const Fluid& f
 }
 
 // ---- regions -----------------------------------------------------------------------------------------------------
-void check_region(Reading& r, const Value& table, const Fluid& fluid) {
+void check_region(Reading& r, const Value& table, Fluid& fluid) {
   const SourceLocation location = location_of(table, "region");
   const auto d = static_cast<std::size_t>(r.scene->domain.dimensions);
   const bool points = std::holds_alternative<PointsRegion>(fluid.region);
   const bool round =
       std::holds_alternative<BallRegion>(fluid.region) || std::holds_alternative<EllipsoidRegion>(fluid.region);
+  if (points && !table.find("arrangement")) fluid.arrangement = Arrangement::file;
   if (points != (fluid.arrangement == Arrangement::file))
     fail(r, location,
          points ? "`region.file` in " + r.where + " comes with another arrangement; expected \"file\""
@@ -83,39 +85,39 @@ void check_region(Reading& r, const Value& table, const Fluid& fluid) {
 }
 
 // x_m,y_m (z_m in three dimensions) under a header of these names.
-std::vector<Real3> read_points(Reading& r, const std::string& path, int dimensions) {
+std::vector<Real3> read_points(Reading& r, const std::string& path, int dimensions, double spacing_m) {
+  constexpr double kMaxSpacings = 1e9;  // beyond, a double knows a place to less than 10^-7 of a spacing
   std::string whole = read_input_file(path, "tables of points (CSV)", largest::kPoints - r.point_bytes);
   r.point_bytes += whole.size();
-  std::istringstream in(std::move(whole));
-  const auto d = static_cast<std::size_t>(dimensions);
-  const std::string header = d == 2 ? "x_m,y_m" : "x_m,y_m,z_m";
+  CsvReader table(std::move(whole), path);
+  std::vector<std::string> header{"x_m", "y_m"}, cells;
+  if (dimensions == 3) header.push_back("z_m");
+  const auto joined = [](const std::vector<std::string>& all) {
+    std::string text;
+    for (const std::string& one : all) text += (text.empty() ? "" : ",") + one;
+    return text;
+  };
+  const auto refuse = [&](const std::string& expected) {
+    throw InputError(path + ":" + std::to_string(table.line()) + ":1: found `" + joined(cells).substr(0, 100) +
+                     "`; expected " + expected);
+  };
   std::vector<Real3> points;
-  std::string text;
-  bool headed = false;
-  for (int line = 1; std::getline(in, text); ++line) {
-    std::erase_if(text, [](char c) { return c == '\r' || c == ' '; });
-    if (text.empty() || text[0] == '#') continue;
-    const auto refuse = [&](const std::string& expected) {
-      throw InputError(path + ":" + std::to_string(line) + ":1: found `" + text.substr(0, 100) + "`; expected " +
-                       expected);
-    };
-    if (!headed) {
-      if (text != header) refuse("the header " + header);
-      headed = true;
-      continue;
-    }
+  if (table.next(cells) && cells != header) refuse("the header " + joined(header));
+  while (table.next(cells)) {
     Real3& x = points.emplace_back();
-    const char* at = text.c_str();
-    for (std::size_t i = 0; i < d; ++i) {
-      char* end = nullptr;
-      x[i] = std::strtod(at, &end);
-      if (end == at || !std::isfinite(x[i]) || *end != (i + 1 < d ? ',' : '\0'))
-        refuse(std::to_string(d) + " finite numbers");
-      at = end + 1;
+    if (cells.size() != header.size()) refuse(std::to_string(header.size()) + " finite numbers");
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const char *begin = cells[i].data(), *end = begin + cells[i].size();
+      const auto [at, error] = std::from_chars(begin, end, x[i]);
+      if (error != std::errc() || at != end || !std::isfinite(x[i]))
+        refuse(std::to_string(header.size()) + " finite numbers");
+      if (std::abs(x[i]) > kMaxSpacings * spacing_m)
+        refuse("coordinates up to 10^9 spacings of " + number_words(spacing_m) + " m");
     }
     if (points.size() > kMaxParticles) refuse("at most " + std::to_string(kMaxParticles) + " points");
   }
-  if (points.empty()) throw InputError(path + ":1:1: found no point; expected " + header + " and a point a line");
+  if (points.empty())
+    throw InputError(path + ":1:1: found no point; expected " + joined(header) + " and a point a line");
   return points;
 }
 
@@ -321,7 +323,7 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
     take_ladder(r, table, "sound_speed_m_per_s", scenario.sound_speeds_m_per_s, "sound_speeds_m_per_s",
                 &Fluid::sound_speed_m_per_s, fluid);
     if (const auto* points = std::get_if<PointsRegion>(&fluid.region))
-      fluid.particles.position_m = read_points(r, points->file, scene.domain.dimensions);
+      fluid.particles.position_m = read_points(r, points->file, scene.domain.dimensions, fluid.spacing_m);
     check_fluid(r, table, fluid);
     if (const std::string gap = unfilled(fluid, scene.domain.dimensions, fluid.spacing_m);
         !gap.empty() && scenario.spacings_m.empty())

@@ -1,6 +1,8 @@
 // Scenes with fluids: what is read, what is refused with its figure, where the particles are.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <numbers>
 
 #include "scene/fluid_fields.hpp"
@@ -225,4 +227,32 @@ TEST_CASE("planes at the edges of a wall's region let the fluid be; finite bodie
   const Fluid water = read(scene(p)).scene.fluids[0];
   REQUIRE(water.particles.position_m.size() == 12);  // the four nearest to the middle, 0.177 m away, are the ball's
   for (const Real3& x : water.particles.position_m) REQUIRE(std::hypot(x[0] - 0.5, x[1] - 0.5) > 0.26);
+}
+
+TEST_CASE("points of a fluid from a table") {
+  const auto folder = std::filesystem::temp_directory_path() / "atwood-points-test";
+  std::filesystem::create_directories(folder);
+  Parts parts = with(&Parts::region, "region.file = \"points.csv\"\n");
+  parts.run = "spacings_m = [0.25]\nsound_speeds_m_per_s = [10]\n";
+  parts.domain = "dimensions = 2\n";
+  parts.fluid = "";  // arrangement: the table's
+  const auto write = [&](const std::string& table) { std::ofstream(folder / "points.csv") << table; };
+  write("\xEF\xBB\xBFx_m,y_m\r\n# two\n0, 0\n\n2.5e8,-0.25\n");
+  const Scenario s = read(scene(parts), folder);
+  REQUIRE(s.scene.fluids.at(0).particles.position_m.size() == 2);
+  CHECK(s.scene.fluids[0].particles.position_m[1] == Real3{2.5e8, -0.25, 0});
+  const auto refused = [&](const std::string& row) {
+    write("x_m,y_m\n0,0\n" + row + "\n");
+    return message(scene(parts), folder);
+  };
+  for (const char* row : {"1,nan", "1", "1,2,3", "0x1p3,0", "1,2m", "1,", "1e999,0"}) {
+    INFO(row);
+    CHECK_THAT(refused(row), Contains("points.csv:3:1: found `" + std::string(row) + "`; expected 2 finite numbers"));
+  }
+  CHECK_THAT(refused("2.6e8,0"), Contains("expected coordinates up to 10^9 spacings of 0.25 m"));
+  write("");
+  CHECK_THAT(message(scene(parts), folder), Contains("found no point"));
+  write("x,y\n0,0\n");
+  CHECK_THAT(message(scene(parts), folder), Contains("points.csv:1:1: found `x,y`; expected the header x_m,y_m"));
+  std::filesystem::remove_all(folder);
 }
