@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "integrators/implicit_lu.hpp"
+#include "math/dense_lu.hpp"
 #include "protocol/solver_report.hpp"
 
 namespace atwood {

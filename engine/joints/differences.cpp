@@ -4,6 +4,7 @@
 
 #include "joints/joint_forces.hpp"
 #include "joints/tree.hpp"
+#include "math/dense_lu.hpp"
 #include "math/so3.hpp"
 
 namespace atwood {
@@ -62,27 +63,6 @@ template <class S> class Dynamics {
   std::vector<Load<S>> loads_;
 };
 
-// Solves A x = b in place by elimination with partial pivoting; A has b.size() rows.
-void solve_in_place(std::vector<Quad> A, std::vector<Quad>& b) {
-  const std::size_t n = b.size();
-  for (std::size_t c = 0; c < n; ++c) {
-    std::size_t pivot = c;
-    for (std::size_t r = c + 1; r < n; ++r)
-      if (real::abs(A[r * n + c]) > real::abs(A[pivot * n + c])) pivot = r;
-    for (std::size_t k = 0; k < n; ++k) std::swap(A[c * n + k], A[pivot * n + k]);
-    std::swap(b[c], b[pivot]);
-    for (std::size_t r = c + 1; r < n; ++r) {
-      const Quad factor = A[r * n + c] / A[c * n + c];
-      for (std::size_t k = c; k < n; ++k) A[r * n + k] -= factor * A[c * n + k];
-      b[r] -= factor * b[c];
-    }
-  }
-  for (std::size_t c = n; c-- > 0;) {
-    for (std::size_t k = c + 1; k < n; ++k) b[c] -= A[c * n + k] * b[k];
-    b[c] /= A[c * n + c];
-  }
-}
-
 // By rate; zeros where no joint has a damper.
 std::vector<Quad> damping_of(const Scene& scene, const Tree<Quad>& tree, bool& any) {
   std::vector<Quad> damping(static_cast<std::size_t>(tree.rate_count()));
@@ -103,17 +83,20 @@ void damp_implicitly(const Scene& scene, Tree<Quad>& tree, Quad h, std::vector<Q
   bool any = false;
   const std::vector<Quad> damping = damping_of(scene, tree, any);
   if (!any) return;
-  const std::size_t n = du.size();
-  std::vector<Quad> A(n * n), unit(n), column(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    A[k * n + k] = 1;
-    if (damping[k] == 0) continue;
-    unit.assign(n, Quad(0));
-    unit[k] = h * damping[k];
+  const int n = static_cast<int>(du.size());
+  DenseLu<Quad> A(n);  // I + h M^-1 D
+  std::vector<Quad> unit(du.size()), column(du.size());
+  for (int k = 0; k < n; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    A.at(k, k) += 1;
+    if (damping[at] == 0) continue;
+    unit.assign(du.size(), Quad(0));
+    unit[at] = h * damping[at];
     tree.solve(unit.data(), column.data());
-    for (std::size_t i = 0; i < n; ++i) A[i * n + k] += column[i];
+    for (int i = 0; i < n; ++i) A.at(i, k) += column[static_cast<std::size_t>(i)];
   }
-  solve_in_place(std::move(A), du);
+  A.factor();
+  A.solve(du.data());
 }
 
 std::vector<Quad> euler_step(const Scene& scene, Dynamics<Quad>& dynamics, Quad h, std::vector<Quad> y) {

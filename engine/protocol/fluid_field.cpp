@@ -104,6 +104,7 @@ FieldRequest read_field_request(std::string_view line) {
   return request;
 }
 
+// Written number by number like samples (wire.cpp): a line must end where it is long enough.
 void field_lines(std::int64_t cell, const FieldSample& field, const Put& put, std::size_t longest) {
   std::size_t row = 0;
   for (bool more = true; more;) {

@@ -15,7 +15,7 @@ struct Block {
 };
 
 // LU factors with partial pivoting, block by block of one matrix in place; states depend on the order of its sums
-// (integrators/implicit_lu.hpp compares with Eigen's). False: a pivot is zero.
+// (math/dense_lu.hpp compares with Eigen's). False: a pivot is zero.
 template <class S> bool factorise(S* a, int* pivots, const Block& block) {
   const int n = block.n, to = block.to;
   for (int k = block.from; k < to; ++k) {
