@@ -60,8 +60,9 @@ std::vector<MetricInfo> common_metrics() {
       {"energy-max", "1", "Largest |E - E0| / E_scale."},
       {"energy-drift", "1/s",
        "Slope of (E - E0) / E_scale by Theil and Sen, after an oscillation of any shape is fitted and removed. "
-       "Positive: the energy grows. Bar: 95 %, corrected for autocorrelation. If the residual is not stationary: "
-       "from the smallest to the largest of the slopes of both halves of the run and its mean slopes. NaN: round-off dominates, and its drift cannot "
+       "Positive: the energy grows. Bar: 95 %, corrected for autocorrelation. If the residual is not stationary (a random "
+       "walk, energy that grows exponentially): the mean slope of the run, and Student's interval over the slopes of eight "
+       "equal parts. NaN: round-off dominates, and its drift cannot "
        "be found from one run (see energy-drift-round-off)."},
       {"energy-oscillation", "1", "Half the range of (E - E0) / E_scale about its drift."},
       {"energy-change-max", "J", "Largest |E - E0|, of scenes without E_scale."},
@@ -279,7 +280,7 @@ std::vector<MetricInfo> common_metrics() {
        "Solves whose residual stopped falling at round-off, above the solver's own tolerance. `body` names the "
        "solver."},
       {"rate-evaluations", "1", "Evaluations of the equations of motion over the run, as the engine counts them."},
-      {"steps-taken", "1", "Accepted steps of a run with a tolerance, which chooses them itself."},
+      {"steps-taken", "1", "Accepted steps of a run with a tolerance, which chooses them itself; of other runs where no other figure is known."},
   };
 }
 

@@ -134,33 +134,21 @@ void append_magnetic_moment(const Scenario& scenario, const Recording& run, std:
   if (worst >= 0) rows.push_back(row("magnetic-moment-error", worst));
 }
 
-// The largest distance of other slopes of the same run: of its two halves, of the least squares line, and from the
-// first to the last sample. They differ where the energy changes in a few steps.
-double spread_of_slopes(std::span<const double> t, std::span<const double> energy, double slope) {
-  const std::size_t half = t.size() / 2;
-  double spread = 0;
-  for (const double other : {fit_drift(t.first(half + 1), energy.first(half + 1)).slope_per_s,
-                             fit_drift(t.subspan(half), energy.subspan(half)).slope_per_s, fit_line(t, energy).slope,
-                             (energy.back() - energy.front()) / (t.back() - t.front())})
-    spread = std::max(spread, std::fabs(other - slope));
-  return spread;
-}
-
-Row drift_row(const std::string& metric, std::span<const double> t, std::span<const double> energy,
-              const DriftFit& drift, double floor) {
+Row drift_row(const std::string& metric, const DriftFit& drift, double floor) {
   if (drift.largest <= 30 * floor)
     return row(
         metric, std::nan(""), 0,
         "inconclusive: round-off: |E - E0| stays below 30 u sqrt(steps), where one run is one draw; a drift there "
         "needs the probe `ensemble`");
-  const double bar = drift.stationary ? drift.half_width_95 : spread_of_slopes(t, energy, drift.slope_per_s);
-  std::string text = drift.slope_per_s > bar    ? "gains energy"
-                     : drift.slope_per_s < -bar ? "loses energy"
-                                                : "no drift outside its interval";
+  const double slope = drift.slope_per_s, bar = drift.half_width_95;
+  std::string text = slope > bar || (drift.one_sign && slope > 0)    ? "gains energy"
+                     : slope < -bar || (drift.one_sign && slope < 0) ? "loses energy"
+                                                                     : "no drift outside its interval";
+  if (drift.one_sign) text += " in each eighth of the run";
   if (drift.period_s > 0) text += ", period " + format_measure(drift.period_s, 0) + " s removed";
   if (!drift.stationary)
-    text += "; not stationary about its line: the bar is how far the slopes of its halves and its mean slopes lie";
-  return row(metric, drift.slope_per_s, bar, text);
+    text += "; not stationary about a line: the mean slope, and its bar from the slopes of eight parts of the run";
+  return row(metric, slope, bar, text);
 }
 
 void append_energy(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
@@ -174,13 +162,13 @@ void append_energy(const Scenario& scenario, const Truth& truth, const Recording
   if (!(scale.joules > 0)) {
     rows.push_back(
         row("energy-change-max", drift.largest, 0, "in joules: neither a truth nor a converged reference run"));
-    rows.push_back(drift_row("energy-change-drift", t, energy, drift, floor));
+    rows.push_back(drift_row("energy-change-drift", drift, floor));
     rows.push_back(row("energy-change-oscillation", drift.oscillation));
     return;
   }
   rows.push_back(row("energy-scale", scale.joules, 0, scale.source));
   rows.push_back(row("energy-max", drift.largest));
-  rows.push_back(drift_row("energy-drift", t, energy, drift, floor));
+  rows.push_back(drift_row("energy-drift", drift, floor));
   rows.push_back(row("energy-oscillation", drift.oscillation));
   if (declares(scenario, "jacobi-constant")) rows.push_back(row("jacobi-constant-error", drift.largest));
 }

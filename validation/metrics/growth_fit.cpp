@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "validation/metrics/least_squares.hpp"
 #include "validation/metrics/measurements.hpp"
 #include "validation/metrics/quantile.hpp"
 #include "validation/metrics/slope_fit.hpp"
@@ -86,6 +87,27 @@ bool wanders(std::span<const double> t, std::span<const double> e, const metrics
   return squares > 0.01 * static_cast<double>(left.size()) && !metrics::stationary(left);
 }
 
+// The rate of an exponential from a line in the logarithms. An error e^{kt} - 1, or of two exponentials, bends at the
+// beginning: the interval contains the rate extrapolated to late times as well, by log e = c + k t + a e^{-k t / 2} with the
+// line's k in the last term, enlarged by Roache's safety factor (as order_interval.hpp does for h).
+struct Rate {
+  double value = 0, half_width = 0;
+};
+Rate exponential_rate(const std::vector<double>& t, const std::vector<double>& log_e, const metrics::Line& line) {
+  constexpr double safety = 1.25;
+  std::vector<double> one(t.size(), 1), decay(t.size());
+  for (std::size_t i = 0; i < t.size(); ++i) decay[i] = std::exp(-line.slope * t[i] / 2);
+  const metrics::ColumnFit late = metrics::fit_columns({one, decay, t}, log_e);
+  double weights = 0;
+  for (const double w : late.weight) weights += w * w;
+  const double freedom = static_cast<double>(t.size()) - 3,
+               scatter = metrics::students_t(freedom, 0.975) * std::sqrt(late.squares / freedom * weights),
+               at = line.slope + safety * (late.last - line.slope);
+  const double low = std::min(line.slope - line.half_width_95, at - scatter),
+               high = std::max(line.slope + line.half_width_95, at + scatter);
+  return {(low + high) / 2, (high - low) / 2};
+}
+
 }  // namespace
 
 GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error, double floor) {
@@ -122,8 +144,10 @@ GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error,
   const double grown = exponential.slope * (env.t.back() - env.t.front());
   if (exponential.residual_squares < 0.5 * power.residual_squares && grown > 3 && power.slope > 2.2) {
     fit.law = "exponential";
-    fit.reason = "rate " + format_measure(exponential.slope, 0) + " +/- " +
-                 format_measure(exponential.half_width_95, 0, 2) + " 1/s";
+    const Rate rate = exponential_rate(env.t, log_e, exponential);
+    fit.rate_per_s = rate.value;
+    fit.rate_half_width_95 = rate.half_width;
+    fit.reason = "rate " + format_measure(rate.value, 0) + " +/- " + format_measure(rate.half_width, 0, 2) + " 1/s";
     return fit;
   }
   const Bend bend = bend_of(log_t, log_e, power);

@@ -65,6 +65,12 @@ std::string range_text(std::span<const LadderEnd> finest, const Worst& worst) {
   if (finest.size() < 4) return "asymptotic range not tested: three steps cannot";
   const GridConvergence coarser = grid_convergence(level_of(finest[1], worst.body), level_of(finest[2], worst.body),
                                                    level_of(finest[3], worst.body));
+  // Of two steps nearly the same, both threes say nearly the same; Celik et al. (2008) ask for a ratio of 1.3.
+  constexpr double min_ratio = 1.3;
+  for (std::size_t k = 0; k + 1 < 4; ++k)
+    if (const double ratio = finest[k + 1].h_s / finest[k].h_s; !(ratio >= min_ratio * (1 - 1e-9)))
+      return "asymptotic range not tested: two steps differ by a factor of " + format_measure(ratio, 0, 4) +
+             " alone, below " + format_measure(min_ratio, 0);
   const double formal = finest[0].formal_order;
   std::string orders = "orders " + format_measure(worst.grid.order, 0) + " and, from " +
                        steps_text(finest[1], finest[2], finest[3]) + ", " + format_measure(coarser.order, 0);

@@ -39,7 +39,8 @@ double attitude_error_rad(const BodySample& a, const BodySample& truth);  // geo
 // ---- observed order ---------------------------------------------------------------------------------------
 // `floor` is each rung's known bar; 0 or missing: not known. The interval holds the slope of the line through the
 // window, the slope of its two finest rungs and the slope extrapolated to h = 0 (order_interval.hpp); where only
-// scatter is visible, the line's slope with Student's t. `order` is its middle. Local slopes that change the more the
+// scatter is visible, the line's slope with Student's t. `order` is its middle. It is meant for errors C h^p (1 + powers of
+// h, h^(1/2) among them); of h^p |log h| it need not contain p. Local slopes that change the more the
 // smaller h is, or by more than 0.2 at the finest rungs, are inconclusive.
 struct OrderFit {
   bool conclusive = false;
@@ -56,6 +57,7 @@ OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, s
 struct GrowthFit {
   std::string law;
   double exponent = 0, half_width_95 = 0;
+  double rate_per_s = 0, rate_half_width_95 = 0;  // of an exponential; else 0
   std::string reason;
 };
 // Of one run, by the largest error of each of twelve windows of time.
@@ -135,12 +137,14 @@ struct ScalingFit {
 ScalingFit fit_scaling(std::span<const double> bodies, std::span<const double> seconds);
 
 // ---- drift (slope, 1/s) and oscillation (half range of the residual) ----------------------------------------
-// The half-width takes neighbouring residuals as correlated; where the residual is not stationary (a random walk of
-// round-off, a slope that changes) there is no such interval: `stationary` is false and the half-width
-// infinite. Shorter series than 4: all 0.
+// The half-width takes neighbouring residuals as correlated. Where the residual is not stationary (a random walk, a slope
+// that changes) there is no such interval: `stationary` is false, the slope is the mean one from the first to the last
+// value without the oscillation, and the half-width Student's over the slopes of eight equal parts (infinite: the series
+// is too short for four). Shorter series than 4: all 0.
 struct DriftFit {
   double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0, period_s = 0;  // period 0: none
   bool stationary = true;
+  bool one_sign = false;  // not stationary, and all eight parts rise or all fall: 1 of 128 random walks does
 };
 DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value);
 

@@ -4,7 +4,9 @@
 //
 //     log e = c + p log h + a h,      log e = c + p log h + b h^2,      log e = c + p log h + a h + b h^2,
 //
-// p is the slope extrapolated to h = 0. The interval contains the line's slope, the finest local slope and these three,
+// p is the slope extrapolated to h = 0. Where half powers describe the deviation better (a singular solution, a switch
+// that steps do not meet), log e = c + p log h + a h^(1/2) + b h as well. A deviation that falls more slowly
+// than any power, as the logarithm of h in h^p |log h|, is not covered. The interval contains the line's slope, the finest local slope and these three,
 // the differences from the line's slope enlarged by Roache's safety factor, and the variation that the bars allow.
 //
 // Where the bars are not known (all 0), scatter may be noise: the deviation counts as curvature where all local slopes
@@ -25,6 +27,7 @@ constexpr double kSafety = 1.25;            // Roache 1994
 constexpr double kEvenWeight = 3e-3;        // rungs whose relative bar is larger weigh less, as 1 / bar^2
 constexpr double kMaxUncertaintyRatio = 5;  // estimates with more than this times the line's uncertainty are not used
 constexpr std::size_t kMinRungs = 4;
+constexpr double kClearlyBetter = 0.25;  // of one model's squares to another's
 
 // The most by which the rungs' bars can move sum_i weight_i y_i.
 double uncertainty_by_bars(std::span<const double> weight, std::span<const double> bar) {
@@ -35,7 +38,7 @@ double uncertainty_by_bars(std::span<const double> weight, std::span<const doubl
 
 // The columns of the models above, h in units of the coarsest rung's.
 struct Powers {
-  std::vector<double> one, x, x_squared, h, h_squared, inverse;
+  std::vector<double> one, x, x_squared, h, h_squared, root, inverse;
 };
 Powers powers_of(std::span<const double> x) {
   Powers p;
@@ -46,6 +49,7 @@ Powers powers_of(std::span<const double> x) {
     p.x_squared.push_back(from * from);
     p.h.push_back(h);
     p.h_squared.push_back(h * h);
+    p.root.push_back(std::sqrt(h));
     p.inverse.push_back(1 / h);
   }
   return p;
@@ -99,7 +103,7 @@ double scatter_half_width(const Ladder& ladder, const ColumnFit& left, double pa
 bool diverges(const Ladder& ladder, bool monotone, const ColumnFit& linear, const ColumnFit& square) {
   const bool few = ladder.x.size() == kMinRungs;
   const ColumnFit away = ladder.with(ladder.powers.inverse);
-  const bool better = away.squares < (few ? 1 : 0.25) * std::min(linear.squares, square.squares);
+  const bool better = away.squares < (few ? 1 : kClearlyBetter) * std::min(linear.squares, square.squares);
   return better && monotone && std::fabs(away.last - ladder.line.last) > uncertainty_by_bars(away.weight, ladder.bar);
 }
 
@@ -138,6 +142,8 @@ OrderInterval order_interval(std::span<const double> x, std::span<const double> 
       const Powers& p = ladder.powers;
       const ColumnFit both = fit_columns({p.one, p.h, p.h_squared, p.x}, y, ladder.sqrt_weight);
       take(both.last, both.weight);
+      const ColumnFit halves = fit_columns({p.one, p.root, p.h, p.x}, y, ladder.sqrt_weight);
+      if (monotone && halves.squares < 0.1 * both.squares) take(halves.last, halves.weight);
     }
     std::vector<double> finest(n, 0.0);
     finest[n - 1] = last;

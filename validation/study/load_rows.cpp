@@ -119,7 +119,9 @@ bool append_cell(Store& store, const Cell& cell, const CellKeys& keys, StudyResu
   const SharedProvenance provenance(run->provenance);
   const std::size_t first = result.rows.size();
   for (Row& row : measured->rows) append(result.rows, std::move(row), cell, provenance);
-  if (parse_method_id(cell.method).rtol && run->outcome.status == Status::ok && run->outcome.steps_taken > 0) {
+  // Of equal steps too where there is no other figure (no truth, no invariant): a cell that ended well has a row.
+  const bool chooses_steps = parse_method_id(cell.method).rtol.has_value(), alone = result.rows.size() == first;
+  if ((chooses_steps || alone) && run->outcome.status == Status::ok && run->outcome.steps_taken > 0) {
     append(result.rows, metrics::row("steps-taken", static_cast<double>(run->outcome.steps_taken)), cell, provenance);
   }
   if (failed(run->outcome.status)) ++result.failed_cells;

@@ -135,23 +135,28 @@ TEST_CASE("coverage: drift under white, correlated and periodic noise") {
   cover(61, 0, 10, 8.7, 0.9);
 }
 
-TEST_CASE("coverage: a random walk is not stationary, and has no interval for its drift") {
+TEST_CASE("coverage: the mean slope of a random walk, whether or not it is seen not to be stationary") {
   Noise noise(18);
+  constexpr double kSlope = 0.03;
   for (const int n : {61, 121, 241}) {
-    int refused = 0;
+    int seen = 0, covered = 0, one_sign = 0;
     for (int series = 0; series < kSeries; ++series) {
       std::vector<double> t, v;
       double walk = 0;
       for (int i = 0; i < n; ++i) {
         t.push_back(i);
         v.push_back(walk);
-        walk += noise();
+        walk += kSlope + noise();
       }
       const DriftFit fit = fit_drift(t, v);
-      refused += !fit.stationary && std::isinf(fit.half_width_95);
+      seen += !fit.stationary;
+      covered += std::fabs(fit.slope_per_s - kSlope) <= fit.half_width_95;
+      one_sign += fit.one_sign;
     }
-    CAPTURE(n, refused);
-    CHECK(refused >= 0.93 * kSeries);
+    CAPTURE(n, seen, covered, one_sign);
+    CHECK(seen >= 0.93 * kSeries);
+    check_coverage(covered);
+    CHECK(one_sign <= 0.02 * kSeries);
   }
 }
 
@@ -211,4 +216,43 @@ TEST_CASE("coverage: Lyapunov exponent from stretches correlated with their neig
     CAPTURE(rho);
     check_coverage(covered);
   }
+}
+
+TEST_CASE("coverage: orders of errors whose next term is half a power higher") {
+  for (const double p : {1.0, 2.0, 3.0, 4.0})
+    for (const double a : {-0.5, -0.2, 0.3, 1.0, 3.0})
+      for (const int rungs : {5, 6, 8}) {
+        std::vector<double> h, e;
+        for (int k = 0; k < rungs; ++k) {
+          h.push_back(0.1 * std::pow(0.5, k));
+          e.push_back(std::pow(h.back(), p) * (1 + a * std::sqrt(h.back())));
+        }
+        const OrderFit fit = fit_order(h, e, {});
+        CAPTURE(p, a, rungs, fit.order, fit.half_width_95);
+        CHECK((!fit.conclusive || std::fabs(fit.order - p) <= fit.half_width_95));
+      }
+}
+
+TEST_CASE("coverage: rates of exponential growth that sets in") {
+  Noise noise(23);
+  int found = 0;
+  for (const double scatter : {0.0, 0.02})
+    for (const double k : {5.0, 6.0, 8.0, 10.0, 14.0, 20.0})
+      for (int shape = 0; shape < 3; ++shape) {
+        std::vector<double> t, e;
+        for (int i = 0; i <= 240; ++i) {
+          t.push_back(i / 240.0);
+          const double x = k * t.back();
+          const double grown = shape == 0   ? std::exp(x)
+                               : shape == 1 ? std::expm1(x)
+                                            : std::sinh(x) + 0.5 * std::exp(0.3 * x);
+          e.push_back(1e-6 * std::fabs(grown) * std::exp(scatter * noise()));
+        }
+        const GrowthFit fit = fit_growth(t, e, 0);
+        CAPTURE(scatter, k, shape, fit.law, fit.reason);
+        if (fit.law != "exponential") continue;
+        ++found;
+        CHECK(std::fabs(fit.rate_per_s - k) <= fit.rate_half_width_95);
+      }
+  CHECK(found >= 30);
 }
