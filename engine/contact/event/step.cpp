@@ -24,8 +24,9 @@ namespace atwood::event {
 
 namespace {
 
-// A run may take at most kMaxEventsWithoutProgress events at one instant, and at most kMaxSegments segments while its
-// time advances by less than kMinProgressOfAStep of a step.
+// A run may take at most kMaxEventsWithoutProgress events at one instant, and at most kMaxSegments segments that end
+// without an impact while its time advances by less than kMinProgressOfAStep of a step. Impacts at distinct instants have
+// no limit: between bodies that nearly touch there may be millions in a step.
 constexpr int kMaxEventsWithoutProgress = 10000, kMaxSegments = 100000;
 constexpr double kMinProgressOfAStep = 1e-3;
 constexpr int kMaxFacetChanges = 1000;  // in a step; a ball that rolls over a mesh changes its facet a few times
@@ -270,6 +271,7 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     }
     if (!handle_event(run, first, t_s)) return false;
     ++run.proximity.segment;
+    if (first.function == SwitchingFunction::gap) --progress.segments;
     if (!(left_s > round_off_s)) return true;
     if (first.function == SwitchingFunction::facet && ++progress.facet_changes > kMaxFacetChanges)
       return refuse_at(run.report, static_cast<double>(t_s),
