@@ -280,7 +280,8 @@ std::vector<MetricInfo> common_metrics() {
        "Solves whose residual stopped falling at round-off, above the solver's own tolerance. `body` names the "
        "solver."},
       {"rate-evaluations", "1", "Evaluations of the equations of motion over the run, as the engine counts them."},
-      {"steps-taken", "1", "Accepted steps of a run with a tolerance, which chooses them itself; of other runs where no other figure is known."},
+      {"steps-taken", "1",
+       "Accepted steps of a run with a tolerance, which chooses them itself; of other runs where no other figure is known."},
   };
 }
 
