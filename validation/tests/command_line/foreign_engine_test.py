@@ -82,6 +82,14 @@ class Foreign(Case):
             self.assertEqual(rows["status"]["status"], "crashed")
             self.assertIn("invalid answer: sample 1: the quaternion of body 0", rows["status"]["reason"])
 
+    def test_a_ladder_without_truth_and_invariants_has_its_order_and_index(self):
+        with open(self.scene, "w") as file:
+            file.write(SCENE.replace("[16]", "[16, 32, 64, 128]").replace('"extended"', '"none"'))
+        rows, _ = self.run_engine(self.engine(leap='r["steps"] ** -2'), 0)
+        self.assertAlmostEqual(float(rows["richardson-order-position"]["value"]), 2, 9)
+        self.assertIn("asymptotic: orders 2", rows["gci-position"]["reason"])
+        self.assertEqual(rows["steps-taken"]["value"], "128")
+
     def test_absurd_sizes(self):
         rows, _ = self.run_engine(self.engine(leap="1e300"), 1)
         self.assertEqual(rows["status"]["status"], "diverged")
