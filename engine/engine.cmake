@@ -30,6 +30,7 @@ add_library(atwood_engine STATIC
   math/principal_axes.cpp
   math/scalar.cpp
   math/vector_width.cpp
+  joints/closing_force.cpp
   joints/constraint.cpp
   joints/constraints.cpp
   joints/constraints_rows.cpp
@@ -137,7 +138,8 @@ set_source_files_properties(
   fluid/polynomial_fit.cpp fluid/run.cpp fluid/spectrum.cpp fluid/sph.cpp fluid/sums.cpp fluid/transport.cpp
   integrators/conserving_correction.cpp integrators/free_flight_alone.cpp integrators/free_flight_lanes.cpp
   integrators/maximal_coordinates.cpp integrators/radau15_point_masses.cpp
-  integrators/radau15.cpp integrators/runge_kutta.cpp integrators/symmetric_projection.cpp integrators/taylor.cpp joints/constraints.cpp
+  integrators/radau15.cpp integrators/runge_kutta.cpp integrators/symmetric_projection.cpp integrators/taylor.cpp joints/closing_force.cpp
+  joints/constraints.cpp
   joints/constraints_rows.cpp joints/derivatives.cpp joints/differences.cpp joints/planar_loops.cpp
   joints/planar_loops_wide.cpp joints/symmetric_corrections.cpp joints/tree.cpp joints/tree_dynamics.cpp joints/tree_motion.cpp
   joints/planar_rates.cpp joints/tree_rates.cpp rigid/mechanism.cpp rigid/model.cpp rigid/rate_lanes.cpp smooth/prepare.cpp smooth/run.cpp

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "joints/planar_loops.hpp"
+#include "scene/driven_closings.hpp"
 
 namespace atwood {
 namespace {
@@ -13,11 +14,17 @@ namespace {
 template <class S> S rank_tolerance() { return real::sqrt(real::epsilon<S>()) / S(8); }
 
 std::string constraint_fault(const Scene& scene) {
-  for (const Joint& joint : scene.joints) {
+  for (int j = 0; j < static_cast<int>(scene.joints.size()); ++j) {
+    const Joint& joint = scene.joints[j];
     const std::string named = "joint `" + joint.name + "`";
     if (joint.limits && joint.driven_rate) return named + " has limits and a prescribed motion";
     if (!joint.closes_loop) continue;
-    if (joint.driven_rate) return named + " closes a loop and is driven; drive a joint of the tree instead";
+    if (joint.driven_rate) {
+      const std::string obstacle = obstacle_to_placing(scene, j);
+      return named + " closes a loop and is driven" +
+             (obstacle.empty() ? "" : ", and cannot be a joint of the tree: " + obstacle) +
+             "; drive a joint of the tree instead";
+    }
     if (joint.limits) return named + " closes a loop and has limits; give them to a joint of the tree instead";
     for (const int body : {joint.parent, joint.child})
       if (body >= 0 && !scene.bodies[body].fixed && !rotates(scene.bodies[body]))

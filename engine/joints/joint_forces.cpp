@@ -21,7 +21,9 @@ template <class S> S rate_of(const Link<S>& link, int k, const S* y) {
 }  // namespace
 
 template <class S> JointForces<S>::JointForces(const Scene& scene) {
+  const auto closes_loop = [&](int joint) { return scene.joints[static_cast<std::size_t>(joint)].closes_loop; };
   for (const JointForce& force : scene.joint_forces) {
+    if (std::visit([&](const auto& f) { return closes_loop(f.joint); }, force)) continue;
     if (const auto* spring = std::get_if<JointSpring>(&force)) {
       springs_.push_back(
           {spring->joint, spring->coordinate, S(spring->stiffness), S(spring->rest), S(spring->damping)});

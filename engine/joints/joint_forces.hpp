@@ -1,4 +1,5 @@
-// Springs, dampers and motors that act along the coordinates of joints.
+// Springs, dampers and motors that act along the coordinates of a tree's joints; those of joints that close loops are
+// in closing_force.hpp.
 #pragma once
 
 #include <vector>
@@ -18,8 +19,7 @@ template <class S> class JointForces {
   const std::vector<double>& switch_times_s() const { return switch_times_s_; }
   // Motors that are on at the time middle_s act; the others do not.
   void select(double middle_s);
-  // Adds the forces along the rates of `tree` (its generalised vector) in the state (t, y). Joints that close a loop
-  // have no coordinate in the state: RigidModel refuses forces on them.
+  // Adds the forces along the rates of `tree` (its generalised vector) in the state (t, y).
   void add(const Tree<S>& tree, S t_s, const S* y, S* applied) const;
   // J of the springs; joints whose motion is prescribed are where y has them.
   S potential_energy(const Tree<S>& tree, const S* y) const;

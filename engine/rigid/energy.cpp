@@ -1,4 +1,5 @@
 // The energy of a rigid scene.
+#include "joints/closing_force.hpp"
 #include "rigid/model.hpp"
 
 namespace atwood {
@@ -25,7 +26,12 @@ template <class S> S RigidModel<S>::kinetic_energy(const S* y) const {
 template <class S> S RigidModel<S>::potential_energy(const S* y) const {
   place_bodies(S(0), y, DrivenJoints::from_state);
   const S forces = conservative_.potential_energy(Motion<S>{S(0), y, slots_.data()});
-  return joint_forces_ == nullptr ? forces : forces + joint_forces_->potential_energy(*tree_, y);
+  if (joint_forces_ == nullptr) return forces;
+  S energy = forces + joint_forces_->potential_energy(*tree_, y);
+  for (const auto& term : terms_)
+    if (const auto* force = dynamic_cast<const ClosingForce<S>*>(term.get()))
+      energy += force->potential_energy(Motion<S>{S(0), y, slots_.data()});
+  return energy;
 }
 
 template <class S> S RigidModel<S>::energy(const S* y) const {

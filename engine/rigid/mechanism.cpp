@@ -17,16 +17,9 @@ template <class S> void RigidModel<S>::build_joints(const Scene& scene) {
   state_size_ = tree_->state_end();
   applied_.resize(tree_->rate_count());
   du_.resize(tree_->rate_count());
-  for (const JointForce& force : scene.joint_forces)
-    if (const Joint& on = scene.joints[std::visit([](const auto& f) { return f.joint; }, force)]; on.closes_loop)
-      unsupported_ = "atwood has no forces along a joint that closes a loop; found one on `" + on.name +
-                     "`: let another joint close the loop";
-  if (!unsupported_.empty()) return;
   joint_forces_ = std::make_unique<JointForces<S>>(scene);
   switch_times_s_.insert(switch_times_s_.end(), joint_forces_->switch_times_s().begin(),
                          joint_forces_->switch_times_s().end());
-  std::sort(switch_times_s_.begin(), switch_times_s_.end());
-  switch_times_s_.erase(std::unique(switch_times_s_.begin(), switch_times_s_.end()), switch_times_s_.end());
   velocity_dependent_ = true;
   magnetic_only_ = false;
   system_.rate_of = &RigidModel::mechanism_rate_of;
@@ -34,6 +27,8 @@ template <class S> void RigidModel<S>::build_joints(const Scene& scene) {
   conservative_.refuse("its mechanisms move in coordinates in which the mass is not constant");
   series_forces_.refusal = "joints";
   build_constraints(scene);
+  std::sort(switch_times_s_.begin(), switch_times_s_.end());
+  switch_times_s_.erase(std::unique(switch_times_s_.begin(), switch_times_s_.end()), switch_times_s_.end());
   joint_rates_ = std::make_unique<JointRates<S>>(*this);
 }
 

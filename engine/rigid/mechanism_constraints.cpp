@@ -1,6 +1,8 @@
 // Loops and ropes of a scene's mechanisms: their start, what they report, and when they end a run.
 #include <algorithm>
+#include <cmath>
 
+#include "joints/closing_force.hpp"
 #include "joints/constraints.hpp"
 #include "rigid/model.hpp"
 #include "scene/mechanism.hpp"
@@ -25,6 +27,12 @@ template <class S> void take_start(const MechanismStart& start, const RigidModel
   }
 }
 
+// Of a term among a model's forces; null: it is no force along a closing joint.
+template <class S> ClosingForce<S>* closing_force(ForceTerm<S>* term) { return dynamic_cast<ClosingForce<S>*>(term); }
+template <class S> const ClosingForce<S>* closing_force(const ForceTerm<S>* term) {
+  return dynamic_cast<const ClosingForce<S>*>(term);
+}
+
 }  // namespace
 
 template <class S> void RigidModel<S>::build_constraints(const Scene& scene) {
@@ -47,6 +55,15 @@ template <class S> void RigidModel<S>::build_constraints(const Scene& scene) {
   for (const Rope& rope : scene.ropes) rope_names_.push_back(rope.name);
   closing_motions_.resize(scene.joints.size());
   rope_angle_.assign(scene.ropes.size(), S(0));
+  for (const JointForce& force : scene.joint_forces) {
+    if (!scene.joints[std::visit([](const auto& f) { return f.joint; }, force)].closes_loop) continue;
+    terms_.push_back(std::make_unique<ClosingForce<S>>(force, scene));
+    forces_depend_on_velocities_ = forces_depend_on_velocities_ || terms_.back()->velocity_dependent();
+    for (const Interval& on : terms_.back()->on_s)
+      for (const double t : {on.from_s, on.to_s})
+        if (t > 0 && std::isfinite(t)) switch_times_s_.push_back(t);
+  }
+  active_.reserve(terms_.size());
   constraints_ = std::move(constraints);
   start_ = std::move(y);
 }
@@ -63,10 +80,14 @@ template <class S> void RigidModel<S>::follow_closing(std::size_t joint, S t_s) 
   const ClosingMotion before = motion;
   motion.t_s = t_s;
   constraints_->closing_coordinates(of, motion.q.data(), motion.u.data());
-  if (of.kind == JointKind::ball || !(t_s > S(0))) return;
-  for (int k = 0; k < rate_count(of.kind); ++k)
-    motion.q[k] = before.q[k] + (t_s - before.t_s) * (before.u[k] + motion.u[k]) / S(2);
-  constraints_->closing_coordinates(of, motion.q.data(), motion.u.data());
+  if (of.kind != JointKind::ball && t_s > S(0)) {
+    for (int k = 0; k < rate_count(of.kind); ++k)
+      motion.q[k] = before.q[k] + (t_s - before.t_s) * (before.u[k] + motion.u[k]) / S(2);
+    constraints_->closing_coordinates(of, motion.q.data(), motion.u.data());
+  }
+  for (const auto& term : terms_)
+    if (auto* force = closing_force(term.get()); force != nullptr && force->joint() == static_cast<int>(joint))
+      force->remember({t_s, motion.q, motion.u});
 }
 
 template <class S> void RigidModel<S>::follow_turns(S t_s, const S* y) {
@@ -93,6 +114,13 @@ template <class S> void RigidModel<S>::write_constraints(S t_s, const S*, Sample
     const ClosingMotion& motion = closing_motions_[j];
     for (int k = 0; k < coordinate_count(joint.kind); ++k) out.q[k] = motion.q[k];
     for (int k = 0; k < rate_count(joint.kind); ++k) out.u[k] = motion.u[k];
+    out.applied = {};
+    for (const ForceTerm<S>* term : active_) {
+      const ClosingForce<S>* force = closing_force(term);
+      if (force == nullptr || force->joint() != at) continue;
+      const std::array<S, 3> along = force->along_rates({t_s, motion.q, motion.u});
+      for (int k = 0; k < rate_count(joint.kind); ++k) out.applied[k] += along[k];
+    }
     const auto [force, moment] = constraints_->closing_wrench(at);
     out.force_N = {force.x, force.y, force.z};
     out.torque_N_m = {moment.x, moment.y, moment.z};

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "scene/driven_closings.hpp"
 #include "scene/joint_keys.hpp"
 #include "scene/loop_projection.hpp"
 #include "scene/mechanism.hpp"
@@ -362,6 +363,22 @@ void start_driven_closings(Scene& scene, const Mechanisms& mechanisms, const Mec
   }
 }
 
+// Driven joints that close loops change places with joints of the tree, which is said.
+void exchange_driven_closings(Reading& r, const Mechanisms& mechanisms, MechanismStart& placed) {
+  Scene& scene = *r.scene;
+  const std::vector<ExchangedJoints> exchanged = let_driven_joints_place(scene);
+  if (exchanged.empty()) return;
+  for (const auto& [driven, closing] : exchanged) {
+    const Joint& joint = scene.joints[static_cast<std::size_t>(driven)];
+    r.notes.push_back(
+        location_text(r, location_of(*mechanisms.joints[static_cast<std::size_t>(driven)], "closes_loop")) +
+        "the joint `" + joint.name + "` is driven: it places `" + body_of(r, joint.child).name +
+        "` in the tree of the joints" +
+        (closing < 0 ? "" : ", and `" + scene.joints[static_cast<std::size_t>(closing)].name + "` closes the loop"));
+  }
+  placed = placed_start(scene);
+}
+
 void check_finite(Reading& r, const Mechanisms& mechanisms) {
   for (const Body& body : r.scene->bodies)
     for (const double x : {body.position_m[0], body.position_m[1], body.position_m[2], body.velocity_m_per_s[0],
@@ -397,6 +414,7 @@ void resolve_mechanisms(Reading& r, const FileDraft& draft) {
     check_rope_cycles(r, mechanisms);
     start_driven_closings(scene, mechanisms, placed);
     check_gaps(r, mechanisms, placed);
+    exchange_driven_closings(r, mechanisms, placed);
     const Scene before = scene;
     project_start(scene, placed);
     require_bends(scene, placed);

@@ -517,6 +517,30 @@ int worst_joint(const Loops& loops, const MechanismStart& start) {
   return worst;
 }
 
+// Of the joints that move bodies of loops, those whose coordinates stay as given: "`a`, `b`".
+std::string names_of_kept_joints(const Loops& loops) {
+  const Scene& scene = loops.scene;
+  const std::vector<bool> held = held_joints(scene);
+  std::string names;
+  for (std::size_t j = 0; j < scene.joints.size(); ++j)
+    if (held[j] && loops.involved[static_cast<std::size_t>(scene.joints[j].child)])
+      names += (names.empty() ? "`" : ", `") + scene.joints[j].name + "`";
+  return names;
+}
+
+// Whether the loops close where no coordinate is driven or held.
+bool closes_when_released(const Scene& scene, MechanismStart start) {
+  Scene released = scene;
+  for (Joint& joint : released.joints) {
+    joint.driven_rate.reset();
+    joint.hold.clear();
+  }
+  Loops loops{released, joints_from_root(released), placing_joints(released), involved_bodies(released), {}, {}, 1};
+  add_freedoms(loops);
+  loops.size = mechanism_size(released, loops.involved, start);
+  return close_loops(loops, start, 1e-8);
+}
+
 }  // namespace
 
 void project_start(const Scene& scene, MechanismStart& start) {
@@ -540,15 +564,24 @@ void project_start(const Scene& scene, MechanismStart& start) {
   const int joint = worst_joint(loops, start);
   const std::string name =
       joint < 0 ? "the ropes" : "joint `" + scene.joints[static_cast<std::size_t>(joint)].name + "`";
+  const std::string kept = names_of_kept_joints(loops);
+  if (!closed && !kept.empty() && closes_when_released(scene, given))
+    throw MechanismError("the loop that " + name + " closes does not close while the coordinates of " + kept +
+                             ", which are driven or held, stay as they are: they leave the other joints too few "
+                             "freedoms, or one of them is out of reach; expected fewer driven or held joints, or other "
+                             "coordinates of theirs",
+                         joint);
   if (!closed)
     throw MechanismError(
         "the loop that " + name +
             " closes has no configuration near the given one that satisfies its joints; expected lengths "
             "and coordinates with which it closes",
         joint);
-  throw MechanismError("no rates satisfy the constraints of " + name +
-                           " (with the rates that are held or driven); expected others, or fewer of them held",
-                       joint);
+  throw MechanismError(
+      "no rates satisfy the constraints of " + name +
+          (kept.empty() ? std::string("; expected others")
+                        : " with those of " + kept + ", which are driven or held; expected others, or fewer of them"),
+      joint);
 }
 
 LoopGap joint_gap(const Scene& scene, const MechanismStart& start, int joint) {

@@ -40,7 +40,10 @@ template <class S> void restart(Run<S>& run) {
   s.model->system().solvers = {};
   ++s.model->system().epoch;
   s.model->initial_state(s.y.data());
-  if (s.model->constraints() != nullptr) s.model->constraints()->restart();
+  if (s.model->constraints() != nullptr) {
+    s.model->constraints()->restart();
+    s.model->follow_turns(S(0), s.y.data());
+  }
   if (s.stateful_force != nullptr) s.stateful_force->reset(s.model->motion(S(0), s.y.data()));
   run.scale = state_scale(s.y.data(), s.model->state_size());
 }
@@ -77,7 +80,9 @@ template <class S> bool meets_constraints(Run<S>& run, S t_s) {
   if (s.model->constraints() == nullptr) return true;
   const std::string fault = s.model->constraint_fault(t_s, s.y.data());
   if (!fault.empty()) return end_at(s, fault, t_s);
-  if (run.observer != nullptr && run.observer->sample) s.model->follow_turns(t_s, s.y.data());
+  // Forces may depend on the angles of closing joints.
+  const bool samples = run.observer != nullptr && run.observer->sample;
+  if (samples || s.model->feels_forces()) s.model->follow_turns(t_s, s.y.data());
   return true;
 }
 

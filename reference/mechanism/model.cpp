@@ -140,8 +140,13 @@ std::string unsupported(const Scene& scene) {
     if (joint.parent >= 0 && !scene.bodies[joint.parent].fixed && !rotates(scene.bodies[joint.parent]))
       return "joint `" + joint.name + "`: its parent " + quoted(scene, joint.parent) + " has no inertia";
     if (joint.driven_rate && joint.limits) return "joint `" + joint.name + "` is driven and has limits: not covered";
-    if (joint.closes_loop && (joint.driven_rate || joint.limits))
-      return "joint `" + joint.name + "` closes a loop and is driven or has limits: not covered by this truth";
+    if (joint.closes_loop && joint.limits)
+      return "joint `" + joint.name +
+             "` closes a loop and has limits: stops are covered at joints that place bodies; " +
+             "let another joint of the loop close it";
+    if (joint.closes_loop && joint.driven_rate)
+      return "joint `" + joint.name + "` closes a loop and is driven: prescribed motion is covered at joints that " +
+             "place bodies; drive another joint of the loop";
   }
   for (const Rope& rope : scene.ropes)
     for (int end = 0; end < 2; ++end) {

@@ -45,14 +45,22 @@ std::string other_truths(const Place& place, const Scenario& scenario, double li
   others[0].solution = "rest";
   others[1].kind = TruthKind::extended;
   others[2].kind = TruthKind::cvode;
-  std::string covers;
+  const bool mechanism = !scenario.scene.joints.empty() || !scenario.scene.ropes.empty();
+  if (mechanism) others.erase(others.begin());  // of bodies at rest
+  std::string covers, reasons;
   for (const TruthSpec& other : others) {
     if (other.kind == scenario.truth.kind && other.solution == scenario.truth.solution) continue;
     Scenario tried = scenario;
     tried.truth = other;
+    std::string reason;
     try {
-      if (truth_once(place.truth_worker, tried, 1, limit_s).outcome.status != Status::ok) continue;
-    } catch (const std::exception&) {
+      const Outcome outcome = truth_once(place.truth_worker, tried, 1, limit_s).outcome;
+      if (outcome.status != Status::ok) reason = outcome.reason.empty() ? "no answer" : outcome.reason;
+    } catch (const std::exception& error) {
+      reason = error.what();
+    }
+    if (!reason.empty()) {
+      reasons += fmt::format("{}{}: {}", reasons.empty() ? "" : "; ", kind_words(other), reason);
       continue;
     }
     covers += (covers.empty() ? "" : ", or ") +
@@ -62,6 +70,9 @@ std::string other_truths(const Place& place, const Scenario& scenario, double li
   }
   const std::string none =
       "`kind = \"none\"` says that there is none: energy, momentum and contacts are still measured";
+  if (covers.empty() && mechanism && !reasons.empty())
+    return fmt::format("No other truth of mechanisms covers this scene within {:g} s ({}); {}.", limit_s, reasons,
+                       none);
   return covers.empty()
              ? fmt::format("Neither `rest`, `extended` nor `cvode` covers this scene within {:g} s; {}.", limit_s, none)
              : fmt::format("What covers it: {}; {}.", covers, none);

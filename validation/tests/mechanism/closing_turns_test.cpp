@@ -52,18 +52,6 @@ TEST_CASE("IDA ends where a rope slackens") {
   CHECK(ran.samples.size() == 10);
 }
 
-// The spring of a closing joint has no coordinate in the state of the tree.
-TEST_CASE("forces along a joint that closes a loop are refused by name") {
-  Scenario scenario = four_bar(0.5, 0);
-  REQUIRE(scenario.scene.joints[3].closes_loop);
-  for (const JointForce& force : {JointForce{JointSpring{3, 0, 1, 0, 0}}, JointForce{JointTorque{3, 0, 1, 0, 0, {}}}}) {
-    scenario.scene.joint_forces = {force};
-    const Outcome outcome = try_run(atwood_engine(), "atwood/rk4", scenario, 100, 10).outcome;
-    CHECK(outcome.status == Status::unsupported);
-    CHECK_THAT(outcome.reason, Catch::Contains("along a joint that closes a loop"));
-  }
-}
-
 TEST_CASE("a joint that starts at its stop and moves into it: the sample at t = 0 is before the impact") {
   Scenario scenario = mechanism_scenario(1);
   scenario.scene.gravity_m_per_s2 = {0, 0, 0};

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "scene/driven_closings.hpp"
 #include "scene/loop_projection.hpp"
 #include "scene/mechanism.hpp"
 #include "text.hpp"
@@ -405,6 +406,69 @@ TEST_CASE("a driven joint keeps its rate; a loop with nothing left to move is fr
   const auto frozen =
       message(four_bar("closes_loop = true\n", "angle_rad = 1\ndriven_rate_rad_per_s = 0\n", "angle_rad = -1\n"));
   CHECK(frozen == "no error");
+}
+
+TEST_CASE("a driven joint that closes a loop changes places with the joint that places its child") {
+  const auto given = read(four_bar("closes_loop = true\n"));
+  const auto driven = read(four_bar("closes_loop = true\ndriven_rate_rad_per_s = 0.5\n"));
+  REQUIRE(driven.scene.joints.size() == 4);
+  CHECK_FALSE(driven.scene.joints[3].closes_loop);
+  CHECK(driven.scene.joints[2].closes_loop);
+  CHECK(driven.scene.joints[3].coordinates[0] == Approx(1).epsilon(1e-15));
+  CHECK(driven.scene.joints[3].rates[0] == 0.5);
+  for (std::size_t b = 0; b < 3; ++b) {
+    CHECK(distance(driven.scene.bodies[b].position_m, given.scene.bodies[b].position_m) < 1e-15);
+    CHECK(distance(driven.scene.bodies[b].velocity_m_per_s, given.scene.bodies[b].velocity_m_per_s) < 1e-15);
+  }
+  REQUIRE(driven.notes.size() == 1);
+  CHECK_THAT(driven.notes.front(), StartsWith("t.toml:") && Contains("the joint `D` is driven: it places `rocker`") &&
+                                       Contains("`C` closes the loop"));
+  // Its rate is taken up by the others.
+  const auto assembled = read(four_bar("closes_loop = true\nassemble = true\ndriven_rate_rad_per_s = -0.25\n"));
+  CHECK(assembled.scene.joints[3].rates[0] == -0.25);
+  CHECK(assembled.scene.joints[0].rates[0] == Approx(-0.25).epsilon(1e-14));
+  CHECK(assembled.scene.joints[2].closes_loop);
+}
+
+TEST_CASE("a driven joint that closes a loop and cannot change places says why") {
+  const auto obstacle = [](Scene scene, const auto& change) {
+    change(scene);
+    return atwood::obstacle_to_placing(scene, 3);
+  };
+  Scene scene = read(four_bar("closes_loop = true\n")).scene;
+  scene.joints[3].driven_rate = 0.5;
+  CHECK(obstacle(scene, [](Scene&) {}).empty());
+  CHECK_THAT(obstacle(scene, [](Scene& s) { s.joints[2].driven_rate = 1; }),
+             Contains("`rocker` is placed by the joint `C`, which is driven too"));
+  CHECK_THAT(obstacle(scene,
+                      [](Scene& s) {
+                        s.joints[2].limits = atwood::JointLimits{-4, 4, 0};
+                      }),
+             Contains("`C`, which has limits"));
+  CHECK_THAT(obstacle(scene, [](Scene& s) { s.joints[3].hold = {2}; }), Contains("`C`, which `hold` keeps"));
+  CHECK_THAT(obstacle(scene, [](Scene& s) { s.joints[3].child = 0, s.joints[3].parent = 2; }),
+             Contains("its parent `rocker` hangs on its child `crank`"));
+  CHECK_THAT(obstacle(scene, [](Scene& s) { s.bodies[2].inertia_kg_m2 = {}; }),
+             Contains("its child `rocker` is a point mass"));
+  const Scene kept =
+      read(four_bar("closes_loop = true\ndriven_rate_rad_per_s = 0.5\nassemble = true\nhold = [\"C\"]\n")).scene;
+  CHECK(kept.joints[3].closes_loop);
+}
+
+TEST_CASE("two drives of one freedom are named") {
+  for (const char* rate : {"0.5", "0.25"}) {
+    std::string text =
+        four_bar(std::string("closes_loop = true\nassemble = true\ndriven_rate_rad_per_s = ") + rate + "\n",
+                 "angle_rad = 1\nrate_rad_per_s = 0.5\n", "angle_rad = -0.9\n");
+    text.insert(text.find("rate_rad_per_s = 0.5"), "driven_");  // of A
+    const std::string found = message(text);
+    CHECK_THAT(found, Contains("`A`, `D`, which are driven or held") && Contains("expected fewer"));
+    CHECK_THAT(found, !Contains("no configuration near the given one"));
+  }
+  // They agree on where the loop is, and not on how it moves.
+  std::string text = four_bar("closes_loop = true\nassemble = true\ndriven_rate_rad_per_s = 0.25\n");
+  text.insert(text.find("rate_rad_per_s = 0.5"), "driven_");
+  CHECK_THAT(message(text), Contains("`A`, `D`, which are driven or held") && Contains("expected"));
 }
 
 TEST_CASE("ropes that are none") {
