@@ -7,8 +7,9 @@
 // any step, and no approach is slowed down to close the gap.
 //
 // An approach that is no faster than the velocity increment of a substep is a lasting contact and left to the velocity
-// solver. So are contacts without restitution and, after inelastic collapse, the impacts that remain at the limit. The
-// limit counts what impacts dissipate: those of restitution 1 may be any number, as long as the time advances.
+// solver. So are contacts without restitution and, after inelastic collapse, the approaches that are left at the limit:
+// kMaxLossPerContact impacts a contact on average, where one of restitution e counts as 2 (1 - e), at most 1. Those of
+// restitution 1 therefore do not count, as long as the time advances.
 #include <algorithm>
 #include <limits>
 

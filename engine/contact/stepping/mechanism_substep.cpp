@@ -168,7 +168,7 @@ template <class S> void begin_tied_substep(World<S>& world) {
       tied.q_begin[i] = so3_exp(load3(world.bodies.pose[i].at + 3)) * world.bodies.q_WB[i];
     }
   for (StopConstraint<S>& stop : tied.stops)
-    stop.begin_gap = stop.gap = stop.side * (tied.joints[static_cast<std::size_t>(stop.joint)].q[0] - stop.at);
+    stop.begin_gap = stop.gap = stop.side * (tied.joints[static_cast<std::size_t>(stop.joint)].q[0] - stop.limit);
 }
 
 template <class S> void apply_joint_forces(World<S>& world) {
@@ -239,7 +239,7 @@ template <class S> int satisfy_joints_at_end(World<S>& world) {
 template <class S> bool correct_stop_biases(World<S>& world) {
   bool changed = false;
   for (StopConstraint<S>& stop : world.tied->stops) {
-    const S end = stop.side * (coordinate_at_end(world, stop.joint) - stop.at) - real::min(stop.begin_gap, S(0));
+    const S end = stop.side * (coordinate_at_end(world, stop.joint) - stop.limit) - real::min(stop.begin_gap, S(0));
     if (!(end < -stop.round_off || (stop.impulse > S(0) && end > stop.round_off))) continue;
     stop.bias += end / world.sub_s;
     changed = true;

@@ -43,8 +43,9 @@ template <class S> struct TiedRow {
 // A stop of a hinge or slider: gap >= 0. Its impulse acts along the coordinate.
 template <class S> struct StopConstraint {
   int joint = 0;
-  S side{};  // 1: the lower limit, -1: the upper
-  S at{}, restitution{}, round_off{};
+  S side{};   // 1: the lower limit, -1: the upper
+  S limit{};  // the coordinate there [rad], [m]
+  S restitution{}, round_off{};
   S begin_gap{};  // at the beginning of the substep
   S gap{};        // there, of the uniform motion that the impacts of the substep leave
   S bias{}, impulse{};
