@@ -66,8 +66,8 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "forces of redundant lasting contacts, and the least changes of position and velocity that close "
        "their drift, by the proximal point method; converged: 64 roundings; stagnated: what is left of a drift is "
        "round-off of the gaps or velocities that it was computed from",
-       "residual of the prescribed accelerations (or gaps, velocities) over those that the forces produce, in the norm "
-       "of the Delassus matrix"},
+       "misfit of the prescribed accelerations (or gaps, velocities) over those that the forces produce, in the norm of "
+       "the Delassus matrix"},
       {"contact-projection",
        "the least displacement that closes the gaps of lasting contacts after a step, by at most two iterations of "
        "Newton's method; converged: the round-off of a gap",

@@ -164,7 +164,7 @@ void check_plane(Reading& r, const Value& table, BodyDraft& body) {
     if (const Value* value = table.find(unused))
       fail(r, value->location,
            std::string("`") + unused + "` in " + r.where +
-               " is given for a plane; the pose of a plane is its `normal` and `offset_m`");
+               " is given for a plane; expected `normal` and `offset_m`, which are the pose of a plane");
   body.fixed = true;
 }
 

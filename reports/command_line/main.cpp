@@ -222,7 +222,7 @@ void declare_commands(Parser& p) {
             "Derivatives of joint accelerations by coordinates, rates and forces, compared with finite differences",
             command_derivatives);
   derivatives->add_option("SCENE", o.input, "A file or a catalogue id: joints without loops")->required();
-  derivatives->add_option("--at", o.at_s, "The time of the run [s]")->capture_default_str();
+  derivatives->add_option("--at", o.at_s, "The time of the run")->capture_default_str();
   derivatives
       ->add_option("--method", o.methods,
                    "The method that runs the scene up to this time, or truth (default: atwood/dop853)")

@@ -270,8 +270,8 @@ std::vector<MetricInfo> common_metrics() {
        "does in any step. Median of 11 means over 200 steps, times the substeps."},
       {"solver-capped", "1",
        "Solves that ended above their tolerance: at the iteration limit, or because the iteration diverged. `body` "
-       "names the solver; without it all solvers of the run are counted. contact-sweeps does not "
-       "sweep bodies in motion to convergence, so most of its solves end capped."},
+       "names the solver; without it all solvers of the run are counted. Of contact-sweeps most "
+       "end capped: bodies in motion are not swept to convergence."},
       {"solver-residual-max", "1",
        "Largest residual that a solve ended with. `body` names the solver, the reason the scale of its residual; "
        "without `body`: the largest of all solvers. Solves of rejected steps are left out."},
