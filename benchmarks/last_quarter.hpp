@@ -16,7 +16,7 @@ class LastQuarter {
       : goal_(goal), workers_(workers), study_(study) {}
   // The largest figure of the goal's metric at samples from 3/4 of the run to its end, from a run of the cell with
   // samples. Infinity: the run diverged, or a state or the figure at one of these samples is not finite. NaN: the
-  // metric is no error at the end, the error is over variants of the scene, equal steps cannot be divided into 8 to 64
+  // metric is not an error at the end, the error spans variants of the scene, equal steps cannot be split into 8 to 64
   // samples, the truth failed, the run ended otherwise (time limit, crash, refusal), or runs take minutes.
   double error(const Cell& cell);
 

@@ -121,7 +121,7 @@ struct ReportData {
   std::vector<TruthPath> paths;         // of the truths: pictures of the scenes
   std::vector<Law> laws;
   std::vector<BenchFigure> bench;
-  std::vector<Dominance> dominance;  // who is cheapest for an error, who most accurate for a budget
+  std::vector<Dominance> dominance;  // which method is cheapest for an error, which most accurate for a budget
   std::string rates;                 // compare: whose right-hand sides the ranked methods evaluate, a sentence
   bool same_rate = false;            // ... all of them the reference's
   std::vector<MethodOverhead> overheads;

@@ -2,9 +2,8 @@
 // through a face of the other". It is a common first attempt and is kept to show what it misses:
 //   - a box inside another: no edge passes through any face;
 //   - normal and depth: the face that an edge crosses need not be that of least penetration, and the depth of the
-// edge's
-//     end below it is not the penetration depth. An edge right through a box gives the depth of an end beyond the far
-//     side.
+//     edge's end below it is not the penetration depth. An edge through the whole box gives the depth of an end
+//     beyond the far side.
 // A contact that it reports is a true one: two surfaces cross there.
 #pragma once
 

@@ -43,7 +43,7 @@ template <class S> bool greatest_gap(const BoxPair<S>& pair, S limit, BoxAxis<S>
 constexpr std::array<int, 3> kFeatureWeight{9, 3, 1};
 constexpr int kFeatureNone = 13;  // all signs 0; add sign * weight
 // A canonical order of two boxes in contact, whichever is called a: by the sign of the normal's component along a fixed
-// direction, which is no axis or diagonal of common scenes, so that the order rarely changes while they touch.
+// direction, which is not an axis or diagonal of common scenes, so that the order rarely changes while they touch.
 template <class S> bool a_lies_first(const Vec3<S>& normal_W) {
   return dot(normal_W, Vec3<S>{S(0.4391), S(0.5573), S(0.7047)}) > S(0);
 }

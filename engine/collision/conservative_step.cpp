@@ -116,9 +116,10 @@ template <class S, class Support> struct Part {
 template <class S, class Support> Part(Vec3<S>, S, const Support&) -> Part<S, Support>;
 
 // How long a gap that closes at this speed stays above round-off; infinite: until max_s.
-template <class S> S time_to_close(S gap, S closing, S max_s, S round_off) {
+template <class S> S time_to_close(S gap, S approach_speed, S max_s, S round_off) {
   if (!(gap > round_off)) return S(0);
-  return gap - max_s * closing > round_off ? std::numeric_limits<S>::infinity() : (gap - round_off) / closing;
+  return gap - max_s * approach_speed > round_off ? std::numeric_limits<S>::infinity()
+                                                  : (gap - round_off) / approach_speed;
 }
 
 // With v that of a relative to b and unit n from a to b, after a time h the parts are at least
@@ -133,25 +134,26 @@ S contact_free_time(S gap, const Vec3<S>& n, const Vec3<S>& v_W, const PartA& a,
   const bool rotates_a = a.rotates(n), rotates_b = b.rotates(n);
   const S acceleration_bound =
       (rotates_a ? a.acceleration_bound(n) : S(0)) + (rotates_b ? b.acceleration_bound(n) : S(0));
-  const S closing = dot(v_W, n), now_a = rotates_a ? a.support(n) : S(0), now_b = rotates_b ? b.support(-n) : S(0);
+  const S approach_speed = dot(v_W, n), now_a = rotates_a ? a.support(n) : S(0),
+          now_b = rotates_b ? b.support(-n) : S(0);
   const auto f = [&](S h) {
     const S by_a = rotates_a ? a.support(n + h * turn_a) - now_a : S(0);
     const S by_b = rotates_b ? b.support(-(n + h * turn_b)) - now_b : S(0);
-    return gap - h * closing - by_a - by_b - S(0.5) * acceleration_bound * h * h;
+    return gap - h * approach_speed - by_a - by_b - S(0.5) * acceleration_bound * h * h;
   };
-  constexpr S kUnbounded = std::numeric_limits<S>::infinity();
+  constexpr S unbounded = std::numeric_limits<S>::infinity();
   S low = S(0), f_low = gap, high = max_s, f_high = f(max_s);
-  if (f_high > round_off) return kUnbounded;
+  if (f_high > round_off) return unbounded;
   if (f_high >= S(0)) return max_s;
   S any_rotation_s = S(0);
   if (rotates_a || rotates_b) {
     const S left = gap - (rotates_a ? a.full_turn_support(n) - now_a : S(0)) -
                    (rotates_b ? b.full_turn_support(-n) - now_b : S(0));
-    any_rotation_s = time_to_close(left, closing, max_s, round_off);
-    if (any_rotation_s == kUnbounded) return kUnbounded;
+    any_rotation_s = time_to_close(left, approach_speed, max_s, round_off);
+    if (any_rotation_s == unbounded) return unbounded;
   }
-  constexpr int kMaxRounds = 100;
-  for (int round = 0; round < kMaxRounds; ++round) {
+  constexpr int max_rounds = 100;
+  for (int round = 0; round < max_rounds; ++round) {
     const S chord = low + (high - low) * (f_low / (f_low - f_high));
     const S f_chord = f(chord);
     if (!(chord > low) || !(f_chord > S(0))) return real::max(any_rotation_s, real::max(low, chord));
@@ -169,16 +171,16 @@ template <class S> struct StepSearch {
   const RotatingBody<S>&a, &b;
   Vec3<S> w_a, w_b, v_W;
   S max_s, round_off;
-  S closing_speed_bound{};  // no gap of any two parts closes faster
+  S approach_speed_bound{};  // no gap of any two parts closes faster
   ConservativeStep<S> result{};
 
   StepSearch(const RotatingBody<S>& of_a, const RotatingBody<S>& of_b, const Vec3<S>& v, S left_s, S touch)
       : a(of_a), b(of_b), w_a(effective_spin(a)), w_b(effective_spin(b)), v_W(v), max_s(left_s), round_off(touch) {
-    closing_speed_bound = norm(v_W) + norm(w_a) * core_radius(a.shape) + norm(w_b) * core_radius(b.shape);
+    approach_speed_bound = norm(v_W) + norm(w_a) * core_radius(a.shape) + norm(w_b) * core_radius(b.shape);
     result.step_s = std::numeric_limits<S>::infinity();
   }
   // Parts farther apart than this cannot lower the bound.
-  S relevant_distance() const { return closing_speed_bound * real::min(result.step_s, max_s) + round_off; }
+  S relevant_distance() const { return approach_speed_bound * real::min(result.step_s, max_s) + round_off; }
 
   // `face` is a direction that may separate them for longer than the one between their nearest points (the normal of a
   // floor under a body that rotates close above it); `skins` is the sum of the radii around their cores.

@@ -16,6 +16,20 @@ template <class S> struct ContactPoint {
   std::uint32_t id = 0;  // of the pair of features in contact: constant while they touch (for warm starting)
 };
 
+// How the iterations for a pair of convex parts ended; iterations 0: there was none.
+struct ConvexSolves {
+  SolveReport closest_points = {};  // GJK
+  SolveReport least_overlap = {};   // the direction of least overlap
+  bool capped() const { return closest_points.ended == SolveEnd::capped || least_overlap.ended == SolveEnd::capped; }
+};
+// Counts the searches for the direction of least overlap, and of GJK's those that were capped: it runs for every pair
+// that is near, and nearly always ends at its tolerance.
+inline void add_convex_solves(const ConvexSolves& solves, SolverTallies& tallies) {
+  if (solves.least_overlap.iterations > 0) tallies.add(IterativeSolver::expanding_polytope, solves.least_overlap);
+  if (solves.closest_points.ended == SolveEnd::capped)
+    tallies.add(IterativeSolver::closest_points, solves.closest_points);
+}
+
 // The shape of the contact region: one point, a segment, the crossing of two edges, a polygon.
 enum class ManifoldType : unsigned char { point, edge, edge_edge, face };
 
@@ -27,7 +41,7 @@ template <class S> struct Manifold {
   int count = 0;
   std::array<ContactPoint<S>, 4> points;
   int part_a = 0, part_b = 0;  // which box of a compound, which triangle of a mesh
-  SolveReport solve = {};      // of the direction of least overlap; iterations 0: none was searched for
+  ConvexSolves solve = {};
 };
 
 // Appends the manifolds of a and b whose surfaces come within `margin` of each other (0: touching or overlapping), in
@@ -53,7 +67,7 @@ template <class S> struct Separation {
   S gap{};                 // signed: negative is the depth of least penetration
   Vec3<S> normal_W;        // unit, from a to b
   Vec3<S> on_a_W, on_b_W;  // the closest points, or the deepest points in overlap
-  SolveReport solve = {};  // as in Manifold
+  ConvexSolves solve = {};
 };
 // Of shapes that touch the gap is 0 up to touch_round_off(). A pair of kinds without a test (missing_contact_test())
 // has an infinite gap.

@@ -16,7 +16,7 @@ template <class S> S size_of(const ConvexPart<S>& part) {
   return part.radius + (part.core == Core::hull ? part.topology->bounding_radius : norm(part.half));
 }
 
-// Of the points in which faces meet, the middle of those that are deepest but for round-off.
+// The mean of the deepest contact points (within round-off) of two parts whose faces touch.
 template <class S>
 Vec3<S> middle_of_deepest(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a,
                           const NearestFeatures<S>& features, const Vec3<S>& otherwise) {
@@ -53,11 +53,12 @@ void convex_contacts(const Geometry<S>& a, const Transform<S>& pose_a, const Geo
 template <class S>
 Separation<S> convex_separation(const Geometry<S>& a, const Transform<S>& pose_a, const Geometry<S>& b,
                                 const Transform<S>& pose_b) {
-  constexpr S kFar = std::numeric_limits<S>::infinity();
+  constexpr S unbounded = std::numeric_limits<S>::infinity();
   ConvexPart<S> part_a, part_b;
-  if (!convex_part(a, part_a) || !convex_part(b, part_b)) return {kFar, {S(0), S(0), S(1)}, pose_a.p_W, pose_b.p_W};
+  if (!convex_part(a, part_a) || !convex_part(b, part_b))
+    return {unbounded, {S(0), S(0), S(1)}, pose_a.p_W, pose_b.p_W};
   const Transform<S> b_in_a = relative_transform(pose_a, pose_b);
-  const NearestFeatures<S> features = nearest_features(part_a, part_b, b_in_a, kFar);
+  const NearestFeatures<S> features = nearest_features(part_a, part_b, b_in_a, unbounded);
   const S gap = features.gap - part_a.radius - part_b.radius;
   Vec3<S> middle =
       S(0.5) * ((features.on_a + part_a.radius * features.normal) + (features.on_b - part_b.radius * features.normal));
@@ -73,12 +74,13 @@ void hull_plane_contacts(const Geometry<S>& plane, const Geometry<S>& hull, cons
   static thread_local std::vector<ContactPoint<S>> found;
   found.clear();
   if (!hull.hull) return;
-  // Heights in the hull's axes: the plane's offset less the centre's, which is all that may be large.
+  // Heights are computed in the hull's axes, relative to its centre: only `plane_offset`, a difference of offsets,
+  // involves large numbers.
   const Vec3<S> n = to_body(pose_hull, plane.normal_W);
-  const S at = plane.offset - dot(plane.normal_W, pose_hull.p_W);
+  const S plane_offset = plane.offset - dot(plane.normal_W, pose_hull.p_W);
   for (std::size_t i = 0; i < hull.hull->vertices.size(); ++i) {
     const Vec3<S>& v = hull.hull->vertices[i];
-    const S gap = dot(n, v) - at;
+    const S gap = dot(n, v) - plane_offset;
     if (gap <= margin)
       found.push_back(
           {point_to_world(pose_hull, v) - (gap / S(2)) * plane.normal_W, gap, static_cast<std::uint32_t>(i + 1)});

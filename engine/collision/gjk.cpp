@@ -136,41 +136,56 @@ DifferencePoint<S> difference_support(const ConvexPart<S>& a, const ConvexPart<S
 
 template <class S>
 Closest<S> closest_points(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a, S max_distance) {
-  constexpr int kMaxRounds = 200;  // curved cores gain about a digit in two rounds
-  constexpr int kMaxStagnations = 4;
+  constexpr int max_iterations = 200;  // curved cores gain about a digit in two iterations
+  constexpr int max_stagnations = 4;
   const S round_off = S(8) * real::epsilon<S>();
   Closest<S> closest;
   Simplex<S>& simplex = closest.simplex;
   Vec3<S> v = dot(b_in_a.p_W, b_in_a.p_W) > S(0) ? -b_in_a.p_W : Vec3<S>{S(1), S(0), S(0)};
   S extent{}, least = std::numeric_limits<S>::infinity();
-  int start_a = 0, start_b = 0, standstills = 0;
-  for (int round = 0; round < kMaxRounds; ++round) {
+  int start_a = 0, start_b = 0, stagnations = 0;
+  SolveReport& solve = closest.solve;
+  solve.ended = SolveEnd::capped;
+  S misfit{}, length{};
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const DifferencePoint<S> p = difference_support(a, b, b_in_a, -v, start_a, start_b);
     start_a = p.vertex_a, start_b = p.vertex_b;
     extent =
         real::max(extent, real::max(largest_component(p.w), real::max(largest_component(p.a), largest_component(p.b))));
-    const S length = norm(v), toward = dot(v, p.w);
+    length = norm(v);
+    const S toward = dot(v, p.w);
+    misfit = length * length - toward;  // the distance lies between toward / |v| and |v|
+    solve.iterations = iteration + 1;
     if (toward > max_distance * length) {
+      solve.ended = SolveEnd::converged;
       closest.apart = closest.out_of_range = true;
       closest.normal = (S(-1) / length) * v;
       return closest;
     }
-    if (simplex.count > 0 && (contains(simplex, p.w) || length * length - toward <= round_off * extent * length)) break;
+    if (simplex.count > 0 && (contains(simplex, p.w) || misfit <= round_off * extent * length)) {
+      solve.ended = SolveEnd::converged;
+      break;
+    }
     Simplex<S> next = simplex;
     next.corner[next.count++] = p;
     const Vec3<S> nearer = nearest_to_origin(next);
     const S size = norm(nearer);
-    // A normal wrong by d lengthens v by d^2 alone: near the end v turns while its length stands still.
-    if (simplex.count > 0 && !(size < least) && (size > least + round_off * extent || ++standstills > kMaxStagnations))
+    // An error d of the direction changes |v| by d^2 only, so |v| may stagnate while the direction still improves.
+    if (simplex.count > 0 && !(size < least) &&
+        (size > least + round_off * extent || ++stagnations > max_stagnations)) {
+      solve.ended = SolveEnd::stagnated;
       break;
+    }
     simplex = next;
     v = nearer;
     least = real::min(size, least);
     if (simplex.count == 4 || size <= round_off * extent) {
+      solve.ended = SolveEnd::converged;
       set_witnesses(closest);
       return closest;
     }
   }
+  solve.residual = static_cast<double>(real::max(S(0), misfit) / (extent * length));
   set_witnesses(closest);
   closest.apart = true;
   closest.distance = norm(v);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "collision/convex_part.hpp"
+#include "protocol/solver_report.hpp"
 
 namespace atwood {
 
@@ -32,12 +33,14 @@ template <class S> struct Closest {
   Vec3<S> on_a, on_b;  // A's axes
   Vec3<S> normal;      // unit, from a to b
   Simplex<S> simplex;
-  bool out_of_range = false;  // more than `max_distance` apart: of the rest only `normal` is set
+  bool out_of_range = false;  // more than `max_distance` apart: of the rest only `normal` and `solve` are set
+  SolveReport solve = {};     // residual: bound of the error of `distance` over the extent of the cores
 };
 
 // Gilbert, Johnson, Keerthi (1988); sub-algorithm of Montanari, Petrinic, Barbieri, ACM Trans. Graph. 36 (2017) 30.
-// Ends when no support point is nearer by more than round-off of the extents, or after 200 iterations: the points are
-// then the nearest ones found so far.
+// `solve` is converged where no support point is nearer by more than round-off of the extents, or the distance is more
+// than `max_distance`; stagnated where further support points no longer shorten it; capped after 200 iterations: the
+// points are then the nearest ones found so far.
 template <class S>
 Closest<S> closest_points(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a, S max_distance);
 

@@ -205,8 +205,8 @@ template <class S> Hull<S> make_hull(const std::vector<Real3>& points) {
 
 template <class S> int farthest_vertex(const Hull<S>& hull, const Vec3<S>& direction, int start) {
   const int n = static_cast<int>(hull.vertices.size());
-  constexpr int kMaxVerticesToScan = 32;  // looking at all of them is faster
-  if (n <= kMaxVerticesToScan) {
+  constexpr int max_vertices_to_scan = 32;  // looking at all of them is faster
+  if (n <= max_vertices_to_scan) {
     int best = 0;
     S most = dot(direction, hull.vertices[0]);
     for (int i = 1; i < n; ++i)

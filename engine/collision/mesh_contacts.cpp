@@ -1,3 +1,5 @@
+// Contacts and closest features of a triangle mesh with the other shapes: with a plane by the mesh's points, with the
+// others by its triangles. A mesh that bounds a convex solid is treated as a hull (convex_contacts.hpp).
 #include <limits>
 #include <utility>
 
@@ -14,16 +16,17 @@ template <class S> void express_in_world(const Transform<S>& pose, std::vector<M
   }
 }
 
-// Against a plane a mesh has the contacts of its convex hull.
+// Against a plane a mesh has the contacts of its convex hull. Heights are computed in the mesh's axes, relative to its
+// centre (as in hull_plane_contacts()).
 template <class S>
 void mesh_plane_contacts(const TriangleMesh<S>& mesh, const Transform<S>& pose, const Geometry<S>& plane, S margin,
                          std::vector<Manifold<S>>& out) {
   static thread_local std::vector<ContactPoint<S>> found;
   found.clear();
   const Vec3<S> n = to_body(pose, plane.normal_W);
-  const S at = plane.offset - dot(plane.normal_W, pose.p_W);
+  const S plane_offset = plane.offset - dot(plane.normal_W, pose.p_W);
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    const S gap = dot(n, mesh.points[i]) - at;
+    const S gap = dot(n, mesh.points[i]) - plane_offset;
     if (gap <= margin)
       found.push_back({point_to_world(pose, mesh.points[i]) - (gap / S(2)) * plane.normal_W, gap,
                        static_cast<std::uint32_t>(i + 1)});
@@ -38,10 +41,11 @@ void mesh_plane_contacts(const TriangleMesh<S>& mesh, const Transform<S>& pose, 
 template <class S>
 Separation<S> mesh_plane_separation(const TriangleMesh<S>& mesh, const Transform<S>& pose, const Geometry<S>& plane) {
   const Vec3<S> n = to_body(pose, plane.normal_W);
-  const S at = plane.offset - dot(plane.normal_W, pose.p_W);
+  const S plane_offset = plane.offset - dot(plane.normal_W, pose.p_W);
   Separation<S> least{std::numeric_limits<S>::infinity(), -plane.normal_W, pose.p_W, pose.p_W};
   for (const Vec3<S>& p : mesh.points)
-    if (const S gap = dot(n, p) - at; gap < least.gap) least.gap = gap, least.on_a_W = point_to_world(pose, p);
+    if (const S gap = dot(n, p) - plane_offset; gap < least.gap)
+      least.gap = gap, least.on_a_W = point_to_world(pose, p);
   least.on_b_W = least.on_a_W + least.gap * least.normal_W;
   return least;
 }
@@ -91,9 +95,9 @@ void mesh_contacts(const Geometry<S>& a, const Transform<S>& pose_a, const Geome
   if (b.kind == ShapeKind::plane) return mesh_plane_contacts(*a.mesh, pose_a, b, margin, out);
   const std::size_t from = out.size();
   ConvexPart<S> of_a, of_b;
-  const bool solid_a = convex_part(a, of_a), solid_b = convex_part(b, of_b);
-  if (solid_a && solid_b) return convex_contacts(a, pose_a, b, pose_b, margin, out);
-  if (solid_a) {  // by the triangles of the other mesh
+  const bool convex_a = convex_part(a, of_a), convex_b = convex_part(b, of_b);
+  if (convex_a && convex_b) return convex_contacts(a, pose_a, b, pose_b, margin, out);
+  if (convex_a) {  // by the triangles of the other mesh
     mesh_contacts(b, pose_b, a, pose_a, margin, out);
     for (std::size_t i = from; i < out.size(); ++i) {
       out[i].normal_W = -out[i].normal_W;
@@ -103,7 +107,7 @@ void mesh_contacts(const Geometry<S>& a, const Transform<S>& pose_a, const Geome
   }
   const Transform<S> b_in_a = relative_transform(pose_a, pose_b);
   if (b.kind == ShapeKind::sphere) mesh_sphere_contacts(*a.mesh, b_in_a.p_W, b.radius, margin, out);
-  else if (solid_b) mesh_convex_contacts(*a.mesh, of_b, b_in_a, margin, out);
+  else if (convex_b) mesh_convex_contacts(*a.mesh, of_b, b_in_a, margin, out);
   else if (b.kind == ShapeKind::mesh && b.mesh) mesh_mesh_contacts(*a.mesh, *b.mesh, b_in_a, margin, out);
   express_in_world(pose_a, out, from);
 }
@@ -116,15 +120,15 @@ Separation<S> mesh_separation(const Geometry<S>& a, const Transform<S>& pose_a, 
   if (!a.mesh || a.mesh->nodes.empty()) return nearest;
   if (b.kind == ShapeKind::plane) return mesh_plane_separation(*a.mesh, pose_a, b);
   ConvexPart<S> of_a, of_b;
-  const bool solid_a = convex_part(a, of_a), solid_b = convex_part(b, of_b);
-  if (solid_a && solid_b) return convex_separation(a, pose_a, b, pose_b);
-  if (solid_a) {
+  const bool convex_a = convex_part(a, of_a), convex_b = convex_part(b, of_b);
+  if (convex_a && convex_b) return convex_separation(a, pose_a, b, pose_b);
+  if (convex_a) {
     const Separation<S> other = mesh_separation(b, pose_b, a, pose_a);
     return {other.gap, -other.normal_W, other.on_b_W, other.on_a_W, other.solve};
   }
   const Transform<S> b_in_a = relative_transform(pose_a, pose_b);
   if (b.kind == ShapeKind::sphere) nearest = nearest_point(*a.mesh, b_in_a.p_W, b.radius);
-  else if (solid_b) nearest = nearest_triangle(*a.mesh, of_b, b_in_a);
+  else if (convex_b) nearest = nearest_triangle(*a.mesh, of_b, b_in_a);
   else if (b.kind == ShapeKind::mesh && b.mesh) nearest = mesh_mesh_separation(*a.mesh, *b.mesh, b_in_a);
   else return nearest;
   nearest.normal_W = to_world(pose_a, nearest.normal_W);

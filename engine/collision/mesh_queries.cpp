@@ -58,10 +58,10 @@ template <class S> Vec3<S> pseudonormal(const TriangleMesh<S>& mesh, int t, cons
 }
 
 template <class S> bool normal_in_region(const TriangleMesh<S>& mesh, int t, Vec3<S>& n) {
-  constexpr S kSame = sizeof(S) == 4 ? S(2e-3) : S(1e-6), kSlack = S(64) * real::epsilon<S>();
+  constexpr S same_direction = sizeof(S) == 4 ? S(2e-3) : S(1e-6), slack = S(64) * real::epsilon<S>();
   const auto& triangle = mesh.triangles[t];
   for (const S sign : {S(1), S(-1)}) {
-    if (norm(n - sign * triangle.normal) > kSame) continue;
+    if (norm(n - sign * triangle.normal) > same_direction) continue;
     n = sign * triangle.normal;
     return sign > S(0) || !mesh.closed;
   }
@@ -74,10 +74,10 @@ template <class S> bool normal_in_region(const TriangleMesh<S>& mesh, int t, Vec
   TrianglePoint<S> at{TrianglePoint<S>::corner, top, {}, S(0)};
   for (const int k : {top, (top + 2) % 3}) {  // the edges at the top corner
     const S length = norm(mesh.points[triangle.corner[(k + 1) % 3]] - mesh.points[triangle.corner[k]]);
-    if (real::abs(high[(k + 1) % 3] - high[k]) <= kSame * length) at = {TrianglePoint<S>::edge, k, {}, S(0)};
+    if (real::abs(high[(k + 1) % 3] - high[k]) <= same_direction * length) at = {TrianglePoint<S>::edge, k, {}, S(0)};
   }
   if (at.part == TrianglePoint<S>::edge && mesh.closed && triangle.edge[at.which] != EdgeKind::convex) return false;
-  return in_voronoi_region(mesh, t, at, n, kSlack) && (!mesh.closed || dot(n, pseudonormal(mesh, t, at)) > S(0));
+  return in_voronoi_region(mesh, t, at, n, slack) && (!mesh.closed || dot(n, pseudonormal(mesh, t, at)) > S(0));
 }
 
 template <class S> MeshPoint<S> closest_on_mesh(const TriangleMesh<S>& mesh, const Vec3<S>& c) {

@@ -168,8 +168,8 @@ template <class S> Vec3<S> edge_crossing(const ExtremeFeature<S>& a, const Extre
   const Vec3<S> across = accurate_cross(along_a, along_b);
   const S aa = dot(along_a, along_a), square = dot(across, across);
   const auto within = [](S x) { return real::max(S(0), real::min(S(1), x)); };
-  constexpr S kParallel = S(64) * real::epsilon<S>();
-  if (square > kParallel * kParallel * aa * dot(along_b, along_b))
+  constexpr S parallel_sine = S(64) * real::epsilon<S>();
+  if (square > parallel_sine * parallel_sine * aa * dot(along_b, along_b))
     return a.from + within(dot(accurate_cross(between, along_b), across) / square) * along_a;
   const S p = within(dot(between, along_a) / aa), q = within(dot(between + along_b, along_a) / aa);
   return a.from + (S(0.5) * (p + q)) * along_a;
@@ -181,11 +181,11 @@ template <class S> void set_points(const Refinement<S>& m, NearestFeatures<S>& f
   const Vec3<S>& n = features.normal;
   const ExtremeFeature<S> a = extreme_feature(m.a, n, S(16) * m.round_off),
                           b = extreme_feature(m.b, n, S(16) * m.round_off);
-  constexpr auto kVertex = ExtremeFeature<S>::vertex, kEdge = ExtremeFeature<S>::edge;
+  constexpr auto vertex_kind = ExtremeFeature<S>::vertex, edge_kind = ExtremeFeature<S>::edge;
   Vec3<S> middle = S(0.5) * (features.on_a + features.on_b);
-  if (a.kind == kVertex) middle = a.from + (features.gap / S(2)) * n;
-  else if (b.kind == kVertex) middle = b.from - (features.gap / S(2)) * n;
-  else if (a.kind == kEdge && b.kind == kEdge) middle = edge_crossing(a, b) + (features.gap / S(2)) * n;
+  if (a.kind == vertex_kind) middle = a.from + (features.gap / S(2)) * n;
+  else if (b.kind == vertex_kind) middle = b.from - (features.gap / S(2)) * n;
+  else if (a.kind == edge_kind && b.kind == edge_kind) middle = edge_crossing(a, b) + (features.gap / S(2)) * n;
   else features.faces = true, middle += (dot(n, a.from - middle) + features.gap / S(2)) * n;
   features.on_a = middle - (features.gap / S(2)) * n;
   features.on_b = middle + (features.gap / S(2)) * n;
@@ -280,6 +280,7 @@ NearestFeatures<S> nearest_features(const ConvexPart<S>& a, const ConvexPart<S>&
   const Transform<S> own;
   const S extent = extent_of(a, b, b_in_a), round_off = S(4) * real::epsilon<S>() * extent;
   const Closest<S> closest = closest_points(a, b, b_in_a, max_distance);
+  features.solve.closest_points = closest.solve;
   if (closest.out_of_range) {
     features.out_of_range = true;
     return features;
@@ -310,7 +311,7 @@ NearestFeatures<S> nearest_features(const ConvexPart<S>& a, const ConvexPart<S>&
         refine_from_all_axes(m);
       }
     }
-    features.solve = report_of(m.best.overlap, certified, points, every_axis, round_off, extent);
+    features.solve.least_overlap = report_of(m.best.overlap, certified, points, every_axis, round_off, extent);
   }
   features.gap = -m.best.overlap;
   features.normal = m.best.normal;

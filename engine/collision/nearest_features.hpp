@@ -2,8 +2,8 @@
 // contact.
 #pragma once
 
+#include "collision/contacts.hpp"
 #include "collision/expanding_polytope.hpp"
-#include "protocol/solver_report.hpp"
 
 namespace atwood {
 
@@ -13,11 +13,11 @@ template <class S> struct NearestFeatures {
   Vec3<S> normal;             // unit, from a to b; A's axes
   Vec3<S> on_a, on_b;         // the closest points, or the deepest
   bool faces = false;         // a face touches an edge or a face: on_a, on_b are approximate; use contact_points()
-  SolveReport solve = {};     // of the direction of least overlap; iterations 0: none was searched for
+  ConvexSolves solve = {};
 };
 
 // By GJK where the cores are apart, by the expanding polytope where they overlap; both then refined from the features
-// in contact. A search that has not converged is reported in `solve`.
+// in contact. `solve` says how each of the two ended.
 template <class S>
 NearestFeatures<S> nearest_features(const ConvexPart<S>& a, const ConvexPart<S>& b, const Transform<S>& b_in_a,
                                     S max_distance);

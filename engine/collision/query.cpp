@@ -59,30 +59,25 @@ bool is_duplicate(const std::vector<FoundContact>& contacts, std::size_t first_n
     for (std::size_t i = 0; i < 3; ++i) all = all && std::abs(static_cast<double>(x[i] - y[i])) <= least;
     return all;
   };
-  constexpr double kSameDirection = 1e-9;
+  constexpr double same_direction = 1e-9;
   for (std::size_t i = first_new; i < contacts.size(); ++i) {
     const FoundContact& c = contacts[i];
-    if (near(c.x_m, contact.x_m, round_off) && near(c.normal, contact.normal, kSameDirection) &&
+    if (near(c.x_m, contact.x_m, round_off) && near(c.normal, contact.normal, same_direction) &&
         std::abs(static_cast<double>(c.depth_m - contact.depth_m)) <= round_off)
       return true;
   }
   return false;
 }
 
-// Adds a solve to the answer's tallies; iterations 0: there was none.
-void report(IterativeSolver solver, const SolveReport& solve, ContactAnswer& answer) {
-  if (solve.iterations > 0) answer.outcome.solvers[solver_infos()[static_cast<std::size_t>(solver)].name].add(solve);
-}
-
 void add_contacts(const QueryBody& a, const QueryBody& b, std::vector<Manifold<double>>& manifolds,
-                  ContactAnswer& answer) {
+                  SolverTallies& solvers, ContactAnswer& answer) {
   const double round_off = touch_round_off(a.shape, a.pose.p_W, b.shape, b.pose.p_W);
   if (bounding_spheres_are_apart(a, b, round_off)) return;
   manifolds.clear();
   find_contacts(a.shape, a.pose, b.shape, b.pose, round_off, manifolds);
   const std::size_t first_new = answer.contacts.size();
   for (const Manifold<double>& m : manifolds) {
-    report(IterativeSolver::expanding_polytope, m.solve, answer);
+    add_convex_solves(m.solve, solvers);
     for (int k = 0; k < m.count; ++k) {
       const ContactPoint<double>& point = m.points[static_cast<std::size_t>(k)];
       const Wide depth = point.gap < 0 ? -Wide(point.gap) : Wide(0);
@@ -93,10 +88,11 @@ void add_contacts(const QueryBody& a, const QueryBody& b, std::vector<Manifold<d
   }
 }
 
-void add_time_of_impact(const QueryBody& a, const QueryBody& b, double t_end_s, ContactAnswer& answer) {
+void add_time_of_impact(const QueryBody& a, const QueryBody& b, double t_end_s, SolverTallies& solvers,
+                        ContactAnswer& answer) {
   const auto touch = time_of_impact(a.shape, a.motion, b.shape, b.motion, t_end_s);
   if (!touch) return;
-  report(IterativeSolver::conservative_advancement, touch->solve, answer);
+  if (touch->solve.iterations > 0) solvers.add(IterativeSolver::conservative_advancement, touch->solve);
   answer.touches.push_back({a.index, b.index, Wide(touch->t_s), widened(touch->x_W), widened(touch->normal_W)});
 }
 
@@ -106,6 +102,7 @@ ContactAnswer find_scene_contacts(const Scene& scene, const ContactQuery& query)
   ContactAnswer answer;
   const std::vector<QueryBody> bodies = query_bodies(scene);
   std::vector<Manifold<double>> manifolds;
+  SolverTallies solvers;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {
       const QueryBody &a = bodies[i], &b = bodies[j];
@@ -113,10 +110,11 @@ ContactAnswer find_scene_contacts(const Scene& scene, const ContactQuery& query)
       if (const char* missing = missing_contact_test(a.shape.kind, b.shape.kind)) {
         return refused<ContactAnswer>(std::string("atwood has no contact test of ") + missing);
       }
-      if (query.swept) add_time_of_impact(a, b, query.t_end_s, answer);
-      else add_contacts(a, b, manifolds, answer);
+      if (query.swept) add_time_of_impact(a, b, query.t_end_s, solvers, answer);
+      else add_contacts(a, b, manifolds, solvers, answer);
     }
   }
+  answer.outcome.solvers = named_tallies(solvers);
   return answer;
 }
 

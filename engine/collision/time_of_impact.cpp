@@ -43,10 +43,10 @@ template <class S>
 std::optional<Touch<S>> touch_of_plane_and_sphere(const Geometry<S>& plane, const SweptBody<S>& ball, S radius,
                                                   S round_off, S t_end_s) {
   const Vec3<S>&n = plane.normal_W, &p = ball.p_W;
-  const S gap = dot(n, p) - plane.offset - radius, closing = -dot(n, ball.v_W);
-  if (gap > round_off && !(closing > S(0))) return {};
-  const S t = gap > round_off ? gap / closing : S(0);
-  if (t > t_end_s && (t - t_end_s) * closing > round_off) return {};
+  const S gap = dot(n, p) - plane.offset - radius, approach_speed = -dot(n, ball.v_W);
+  if (gap > round_off && !(approach_speed > S(0))) return {};
+  const S t = gap > round_off ? gap / approach_speed : S(0);
+  if (t > t_end_s && (t - t_end_s) * approach_speed > round_off) return {};
   const S touch_s = real::min(t, t_end_s);
   const Vec3<S> center = p + touch_s * ball.v_W;
   return Touch<S>{touch_s, center - (radius + (gap > S(0) ? S(0) : gap / S(2))) * n, n};
@@ -55,8 +55,8 @@ std::optional<Touch<S>> touch_of_plane_and_sphere(const Geometry<S>& plane, cons
 // The interval in which two bounding spheres overlap, |r + v t| <= R: outside of it there is no contact. Empty: never.
 template <class S> struct TimeSpan { S from_s{}, to_s{-1}; };
 template <class S> TimeSpan<S> bounding_sphere_overlap(const Vec3<S>& r, const Vec3<S>& v, S R, S t_end_s) {
-  constexpr S kEnlarged = S(1.001);  // any factor above 1 + round-off will do
-  R *= kEnlarged;
+  constexpr S enlargement = S(1.001);  // any factor above 1 + round-off will do
+  R *= enlargement;
   const S distance = norm(r), speed = norm(v), approach = -dot(r, v);
   if (!(speed > S(0))) return distance <= R ? TimeSpan<S>{S(0), t_end_s} : TimeSpan<S>{};
   const S miss = norm(accurate_cross(r, v)) / speed, middle_s = approach / speed / speed;
@@ -86,10 +86,10 @@ std::optional<Touch<S>> conservative_advancement(Geometry<S> a, const SweptBody<
     g->offset -= dot(n, origin_W);
   }
   if (!plane_a && !plane_b) span = bounding_sphere_overlap(r, v, size, t_end_s);
-  // Edges that rotate together at a very small gap may need any number of steps. After every kManyCloseSteps steps at
-  // gaps below kCloseGap of the bodies' size the tolerance of a touch is doubled.
-  constexpr int kManyCloseSteps = 8192;
-  const S kCloseGap = S(1e-6);
+  // Edges that rotate together at a very small gap may need any number of steps. After every `steps_per_doubling` steps
+  // at gaps below `close_gap` of the bodies' size the tolerance of a touch is doubled.
+  constexpr int steps_per_doubling = 8192;
+  const S close_gap = S(1e-6);
   int close_steps = 0, steps = 0;
   S tolerance_factor = S(1);
   Vec3<S> normal_before{};
@@ -111,8 +111,7 @@ std::optional<Touch<S>> conservative_advancement(Geometry<S> a, const SweptBody<
       // The sign of the normal of a gap of round-off is arbitrary: the normal of the step before decides.
       const Vec3<S> normal_W = dot(s.normal_W, normal_before) < S(0) ? normal_before : s.normal_W;
       const double residual = static_cast<double>(real::max(S(0), s.gap) / size);
-      const SolveEnd ended =
-          tolerance_factor > S(1) || s.solve.ended == SolveEnd::capped ? SolveEnd::capped : SolveEnd::converged;
+      const SolveEnd ended = tolerance_factor > S(1) || s.solve.capped() ? SolveEnd::capped : SolveEnd::converged;
       return Touch<S>{t, shift_W + S(0.5) * (s.on_a_W + s.on_b_W), normal_W, {steps + 1, residual, ended}};
     };
     const S round_off = tolerance_factor *
@@ -121,7 +120,7 @@ std::optional<Touch<S>> conservative_advancement(Geometry<S> a, const SweptBody<
       return touch_now();  // overlap, or a start inside a closed mesh
     const ConservativeStep<S> step = conservative_step(now_a, now_b, -v, span.to_s - t, round_off);
     if (step.touching) return touch_now();
-    if (step.gap <= kCloseGap * size && ++close_steps % kManyCloseSteps == 0) tolerance_factor *= S(2);
+    if (step.gap <= close_gap * size && ++close_steps % steps_per_doubling == 0) tolerance_factor *= S(2);
     ++steps;
     const S next = t + step.step_s;
     if (next > span.to_s || t == span.to_s) return {};

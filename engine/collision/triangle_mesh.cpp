@@ -75,10 +75,10 @@ template <class S> struct TreeBuilder {
     return box;
   }
   int build(int first, int count) {
-    constexpr int kLeaf = 2;
+    constexpr int leaf_size = 2;
     const int node = static_cast<int>(mesh.nodes.size());
     mesh.nodes.push_back({box_of(first, count), -1, first, count});
-    if (count <= kLeaf) return node;
+    if (count <= leaf_size) return node;
     Real3 low = three_times_centroid(order[first]), high = low;
     for (int i = first; i < first + count; ++i)
       for (int k = 0; k < 3; ++k)
@@ -101,13 +101,13 @@ template <class S> struct TreeBuilder {
 
 // Across an edge from t: convex when the neighbour's third corner lies below t's plane, by a sine of more than 1e-10.
 EdgeKind kind_of(const Source& source, int t, int k, int next) {
-  constexpr long double kFlat = 1e-10L;
+  constexpr long double max_flat_sine = 1e-10L;
   const Long3 from = wide(source.points[source.corner[t][k]]), to = wide(source.points[source.corner[t][(k + 1) % 3]]);
   for (const int c : source.corner[next]) {
     if (c == source.corner[t][k] || c == source.corner[t][(k + 1) % 3]) continue;
     const Long3 out = wide(source.points[c]) - from;
     const long double height = dot(source.normal[t], out), lever = norm(cross(unit_of(to - from), out));
-    if (std::abs(height) <= kFlat * lever)
+    if (std::abs(height) <= max_flat_sine * lever)
       return dot(source.normal[t], source.normal[next]) > 0 ? EdgeKind::flat : EdgeKind::concave;
     return height < 0 ? EdgeKind::convex : EdgeKind::concave;
   }
@@ -143,10 +143,10 @@ template <class S> void add_adjacency(const Source& source, TriangleMesh<S>& mes
 }
 
 // True if a closed mesh bounds a convex solid. A connected closed surface without concave edges does; a test of all
-// vertices excludes several surfaces. False for more than kMaxTriangles triangles, without a test.
+// vertices excludes several surfaces. False for more than max_triangles triangles, without a test.
 template <class S> bool is_convex(const Source& source, const TriangleMesh<S>& mesh) {
-  constexpr std::size_t kMaxTriangles = 4096;
-  if (!mesh.closed || mesh.triangles.size() > kMaxTriangles) return false;
+  constexpr std::size_t max_triangles = 4096;
+  if (!mesh.closed || mesh.triangles.size() > max_triangles) return false;
   for (const auto& t : mesh.triangles)
     for (const EdgeKind kind : t.edge)
       if (kind == EdgeKind::concave) return false;
@@ -195,9 +195,9 @@ TriangleMesh<S> build_triangle_mesh(const std::vector<Real3>& points,
   add_adjacency(source, mesh);
   mesh.convex = is_convex(source, mesh);
   if (mesh.convex) {
-    constexpr std::size_t kMaxCorners = 64;  // the test of two hulls may try all pairs of their edges
+    constexpr std::size_t max_corners = 64;  // the test of two hulls may try all pairs of their edges
     const auto solid = std::make_shared<const Hull<S>>(make_hull<S>(source.points));
-    if (solid->vertices.size() <= kMaxCorners) mesh.solid = solid;
+    if (solid->vertices.size() <= max_corners) mesh.solid = solid;
   }
   add_point_normals(source, mesh);
   return mesh;

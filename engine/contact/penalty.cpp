@@ -74,9 +74,9 @@ std::optional<Fault> simultaneity_fault(const Scene& scene) {
   if (scene.simultaneous_impacts == SimultaneousImpacts::unspecified) return {};
   for (const PairLaw& law : laws_in_play(scene))
     if (law.contact_law == ContactLaw::rigid)
-      return Fault{
-          Blame::engine,
-          "the scene prescribes simultaneous_impacts for rigid pairs, but impacts of +penalty have no instant"};
+      return Fault{Blame::engine,
+                   "the scene prescribes simultaneous_impacts for rigid pairs; impacts of +penalty have a "
+                   "duration, so neither convention applies"};
   return {};
 }
 
@@ -96,7 +96,7 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   if (!(stiffest.angular_frequency_rad_per_s > 0))
     return refused(
         "+penalty takes its stiffness from the largest speed, here 0: set +penalty{impact_speed_m_per_s=...}");
-  const SolveTally& overlap_solves = force->overlap_solves();  // the model owns the force from here on
+  const SolverTallies& narrow_phase = force->solvers();  // the model owns the force from here on
   Simulation<S> simulation = prepare<S>(integrator_part(id), scene, std::move(force), "contact forces");
   if (simulation.outcome.status == Status::ok && !id.rtol && plan.steps > 0) {
     const double h_s = plan.t_end_s / static_cast<double>(plan.steps);
@@ -105,8 +105,8 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   }
   const bool prepared = simulation.outcome.status == Status::ok;
   Outcome outcome = run_prepared(simulation, integrator_part(id), plan, observer, repeats);
-  const auto solver = static_cast<std::size_t>(IterativeSolver::expanding_polytope);
-  if (prepared && overlap_solves.solves() > 0) outcome.solvers[solver_infos()[solver].name].add(overlap_solves);
+  if (prepared)
+    for (const auto& [name, tally] : named_tallies(narrow_phase)) outcome.solvers[name].add(tally);
   return outcome;
 }
 

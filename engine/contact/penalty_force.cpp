@@ -187,8 +187,7 @@ template <class S> void PenaltyForce<S>::add_contact_points(const Motion<S>& mot
   manifolds_.clear();
   find_contacts(shapes_[a], places_[a], shapes_[b], places_[b], S(0), manifolds_);
   if (manifolds_.empty()) return;
-  for (const Manifold<S>& manifold : manifolds_)
-    if (manifold.solve.iterations > 0) overlap_solves_.add(manifold.solve);
+  for (const Manifold<S>& manifold : manifolds_) add_convex_solves(manifold.solve, solvers_);
   const ContactSpring<S> spring = spring_of(a, b);
   for (const Manifold<S>& manifold : manifolds_)
     for (int i = 0; i < manifold.count; ++i) {
@@ -274,7 +273,7 @@ template <class S> void PenaltyForce<S>::reset(const Motion<S>& motion) {
   memory_.clear();
   impacts_.clear();
   events_.clear();
-  overlap_solves_ = {};
+  solvers_ = {};
   accept_step(motion);
 }
 

@@ -53,8 +53,8 @@ template <class S> class PenaltyForce final : public StatefulForce<S> {
     double angular_frequency_rad_per_s = 0, damping_ratio = 0;
   };
   Stiffest stiffest() const;
-  // Searches for the direction of least overlap since reset(), in every evaluation of the loads.
-  const SolveTally& overlap_solves() const { return overlap_solves_; }
+  // Iterations of the narrow phase since reset(), in every evaluation of the loads.
+  const SolverTallies& solvers() const { return solvers_; }
 
   void add_loads(const Motion<S>& motion, Load<S>* loads) const override;
   bool velocity_dependent() const override { return true; }
@@ -112,7 +112,7 @@ template <class S> class PenaltyForce final : public StatefulForce<S> {
   mutable std::vector<Transform<S>> places_;
   mutable std::vector<Manifold<S>> manifolds_;
   mutable std::vector<Point> points_;
-  mutable SolveTally overlap_solves_;
+  mutable SolverTallies solvers_;
 };
 
 }  // namespace atwood

@@ -18,7 +18,7 @@ struct Options {
   int direct_points = 64;   // 1 to 1000: an island with more contact points is not solved directly
   int substeps = 0;         // of a step, up to 1000; 0: at least four, and none longer than 1/480 s
   int iterations = 2;       // sweeps in a substep
-  int rest_sweeps = 1000;   // the most sweeps where no body is faster than a substep's fall (step.cpp, at_rest())
+  int rest_sweeps = 1000;   // limit of the sweeps of a substep at rest (step.cpp, is_at_rest())
   double correction = 0.3;  // position correction: share of the overlap removed in a substep, 0 to 1; 0: none
   BroadPhaseKind broad_phase = BroadPhaseKind::tree;
   Restitution restitution = Restitution::newton;

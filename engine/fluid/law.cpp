@@ -83,9 +83,9 @@ template <class S> S FluidLaw<S>::density(S pressure) const {
 template <class S> S FluidLaw<S>::elastic_energy(S density) const {
   const S c2 = sound_speed * sound_speed, ratio = density / density0;
   if (!tait || gamma == S(1)) return c2 * (logarithm(ratio) + S(1) / ratio - S(1));
-  const S less_one = gamma - S(1);
-  const S raised = whole_gamma > 0 ? whole_power(ratio, whole_gamma - 1) : power(ratio, less_one);
-  return c2 / gamma * (raised / less_one + S(1) / ratio - gamma / less_one);
+  const S gamma_minus_one = gamma - S(1);
+  const S raised = whole_gamma > 0 ? whole_power(ratio, whole_gamma - 1) : power(ratio, gamma_minus_one);
+  return c2 / gamma * (raised / gamma_minus_one + S(1) / ratio - gamma / gamma_minus_one);
 }
 
 template <class S> S FluidLaw<S>::dynamic_viscosity(S temperature) const {

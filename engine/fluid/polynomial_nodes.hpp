@@ -1,4 +1,4 @@
-// Values of the fluid's fields at a node of a wall or of a unconstrained surface, from the particles around it
+// Values of the fluid's fields at a node of a wall or of the free surface, from the particles around it
 // (docs/fluids.md, "Walls").
 #pragma once
 

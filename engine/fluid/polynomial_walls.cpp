@@ -28,7 +28,7 @@ PolynomialWalls<S>::PolynomialWalls(const Scene& scene, const ParticleSet<S>& se
     for (int c = 0; c < dimensions_; ++c)
       if (std::abs(plane->normal[c]) == 1) wall.axis = c;
     if (wall.axis < 0) {
-      unsupported_ = "the plane of the boundary `" + body.name + "` is across no axis";
+      unsupported_ = "the plane of the boundary `" + body.name + "` is not perpendicular to a coordinate axis";
       return;
     }
     wall.sign = S(plane->normal[wall.axis]);

@@ -12,7 +12,7 @@
 
 namespace atwood::fluid {
 
-// Nodes extrapolate by polynomials of this degree (degree 2: 2).
+// Degree of the polynomials that extrapolate to nodes for fits of degree 4; for fits of degree 2 it is 2.
 inline constexpr int kWallDegree = 3;
 
 template <class S> class PolynomialWalls {
@@ -21,7 +21,8 @@ template <class S> class PolynomialWalls {
   PolynomialWalls(const Scene& scene, const ParticleSet<S>& set, KernelShape shape, int degree, S support);
 
   const std::string& unsupported() const { return unsupported_; }
-  // Nodes, then dummy particles that only shifting uses. Point w of the walls is point `particles + w` of the lists.
+  // Number of wall points: the nodes, then dummy particles that only shifting uses. Point w of the walls is point
+  // `particles + w` of the lists.
   int count() const { return static_cast<int>(positions_.size()) / dimensions_; }
   const std::vector<S>& positions() const { return positions_; }
   S widest_support() const { return fits_.support; }

@@ -59,11 +59,11 @@ template <class S> struct March {
   // After every step: is the state finite? Sums of all numbers are not, if one is not. Several sums, so that an
   // addition need not wait for the one before.
   bool finite(const S* state, S t_s) {
-    constexpr int kSums = 8;
-    S sums[kSums]{}, sum{};
-    const int size = particles.layout().size(), whole = size - size % kSums;
-    for (int i = 0; i < whole; i += kSums)
-      for (int k = 0; k < kSums; ++k) sums[k] += real::abs(state[i + k]);
+    constexpr int parts = 8;
+    S sums[parts]{}, sum{};
+    const int size = particles.layout().size(), whole = size - size % parts;
+    for (int i = 0; i < whole; i += parts)
+      for (int k = 0; k < parts; ++k) sums[k] += real::abs(state[i + k]);
     for (int i = whole; i < size; ++i) sum += real::abs(state[i]);
     for (const S part : sums) sum += part;
     if (real::is_finite(sum)) return true;
@@ -220,7 +220,7 @@ Outcome run_sph(const MethodId& id, const Scene& asked, const Plan& plan, const 
   Lattice lattice;
   if (request->reversible) {
     if (!is_kick_drift(own.scheme))
-      return refused("reversible=true needs a method of kicks and drifts, such as atwood/leapfrog");
+      return refused("reversible=true requires a kick-drift method, such as atwood/leapfrog");
     if (!std::is_same_v<S, double>) return refused("reversible=true computes in double");
     lattice = lattice_of(asked);
   }
@@ -280,8 +280,7 @@ Outcome run_polynomial(const MethodId& id, const Scene& scene, const Plan& plan,
   Polynomial<S> particles(scene, *options);
   if (!particles.unsupported().empty()) return refused(particles.unsupported());
   if (is_kick_drift(own.scheme))
-    return refused("atwood/" + own.scheme +
-                   " moves velocities and positions in turns: +polynomial has no kicks and drifts");
+    return refused("atwood/" + own.scheme + " alternates kicks and drifts, which +polynomial does not provide");
   auto stepper = make_stepper<S>(own.scheme, particles.system(), own.overrides);
   if (!stepper) return refused(stepper.fault());
   if (!own.rtol)

@@ -337,12 +337,13 @@ template <class S> void Sph<S>::project_of(void* context, S* y) {
 }
 
 template <class S> std::string Sph<S>::not_separable() const {
-  if (!options_.summation) return "moves velocities and positions in turns: +sph needs density=summation for that";
+  if (!options_.summation) return "alternates kicks and drifts; with it +sph requires density=summation";
   if (sums_.viscosity != Viscosity::none)
-    return "moves velocities and positions in turns: +sph needs viscosity=none for that, or fluids without viscosity";
-  if (options_.shift != 0) return "moves velocities and positions in turns: +sph needs shift=0 for that";
-  if (set_.layout.temperature) return "moves velocities and positions in turns: temperatures are neither";
-  if (set_.layout.body_scalars > 0) return "moves velocities and positions of particles in turns: a body floats";
+    return "alternates kicks and drifts; with it +sph requires viscosity=none, or fluids without viscosity";
+  if (options_.shift != 0) return "alternates kicks and drifts; with it +sph requires shift=0";
+  if (set_.layout.temperature) return "alternates kicks and drifts, which do not step temperatures";
+  if (set_.layout.body_scalars > 0)
+    return "alternates kicks and drifts, which +sph does not provide with bodies that move";
   return "";
 }
 

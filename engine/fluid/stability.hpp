@@ -8,8 +8,8 @@
 //   longitudinal  a' = -c G q - nu_l L a,  q' = c G a - delta h c L q
 //   transverse    a' = -nu L a
 //   thermal       T' = -k / (rho0 C) L T
-// An explicit method is stable on sound as far as its interval of the imaginary axis
-// reaches: explicit Euler's and Heun's have none.
+// An explicit method is stable for sound waves within its interval of the imaginary axis; that of explicit Euler's and
+// Heun's methods is empty.
 #pragma once
 
 #include <complex>

@@ -9,13 +9,13 @@ namespace {
 // compiled.
 struct AnyTerms {
   Viscosity viscosity;
-  bool weighed, thick, conduction, several_fluids, viscous_heat, diffuses;  // weighed: by masses; thick: by viscosities
+  bool has_masses, has_viscosities, conduction, several_fluids, viscous_heat, has_diffusion;  // of each particle
   bool heat_records() const { return conduction || several_fluids; }
 };
 template <bool by_masses, bool diffusion> struct PlainTerms {
   static constexpr Viscosity viscosity = Viscosity::morris;
-  static constexpr bool weighed = by_masses, diffuses = diffusion;
-  static constexpr bool thick = false, conduction = false, several_fluids = false, viscous_heat = false;
+  static constexpr bool has_masses = by_masses, has_diffusion = diffusion;
+  static constexpr bool has_viscosities = false, conduction = false, several_fluids = false, viscous_heat = false;
   static constexpr bool heat_records() { return false; }
 };
 template <class S> AnyTerms terms_of(const PairSums<S>& p, const SlotData<S>& data) {
@@ -23,7 +23,7 @@ template <class S> AnyTerms terms_of(const PairSums<S>& p, const SlotData<S>& da
           p.several_fluids, p.viscous_heat,         p.diffusion != S(0)};
 }
 bool plain(const AnyTerms& t) {
-  return t.viscosity == Viscosity::morris && !t.thick && !t.heat_records() && !t.viscous_heat;
+  return t.viscosity == Viscosity::morris && !t.has_viscosities && !t.heat_records() && !t.viscous_heat;
 }
 
 template <int d, class S, class Lanes, class Terms>
@@ -35,11 +35,11 @@ ATWOOD_INLINE void block_forces(const PairSums<S>& p, const Terms& terms, const 
   const auto heat_of_own = [&](int field) ATWOOD_INLINED {
     return lanes.own(data.heat + std::ptrdiff_t(first) * HeatRecord::size + field, HeatRecord::size);
   };
-  V own[kRecordSize], pressed[d]{}, dragged[d]{}, density{}, diffused{}, conducted{}, dissipated{};
+  V own[kRecordSize], pressure_sum[d]{}, viscous_sum[d]{}, density{}, diffusion_sum{}, heat_sum{}, dissipation_sum{};
   read_own_records(lanes, data.records + std::ptrdiff_t(first) * kRecordSize, own);
   const bool extra = terms.heat_records();
   const V n_i = own[R::volume];
-  const V mu_i = terms.thick ? lanes.own(data.viscosities + first, 1) : V{} + data.viscosity;
+  const V mu_i = terms.has_viscosities ? lanes.own(data.viscosities + first, 1) : V{} + data.viscosity;
   const V T_i = extra ? heat_of_own(HeatRecord::temperature) : V{};
   const V k_i = extra ? heat_of_own(HeatRecord::conductivity) : V{};
   const V fluid_i = extra ? heat_of_own(HeatRecord::fluid) : V{};
@@ -51,50 +51,53 @@ ATWOOD_INLINE void block_forces(const PairSums<S>& p, const Terms& terms, const 
     V approach = v[0] * x[0];
     for (int c = 1; c < d; ++c) approach = approach + v[c] * x[c];
     V f = slope_ij;
-    if (terms.weighed) f = f * data.masses[j];
+    if (terms.has_masses) f = f * data.masses[j];
     density = density + f * approach;
-    const V push = f * (own[R::pressure_term] + other[R::pressure_term]);
-    for (int c = 0; c < d; ++c) pressed[c] = pressed[c] + push * x[c];
+    const V pressure_factor = f * (own[R::pressure_term] + other[R::pressure_term]);
+    for (int c = 0; c < d; ++c) pressure_sum[c] = pressure_sum[c] + pressure_factor * x[c];
     const S n_j = other[R::volume];
     const V per_volume = f * (n_i * n_j);
     if (terms.viscosity != Viscosity::none) {
-      const V drag = terms.thick ? V(per_volume * (mu_i + data.viscosities[j])) : per_volume;
+      const V viscous_weight = terms.has_viscosities ? V(per_volume * (mu_i + data.viscosities[j])) : per_volume;
       if (terms.viscosity == Viscosity::morris) {
-        for (int c = 0; c < d; ++c) dragged[c] = dragged[c] + drag * v[c];
+        for (int c = 0; c < d; ++c) viscous_sum[c] = viscous_sum[c] + viscous_weight * v[c];
         if (terms.viscous_heat)
-          for (int c = 0; c < d; ++c) dissipated = dissipated + drag * (v[c] * v[c]);
+          for (int c = 0; c < d; ++c) dissipation_sum = dissipation_sum + viscous_weight * (v[c] * v[c]);
       } else {
         V r2 = x[0] * x[0];
         for (int c = 1; c < d; ++c) r2 = r2 + x[c] * x[c];
-        const V least = V{} + tiny, along = drag * approach / (r2 > least ? r2 : least);
-        for (int c = 0; c < d; ++c) dragged[c] = dragged[c] + along * x[c];
-        if (terms.viscous_heat) dissipated = dissipated + along * approach;
+        const V least = V{} + tiny, along = viscous_weight * approach / (r2 > least ? r2 : least);
+        for (int c = 0; c < d; ++c) viscous_sum[c] = viscous_sum[c] + along * x[c];
+        if (terms.viscous_heat) dissipation_sum = dissipation_sum + along * approach;
       }
     }
     const S* const heat = extra ? data.heat + j * HeatRecord::size : nullptr;
     if (terms.conduction) {
       const S k_j = heat[HeatRecord::conductivity];
       const V both = k_i + k_j, mean = S(4) * (k_i * k_j) / (both > V{} ? both : V{} + S(1));
-      conducted = conducted + per_volume * mean * (T_i - heat[HeatRecord::temperature]);
+      heat_sum = heat_sum + per_volume * mean * (T_i - heat[HeatRecord::temperature]);
     }
-    if (terms.diffuses) {
+    if (terms.has_diffusion) {
       const V change = f * (n_j - n_i);  // 0 of a lane's own slot
-      if (!terms.several_fluids) diffused = diffused + change;
-      else diffused = diffused + (fluid_i == V{} + heat[HeatRecord::fluid] ? change : V{});
+      if (!terms.several_fluids) diffusion_sum = diffusion_sum + change;
+      else diffusion_sum = diffusion_sum + (fluid_i == V{} + heat[HeatRecord::fluid] ? change : V{});
     }
   };
   over_pairs<d>(lists, block, p.kernel, data.records, lanes, own, slope, add);
   // Factors that all pairs share.
-  const S a = terms.weighed ? p.kernel.slope_factor : p.kernel.slope_factor * data.mass;
+  const S a = terms.has_masses ? p.kernel.slope_factor : p.kernel.slope_factor * data.mass;
   const S gradient = p.gradients ? a : S(0);
-  const S both_mu = terms.thick ? S(1) : S(2) * data.viscosity;
-  const S drag = a * both_mu * (terms.viscosity == Viscosity::central ? S(d + 2) : S(1));
-  const V spread = terms.several_fluids ? V(p.diffusion * heat_of_own(HeatRecord::sound_speed)) : V{} + p.diffusion;
+  const S both_mu = terms.has_viscosities ? S(1) : S(2) * data.viscosity;
+  const S viscous_factor = a * both_mu * (terms.viscosity == Viscosity::central ? S(d + 2) : S(1));
+  const V diffusivity =
+      terms.several_fluids ? V(p.diffusion * heat_of_own(HeatRecord::sound_speed)) : V{} + p.diffusion;
   S* const out = sums + std::ptrdiff_t(first) * SumRecord::size;
   for (int c = 0; c < d; ++c)
-    lanes.write(V(drag * dragged[c] - gradient * pressed[c]), out + SumRecord::acceleration + c, SumRecord::size);
-  lanes.write(V(gradient * density + a * (spread * (diffused / n_i))), out + SumRecord::density, SumRecord::size);
-  lanes.write(V(a * conducted - S(0.5) * drag * dissipated), out + SumRecord::heat, SumRecord::size);
+    lanes.write(V(viscous_factor * viscous_sum[c] - gradient * pressure_sum[c]), out + SumRecord::acceleration + c,
+                SumRecord::size);
+  lanes.write(V(gradient * density + a * (diffusivity * (diffusion_sum / n_i))), out + SumRecord::density,
+              SumRecord::size);
+  lanes.write(V(a * heat_sum - S(0.5) * viscous_factor * dissipation_sum), out + SumRecord::heat, SumRecord::size);
 }
 
 template <int d, class S, class Lanes>
@@ -132,9 +135,9 @@ void forces_of(const PairSums<S>& p, const Neighbours<S>& lists, const SlotData<
   const auto run = [&](const auto& known) { forces_with<d>(known, p, lists, data, first, last, sums); };
   if constexpr (has_vector_lanes<S>) {
     if (plain(terms) && !p.lane_by_lane) {
-      if (terms.weighed && terms.diffuses) return run(PlainTerms<true, true>{});
-      if (terms.weighed) return run(PlainTerms<true, false>{});
-      if (terms.diffuses) return run(PlainTerms<false, true>{});
+      if (terms.has_masses && terms.has_diffusion) return run(PlainTerms<true, true>{});
+      if (terms.has_masses) return run(PlainTerms<true, false>{});
+      if (terms.has_diffusion) return run(PlainTerms<false, true>{});
       return run(PlainTerms<false, false>{});
     }
   }

@@ -41,7 +41,7 @@ ATWOOD_INLINE void block_fluxes(const TransportData<S>& data, const S* transport
   using V = typename Lanes::Value;
   using R = Record<d>;
   const S* const own_transport = transport + std::ptrdiff_t(first) * TransportRecord::size;
-  V own[kRecordSize], u[d], density{}, momentum[d]{}, warmth{}, T_i{};
+  V own[kRecordSize], u[d], density{}, momentum[d]{}, heat_flux{}, T_i{};
   read_own_records(lanes, data.records + std::ptrdiff_t(first) * kRecordSize, own);
   for (int c = 0; c < d; ++c) u[c] = lanes.own(own_transport + TransportRecord::velocity + c, TransportRecord::size);
   const V rho_i = lanes.own(own_transport + TransportRecord::density, TransportRecord::size);
@@ -49,16 +49,16 @@ ATWOOD_INLINE void block_fluxes(const TransportData<S>& data, const S* transport
   const auto add = [&](std::ptrdiff_t j, const V(&x)[d], const V& weight, const S* other) ATWOOD_INLINED {
     const S* const transport_j = transport + j * TransportRecord::size;
     const S rho_j = transport_j[TransportRecord::density];
-    V flux{}, spread{};
+    V flux{}, divergence{};
     for (int c = 0; c < d; ++c) {
       const S u_j = transport_j[TransportRecord::velocity + c];
       flux = flux + x[c] * (rho_i * u[c] + rho_j * u_j);
-      spread = spread + x[c] * (u_j - u[c]);
+      divergence = divergence + x[c] * (u_j - u[c]);
     }
-    density = density + weight * (flux - rho_i * spread);
-    const V carried = weight * flux;
-    for (int c = 0; c < d; ++c) momentum[c] = momentum[c] + carried * (other[R::velocity + c] - own[R::velocity + c]);
-    if (temperatures != nullptr) warmth = warmth + carried * (temperatures[j] - T_i);
+    density = density + weight * (flux - rho_i * divergence);
+    const V mass_flux = weight * flux;
+    for (int c = 0; c < d; ++c) momentum[c] = momentum[c] + mass_flux * (other[R::velocity + c] - own[R::velocity + c]);
+    if (temperatures != nullptr) heat_flux = heat_flux + mass_flux * (temperatures[j] - T_i);
   };
   over_neighbours<d>(data, block, lanes, own, add);
   const S factor = data.pairs.kernel.slope_factor;
@@ -68,7 +68,7 @@ ATWOOD_INLINE void block_fluxes(const TransportData<S>& data, const S* transport
   };
   for (int c = 0; c < d; ++c) add_to(V(S(0.5) * factor * (momentum[c] / rho_i)), SumRecord::acceleration + c);
   add_to(V(factor * density), SumRecord::density);
-  if (temperatures != nullptr) lanes.write(V(S(0.5) * factor * (warmth / rho_i)), temperature_rates + first, 1);
+  if (temperatures != nullptr) lanes.write(V(S(0.5) * factor * (heat_flux / rho_i)), temperature_rates + first, 1);
 }
 
 template <class S, class BlockOf>

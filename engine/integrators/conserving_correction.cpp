@@ -146,10 +146,10 @@ template <class S> void ProjectedRungeKutta<S>::find_directions(const S* y, int 
 
 // Simplified Newton along the directions: sum_b triangle_cb mu_b = -g_c. Ends at round-off.
 template <class S> SolveReport ProjectedRungeKutta<S>::satisfy(S* y, int constraints) {
-  constexpr int kMaxRounds = 12;
+  constexpr int max_rounds = 12;
   find_directions(y, constraints);
   S before = S(1e30f);
-  for (int n = 0; n < kMaxRounds; ++n) {
+  for (int n = 0; n < max_rounds; ++n) {
     S g[kMaxInvariants], scale[kMaxInvariants], mu[kMaxInvariants] = {};
     residuals(y, g, scale);
     S now = S(0);
@@ -174,7 +174,7 @@ template <class S> SolveReport ProjectedRungeKutta<S>::satisfy(S* y, int constra
       if (inverse_metric_[i] != S(0)) add(y, i, inverse_metric_[i] * change);
     }
   }
-  return {kMaxRounds, static_cast<double>(before), SolveEnd::capped};  // before the last correction
+  return {max_rounds, static_cast<double>(before), SolveEnd::capped};  // before the last correction
 }
 
 template <class S> bool ProjectedRungeKutta<S>::project_orbits(S* y) {
@@ -205,8 +205,8 @@ template <class S> void ProjectedRungeKutta<S>::project_spin(const Spin& wanted,
   const Vec3<S> w_classical = w;
   const S momentum2 = dot(wanted.momentum_W, wanted.momentum_W);
   if (momentum2 == S(0)) return;
-  constexpr int kRounds = 6;
-  for (int n = 0; n < kRounds; ++n) {
+  constexpr int iterations = 6;
+  for (int n = 0; n < iterations; ++n) {
     const Vec3<S> a = mass.times_inertia(w), b = mass.times_inertia(a);
     const S energy = (wanted.twice_energy - dot(w, a)) / S(2);
     const S size = (dot(wanted.momentum_W, wanted.momentum_W) - dot(a, a)) / S(2);
@@ -215,7 +215,7 @@ template <class S> void ProjectedRungeKutta<S>::project_spin(const Spin& wanted,
       w += ((energy * bb - size * ab) / determinant) * a + ((size * aa - energy * ab) / determinant) * b;
     else w += (energy / aa) * a;
   }
-  report_spin(wanted, mass.times_inertia(w), w, kRounds);
+  report_spin(wanted, mass.times_inertia(w), w, iterations);
   for (int i = 0; i < 3; ++i) {
     const S wide[] = {w.x, w.y, w.z}, was[] = {w_classical.x, w_classical.y, w_classical.z};
     add(at - model_.offset(body), model_.offset(body) + kAtBodyRate + i, wide[i] - was[i]);

@@ -98,9 +98,9 @@ template <class S> void StageSolver<S>::evaluate_right_side(const S* k, S* right
 
 // z <- known + h A k(z). z is computed from the k of the last sweep, so z and k satisfy the equations.
 template <class S> auto StageSolver<S>::sweep(S* z, S* k) -> Progress {
-  constexpr int kMaxSweeps = 150;
+  constexpr int max_sweeps = 150;
   S before = kHuge<S>;
-  for (int n = 0; n < kMaxSweeps; ++n) {
+  for (int n = 0; n < max_sweeps; ++n) {
     rates_(context_, z, k);
     evaluate_right_side(k, right_.data());
     for (std::size_t i = 0; i < right_.size(); ++i) {
@@ -117,7 +117,7 @@ template <class S> auto StageSolver<S>::sweep(S* z, S* k) -> Progress {
     }
     before = now;
   }
-  return end(Progress::slow, SolveEnd::capped, kMaxSweeps, before);
+  return end(Progress::slow, SolveEnd::capped, max_sweeps, before);
 }
 
 // Jacobian of z - known - h A k(z): block (s, j) is delta_sj - h a_sj dk_j/dz_j. Differences perturb one component in

@@ -35,7 +35,7 @@ bool drift(RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* y, Com
     FreeTurn<S> turn;
     solved = free_turn(top, model.mass(i), direct_s, adjoint_s, load3(y + at + kAtBodyRate), turn) && solved;
     if (turn.solve.iterations > 0) model.system().solvers.note(IterativeSolver::implicit_stages, turn.solve);
-    add4(at + kAtAttitude, load4(y + at + kAtAttitude) * turn.less_one, y, compensation);
+    add4(at + kAtAttitude, load4(y + at + kAtAttitude) * turn.minus_one, y, compensation);
     add3(at + kAtBodyRate, turn.dw_B, y, compensation);
   }
   return solved;

@@ -153,7 +153,7 @@ template <class S> bool drift_freely(const RigidModel<S>& model, S h_s, S* y) {
     if (w.x == S(0) && w.y == S(0) && w.z == S(0)) continue;
     FreeTurn<S> turn;
     solved = free_turn(FreeTop::exact, model.mass(i), h_s / S(2), h_s / S(2), w, turn) && solved;
-    const Quat<S> q = load4(at + kAtAttitude), change = q * turn.less_one;
+    const Quat<S> q = load4(at + kAtAttitude), change = q * turn.minus_one;
     store4(normalised(Quat<S>{q.w + change.w, q.x + change.x, q.y + change.y, q.z + change.z}), at + kAtAttitude);
     store3(w + turn.dw_B, at + kAtBodyRate);
   }

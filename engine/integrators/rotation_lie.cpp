@@ -22,24 +22,24 @@ template <class S> Vec3<S> LieRungeKutta<S>::spin(int stage, int at) const { ret
 //   commutator-free   exp(h/2 k1)   exp(h/2 k2)   exp(h/2 k1) exp(h k3 - h/2 k1),
 //                     q_new: exp(h (3 k1 + 2 k2 + 2 k3 - k4) / 12) exp(h (-k1 + 2 k2 + 2 k3 + 3 k4) / 12)
 // k: body rates; for Munthe-Kaas rates of the rotation vector. The first rotation is the left factor (body axes).
-template <class S> auto LieRungeKutta<S>::stage_turns(int stage, S h_s, int at) const -> Turns {
+template <class S> auto LieRungeKutta<S>::stage_rotations(int stage, S h_s, int at) const -> Rotations {
   const S half_s = h_s / S(2);
   if (stage < 3) return {half_s * spin(stage - 1, at), {}};
   if (method_ == LieMethod::munthe_kaas) return {h_s * spin(2, at), {}};
   return {half_s * spin(0, at), h_s * spin(2, at) - half_s * spin(0, at)};
 }
 
-template <class S> auto LieRungeKutta<S>::last_turns(S h_s, int at) const -> Turns {
+template <class S> auto LieRungeKutta<S>::final_rotations(S h_s, int at) const -> Rotations {
   const Vec3<S> k1 = spin(0, at), k4 = spin(3, at), middle = S(2) * (spin(1, at) + spin(2, at));
   if (method_ == LieMethod::munthe_kaas) return {(h_s / S(6)) * (k1 + middle + k4), {}};
   return {(h_s / S(12)) * (S(3) * k1 + middle - k4), (h_s / S(12)) * (S(3) * k4 + middle - k1)};
 }
 
-template <class S> void LieRungeKutta<S>::turn_stage(int stage, S h_s, const S* y) {
+template <class S> void LieRungeKutta<S>::rotate_stage(int stage, S h_s, const S* y) {
   for (const auto& [at, rate_at] : model_.attitudes()) {
-    const Turns turns = stage_turns(stage, h_s, at);
-    Quat<S> q = load4(y + at) * so3_exp(turns.first);
-    if (method_ == LieMethod::commutator_free && stage == 3) q = q * so3_exp(turns.second);
+    const Rotations rotations = stage_rotations(stage, h_s, at);
+    Quat<S> q = load4(y + at) * so3_exp(rotations.first);
+    if (method_ == LieMethod::commutator_free && stage == 3) q = q * so3_exp(rotations.second);
     store4(q, stage_.data() + at);
   }
 }
@@ -49,7 +49,7 @@ template <class S> void LieRungeKutta<S>::rotation_rates(int stage, S h_s) {
   for (const auto& [at, rate_at] : model_.attitudes()) {
     Vec3<S> w = load3(stage_.data() + rate_at);
     if (method_ == LieMethod::munthe_kaas && stage > 0)
-      w = inverse_left_jacobian(-stage_turns(stage, h_s, at).first, w);
+      w = inverse_left_jacobian(-stage_rotations(stage, h_s, at).first, w);
     store3(w, k_[stage].data() + at);
   }
 }
@@ -61,7 +61,7 @@ template <class S> bool LieRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_ne
   for (int stage = 0; stage < 4; ++stage) {
     if (stage > 0) {
       for (int i = 0; i < size; ++i) stage_[i] = y[i] + c[stage] * h_s * k_[stage - 1][i];
-      turn_stage(stage, h_s, y);
+      rotate_stage(stage, h_s, y);
     }
     this->system_.rate(t_s + c[stage] * h_s, stage_.data(), k_[stage].data());
     rotation_rates(stage, h_s);
@@ -71,14 +71,14 @@ template <class S> bool LieRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_ne
   for (const int j : model_.plain_components())
     y_new[j] = compensation_.add(j, y[j], h_s / S(6) * (k_[0][j] + S(2) * (k_[1][j] + k_[2][j]) + k_[3][j]));
   for (const auto& [at, rate_at] : model_.attitudes()) {
-    const Turns turns = last_turns(h_s, at);
-    Quat<S> less_one = so3_exp_minus_one(turns.first);
+    const Rotations rotations = final_rotations(h_s, at);
+    Quat<S> minus_one = so3_exp_minus_one(rotations.first);
     if (method_ == LieMethod::commutator_free) {
-      const Quat<S> second = so3_exp_minus_one(turns.second), both = less_one * second;
-      less_one = {less_one.w + second.w + both.w, less_one.x + second.x + both.x, less_one.y + second.y + both.y,
-                  less_one.z + second.z + both.z};
+      const Quat<S> second = so3_exp_minus_one(rotations.second), both = minus_one * second;
+      minus_one = {minus_one.w + second.w + both.w, minus_one.x + second.x + both.x, minus_one.y + second.y + both.y,
+                   minus_one.z + second.z + both.z};
     }
-    const Quat<S> dq = load4(y + at) * less_one;
+    const Quat<S> dq = load4(y + at) * minus_one;
     for (int j = 0; j < 4; ++j) y_new[at + j] = compensation_.add(at + j, y[at + j], (&dq.w)[j]);
   }
   if (model_.constraints() == nullptr) renormalise(model_, y_new, compensation_);

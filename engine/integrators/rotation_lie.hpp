@@ -23,13 +23,13 @@ template <class S> class LieRungeKutta final : public Stepper<S> {
 
  private:
   // The attitude's motion over a step: two rotation vectors in body axes, one after the other. The second may be zero.
-  struct Turns {
+  struct Rotations {
     Vec3<S> first, second;
   };
 
-  Turns stage_turns(int stage, S h_s, int at) const;
-  Turns last_turns(S h_s, int at) const;
-  void turn_stage(int stage, S h_s, const S* y);
+  Rotations stage_rotations(int stage, S h_s, int at) const;
+  Rotations final_rotations(S h_s, int at) const;
+  void rotate_stage(int stage, S h_s, const S* y);
   void rotation_rates(int stage, S h_s);
   Vec3<S> spin(int stage, int at) const;  // the rotation vector's rate at a stage
 

@@ -14,7 +14,7 @@ Quad read_coefficient(const std::string& text) {
   const auto number = [&](const std::string& digits) {
     char* end = nullptr;
     const Quad value = strtoflt128(digits.c_str(), &end);
-    if (digits.empty() || *end != '\0') throw std::logic_error("a tableau holds `" + text + "`, which is no number");
+    if (digits.empty() || *end != '\0') throw std::logic_error("a tableau holds `" + text + "`, which is not a number");
     return value;
   };
   const std::size_t slash = text.find('/');
@@ -59,7 +59,7 @@ Coefficients read_coefficients(const Tableau& tableau) {
     read.error = minus(read.b, read_row(tableau.embedded, length));
     read.estimate_order = tableau.order < tableau.embedded_order ? tableau.order : tableau.embedded_order;
   }
-  if (tableau.companion_order > 0) {  // e5^2 / e3 is O(h^12 / h^4)
+  if (tableau.companion_order > 0) {  // estimate e_embedded^2 / e_companion; of 8(5,3) O(h^12 / h^4)
     read.companion_error = minus(read.b, read_row(tableau.companion, length));
     read.estimate_order = 2 * tableau.embedded_order - tableau.companion_order;
   }

@@ -132,8 +132,8 @@ template <class S> void Taylor<S>::attract(int k) {
     z[n] = r.z;
   }
   in_lanes<S>(width_, [&](auto) ATWOOD_INLINED {
-    if (pairs_.blocks) series::inverse_square<kLaneCount>(pairs_, half_.data(), k);
-    else series::inverse_square<1>(pairs_, half_.data(), k);
+    if (pairs_.blocks) series::inverse_cube_series<kLaneCount>(pairs_, half_.data(), k);
+    else series::inverse_cube_series<1>(pairs_, half_.data(), k);
   });
   const S *ax = pairs_.acceleration.data(), *ay = ax + pairs_.lanes, *az = ay + pairs_.lanes;
   for (int n = 0; n < count; ++n) {
@@ -196,8 +196,8 @@ template <class S> void Taylor<S>::find_turning(std::size_t top) {
     S* now = row(0) + at;
     for (int k = 0; k < order_; ++k, now += size_) {
       S turn[4], p[3];
-      series::store_top(now, now + 4, rows + k * series::kTopScalars);
-      series::turn(rows, series::kTopScalars, k, turn, p);
+      series::store_rotation_rows(now, now + 4, rows + k * series::kTopScalars);
+      series::rotation_products(rows, series::kTopScalars, k, turn, p);
       const auto& I = mass.I_row;
       Vec3<S> torque{(I[1].y - I[2].z) * p[0], (I[2].z - I[0].x) * p[1], (I[0].x - I[1].y) * p[2]};
       if (!mass.diagonal) torque = gyroscopic_torque(k, top);

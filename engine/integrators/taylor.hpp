@@ -76,9 +76,9 @@ template <class S> class Taylor final : public Stepper<S> {
   bool valid_ = false;
   S start_s_{}, unit_s_{};
   std::int64_t epoch_ = -1;
-  std::vector<S> series_;                         // coefficient k of component i: series_[k size + i]
-  std::vector<S> momentum_;                       // I w of each top, x y z, likewise
-  std::vector<S> turning_;                        // attitude and body rate of a top, in the layout of series::turn
+  std::vector<S> series_;    // coefficient k of component i: series_[k size + i]
+  std::vector<S> momentum_;  // I w of each top, x y z, likewise
+  std::vector<S> turning_;   // attitude and body rate of a top, in the layout of series::rotation_products
   std::vector<S> increment_, half_, reciprocal_;  // n / 2, 1 / n
   PairSeries<S> pairs_;
   std::vector<Vec3<S>> acceleration_;  // one per body, at the newest coefficient

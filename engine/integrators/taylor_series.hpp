@@ -14,7 +14,7 @@ template <class S> S product(const S* x, const S* y, std::ptrdiff_t stride, int 
 
 // Coefficient k of u = r.r + s^2, of w = u^(-3/2) and of r w, for W adjacent pairs. w' u = -3/2 u' w gives
 //   k u_0 w_k = -sum_(j<k) (3 k - j) / 2  u_(k-j) w_j
-template <int W, class S> ATWOOD_INLINE void inverse_square(PairSeries<S>& pairs, const S* half, int k) {
+template <int W, class S> ATWOOD_INLINE void inverse_cube_series(PairSeries<S>& pairs, const S* half, int k) {
   const std::ptrdiff_t lanes = pairs.lanes, stride = 5 * lanes;
   for (std::ptrdiff_t first = 0; first < lanes; first += W) {
     S *x = pairs.rows.data() + first, *y = x + lanes, *z = y + lanes, *u = z + lanes, *w = u + lanes;
@@ -64,7 +64,7 @@ template <int W, class S> ATWOOD_INLINE void inverse_square(PairSeries<S>& pairs
 //   the products of w for Euler's equations in principal axes:  (w_y w_z, w_z w_x, w_x w_y)_k = sum_j yzx_j zxy_(k-j)
 inline constexpr int kTopScalars = 24;
 
-template <class S> ATWOOD_INLINE void store_top(const S* q, const S* w, S* row) {
+template <class S> ATWOOD_INLINE void store_rotation_rows(const S* q, const S* w, S* row) {
   const S all[kTopScalars] = {-q[1], q[0], q[3], -q[2], -q[2], -q[3], q[0], q[1], -q[3], q[2], -q[1], q[0],
                               w[1],  w[2], w[0], S(0),  w[2],  w[0],  w[1], S(0), w[0],  w[1], w[2],  S(0)};
   for (int i = 0; i < kTopScalars; ++i) row[i] = all[i];
@@ -92,7 +92,8 @@ template <class S> struct Four<S, true> {
   ATWOOD_INLINE void add(const S* a, const S* b) { at += load(a) * load(b); }
 };
 
-template <class S> ATWOOD_INLINE void turn(const S* rows, std::ptrdiff_t stride, int k, S* twice_turn, S* products) {
+template <class S>
+ATWOOD_INLINE void rotation_products(const S* rows, std::ptrdiff_t stride, int k, S* twice_turn, S* products) {
   Four<S> x{}, y{}, z{}, w{};
   for (int j = 0; j <= k; ++j) {
     const S *a = rows + j * stride, *b = rows + (k - j) * stride;

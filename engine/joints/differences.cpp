@@ -153,7 +153,7 @@ template std::vector<double> difference_derivatives(const Scene&, const TreeStat
 template std::vector<Quad> difference_derivatives(const Scene&, const TreeState&, Along, Quad, DifferenceRule);
 
 std::vector<Quad> euler_step_derivatives(const Scene& scene, const TreeState& at, double h_s) {
-  constexpr double kStep = 1e-10;
+  constexpr double step = 1e-10;
   Dynamics<Quad> dynamics(scene, at);
   const int n = dynamics.rates();
   std::vector<Quad> matrix(static_cast<std::size_t>(4 * n * n));
@@ -166,16 +166,15 @@ std::vector<Quad> euler_step_derivatives(const Scene& scene, const TreeState& at
   for (const bool rates : {false, true})
     for (const Link<Quad>& by : dynamics.tree.links())
       for (int k = 0; k < by.rates; ++k) {
-        const std::vector<Quad> after = stepped(rates, by, k, Quad(kStep)),
-                                before = stepped(rates, by, k, -Quad(kStep));
+        const std::vector<Quad> after = stepped(rates, by, k, Quad(step)), before = stepped(rates, by, k, -Quad(step));
         const int column = (rates ? n : 0) + by.first_rate + k;
         for (const Link<Quad>& of : dynamics.tree.links())
           for (int i = 0; i < of.rates; ++i) {
             const int row = of.first_rate + i;
             const auto u = static_cast<std::size_t>(dynamics.tree.state_of_rate(row));
             matrix[static_cast<std::size_t>(row * 2 * n + column)] =
-                displacement(of, i, before.data(), after.data()) / (2 * Quad(kStep));
-            matrix[static_cast<std::size_t>((n + row) * 2 * n + column)] = (after[u] - before[u]) / (2 * Quad(kStep));
+                displacement(of, i, before.data(), after.data()) / (2 * Quad(step));
+            matrix[static_cast<std::size_t>((n + row) * 2 * n + column)] = (after[u] - before[u]) / (2 * Quad(step));
           }
       }
   return matrix;

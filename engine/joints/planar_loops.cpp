@@ -39,7 +39,7 @@ template <class S> std::unique_ptr<PlanarLoops<S>> PlanarLoops<S>::of(Tree<S>& t
   loops->qr_.resize(static_cast<int>(rates), loops->chosen_);
   for (auto* room : {&loops->value_, &loops->tolerance_, &loops->rate_, &loops->scale_, &loops->b_})
     room->resize(equations);
-  loops->fine_.resize(loops->bodies_.size());
+  loops->wide_poses_.resize(loops->bodies_.size());
   loops->before_.resize(static_cast<std::size_t>(tree.state_end()));
   loops->unused_.resize(loops->before_.size());
   loops->z_.resize(rates);
@@ -289,10 +289,10 @@ template <class S> bool PlanarLoops<S>::project_positions(S* y) {
 // Sharpening is one step of Newton's method, of gap / pivot, and opens the gap by about its square: nearer to a
 // singular configuration than the root of a rounding that is more than it closes. Where gaps then are beyond their
 // tolerance, positions stay as they were, and the report says that they were not sharpened.
-template <class S> void PlanarLoops<S>::sharpen_or_keep(S* y) {
+template <class S> void PlanarLoops<S>::refine_or_keep(S* y) {
   std::copy(y, y + before_.size(), before_.begin());
   const S most = real::max(S(1), worst_value(true));
-  sharpen_positions(y);
+  refine_positions(y);
   set_values(y);
   if (worst_value(true) <= most) return;
   std::copy(before_.begin(), before_.end(), y);
@@ -312,7 +312,7 @@ template <class S> bool PlanarLoops<S>::project(S* y) {
   factor();
   const auto least_pivot = [&] { return qr_.rank() < chosen_ ? S(0) : qr_.pivot(chosen_ - 1); };
   if (least_pivot() < S(kMinPivot)) {
-    sharpen_or_keep(y);
+    refine_or_keep(y);
     factor();
   }
   const S least = least_pivot();

@@ -79,12 +79,12 @@ template <class S> class PlanarLoops {
     V angle{};
     PairOf<V> A, v;
   };
-  using Finer = std::conditional_t<std::is_same_v<S, long double>, Quad, long double>;
-  struct FineLinkPose {
-    Finer angle{}, cosine = Finer(1), sine{}, x{}, y{};  // x, y: of the link's point A
-    void turn(const Pair& v, Finer& along, Finer& across) const {
-      along = cosine * Finer(v.x) - sine * Finer(v.y);
-      across = cosine * Finer(v.y) + sine * Finer(v.x);
+  using WideScalar = std::conditional_t<std::is_same_v<S, long double>, Quad, long double>;
+  struct WideLinkPose {
+    WideScalar angle{}, cosine = WideScalar(1), sine{}, x{}, y{};  // x, y: of the link's point A
+    void turn(const Pair& v, WideScalar& along, WideScalar& across) const {
+      along = cosine * WideScalar(v.x) - sine * WideScalar(v.y);
+      across = cosine * WideScalar(v.y) + sine * WideScalar(v.x);
     }
   };
   template <class V> struct Work {
@@ -117,8 +117,8 @@ template <class S> class PlanarLoops {
   ATWOOD_INLINE V constrain(K lane, const States& y, const Vec3<S>& gravity_W, const Applied& applied,
                             Work<V>& work) const;
   void set_values(const S* y);
-  void sharpen_positions(S* y);
-  void sharpen_or_keep(S* y);
+  void refine_positions(S* y);
+  void refine_or_keep(S* y);
   S worst_value(bool chosen_alone) const;
   void factor();
   void change(S* y, bool rates);
@@ -135,7 +135,7 @@ template <class S> class PlanarLoops {
   WorkInLanes<Work, S> lanes_;  // float and double
   // of projections
   LeastNorm<S> qr_;
-  std::vector<FineLinkPose> fine_;
+  std::vector<WideLinkPose> wide_poses_;
   std::vector<S> value_, tolerance_, rate_, scale_, before_, unused_, no_forces_, b_, z_;
 };
 

@@ -3,16 +3,17 @@
 
 namespace atwood {
 
-// One step of Newton's method at the factors of y, which is within its tolerance: what is left is the rounding of y.
-template <class S> void PlanarLoops<S>::sharpen_positions(S* y) {
+// One Newton step with the factors at y and gaps in the wider scalar. y is already within its tolerance; afterwards
+// only its rounding is left.
+template <class S> void PlanarLoops<S>::refine_positions(S* y) {
   if constexpr (!std::is_same_v<S, Quad>) {
-    using W = Finer;
-    for (std::size_t i = 0; i < fine_.size(); ++i) {
+    using W = WideScalar;
+    for (std::size_t i = 0; i < wide_poses_.size(); ++i) {
       const auto& link = planar_.links_[i];
-      FineLinkPose& to = fine_[i];
-      FineLinkPose from;
+      WideLinkPose& to = wide_poses_[i];
+      WideLinkPose from;
       from.x = W(bodies_[i].origin.x), from.y = W(bodies_[i].origin.y);
-      if (link.parent >= 0) from = fine_[link.parent];
+      if (link.parent >= 0) from = wide_poses_[link.parent];
       to = from;
       W along, across;
       from.turn(link.from_parent, along, across);
@@ -32,7 +33,7 @@ template <class S> void PlanarLoops<S>::sharpen_positions(S* y) {
         const End& end = closings_[equation.closing].end[k];
         W x = W(end.point.x), z = W(end.point.y);
         if (end.link >= 0) {
-          const FineLinkPose& pose = fine_[end.link];
+          const WideLinkPose& pose = wide_poses_[end.link];
           pose.turn(end.point, x, z);
           x += pose.x, z += pose.y;
         }
@@ -44,9 +45,9 @@ template <class S> void PlanarLoops<S>::sharpen_positions(S* y) {
   }
 }
 
-template void PlanarLoops<float>::sharpen_positions(float*);
-template void PlanarLoops<double>::sharpen_positions(double*);
-template void PlanarLoops<long double>::sharpen_positions(long double*);
-template void PlanarLoops<Quad>::sharpen_positions(Quad*);
+template void PlanarLoops<float>::refine_positions(float*);
+template void PlanarLoops<double>::refine_positions(double*);
+template void PlanarLoops<long double>::refine_positions(long double*);
+template void PlanarLoops<Quad>::refine_positions(Quad*);
 
 }  // namespace atwood

@@ -17,9 +17,9 @@ template <class S> RopeConstraint<S> rope_constraint(const Rope& rope) {
     c.body[k] = rope.bodies[k];
     c.point_B[k] = narrow3<S>(rope.points_body_m[k]);
   }
-  for (const Pulley& p : rope.over) {
+  for (const atwood::Pulley& p : rope.over) {
     const Vec3<S> axis = narrow3<S>(p.axis);
-    c.over.push_back({narrow3<S>(p.axle_m), (S(1) / norm(axis)) * axis, S(p.radius_m), S(p.angle_rad)});
+    c.pulleys.push_back({narrow3<S>(p.axle_m), (S(1) / norm(axis)) * axis, S(p.radius_m), S(p.angle_rad)});
     if (p.radius_m > 0) c.mass_kg += S(p.inertia_kg_m2) / (S(p.radius_m) * S(p.radius_m));
   }
   return c;
@@ -33,35 +33,36 @@ RopePath<S> rope_path(const RopeConstraint<S>& rope, const TiedBody<S>& first, c
     path.r[k] = rotate(body[k]->q_WB, rope.point_B[k]);
     path.x[k] = body[k]->p_WB + path.r[k];
   }
-  const std::size_t wheels = rope.over.size();
-  const Vec3<S> n = wheels > 0 ? rope.over[0].axis : Vec3<S>{};
+  const std::size_t pulleys = rope.pulleys.size();
+  const Vec3<S> n = pulleys > 0 ? rope.pulleys[0].axis : Vec3<S>{};
   const auto rho_of = [&](std::size_t i) {
-    return rope.over[i].radius * (dot(rope.over[i].axis, n) < S(0) ? S(-1) : S(1));
+    return rope.pulleys[i].radius * (dot(rope.pulleys[i].axis, n) < S(0) ? S(-1) : S(1));
   };
   Vec3<S> before;
-  for (std::size_t part = 0; part <= wheels; ++part) {
-    const Vec3<S> from = part == 0 ? path.x[0] : rope.over[part - 1].axle;
-    const Vec3<S> to = part == wheels ? path.x[1] : rope.over[part].axle;
-    const S apart = (part == wheels ? S(0) : rho_of(part)) - (part == 0 ? S(0) : rho_of(part - 1));
-    const bool on_wheel =
-        (part > 0 && rope.over[part - 1].radius > S(0)) || (part < wheels && rope.over[part].radius > S(0));
+  for (std::size_t part = 0; part <= pulleys; ++part) {
+    const Vec3<S> from = part == 0 ? path.x[0] : rope.pulleys[part - 1].axle;
+    const Vec3<S> to = part == pulleys ? path.x[1] : rope.pulleys[part].axle;
+    const S rho_difference = (part == pulleys ? S(0) : rho_of(part)) - (part == 0 ? S(0) : rho_of(part - 1));
+    const bool on_pulley =
+        (part > 0 && rope.pulleys[part - 1].radius > S(0)) || (part < pulleys && rope.pulleys[part].radius > S(0));
     const Vec3<S> v = to - from;
-    const S square = dot(v, v), straight_square = square - apart * apart;
+    const S square = dot(v, v), straight_square = square - rho_difference * rho_difference;
     if (!(straight_square > S(0))) path.fault = "an end of the rope reaches its pulley";
-    const S off = dot(v, n);
-    const S flat = real::max(S(1e-9), S(256) * real::epsilon<S>());
-    if (on_wheel && real::abs(off) > flat * real::sqrt(square)) path.fault = "the rope leaves the plane of its pulley";
+    const S out_of_plane = dot(v, n);
+    const S plane_tolerance = real::max(S(1e-9), S(256) * real::epsilon<S>());
+    if (on_pulley && real::abs(out_of_plane) > plane_tolerance * real::sqrt(square))
+      path.fault = "the rope leaves the plane of its pulley";
     if (path.fault) return path;
     const S straight = real::sqrt(straight_square);
-    // d = (l v - apart n x v) / v^2
-    const Vec3<S> d = (S(1) / square) * (straight * v - apart * cross(n, v));
+    // d = (l v - rho_difference n x v) / v^2
+    const Vec3<S> d = (S(1) / square) * (straight * v - rho_difference * cross(n, v));
     path.length_m += straight;
-    if (part > 0 && rope.over[part - 1].radius > S(0)) {
-      const auto& wheel = rope.over[part - 1];
-      S angle = real::atan2(dot(wheel.axis, cross(before, d)), dot(before, d));
+    if (part > 0 && rope.pulleys[part - 1].radius > S(0)) {
+      const auto& pulley = rope.pulleys[part - 1];
+      S angle = real::atan2(dot(pulley.axis, cross(before, d)), dot(before, d));
       if (angle < -turn<S>() / S(8)) angle += turn<S>();
       if (angle < S(0)) path.fault = "the rope leaves its pulley, or bends around it by more than 315 degrees";
-      path.length_m += wheel.radius * angle;
+      path.length_m += pulley.radius * angle;
     }
     if (part == 0) {
       path.direction[0] = d;
@@ -81,13 +82,13 @@ template <class S> void start_rope(const RopePath<S>& path, RopeConstraint<S>& r
   rope.reference = path.direction[0];
 }
 
-template <class S> S rope_travel(const RopeConstraint<S>& rope, const RopePath<S>& path, S& before) {
+template <class S> S rope_travel(const RopeConstraint<S>& rope, const RopePath<S>& path, S& previous_angle) {
   const S shortened = rope.first_m - path.straight_m[0];
-  if (rope.over.empty() || rope.over[0].radius == S(0)) return shortened;
-  const Vec3<S>&n = rope.over[0].axis, &d = path.direction[0];
+  if (rope.pulleys.empty() || rope.pulleys[0].radius == S(0)) return shortened;
+  const Vec3<S>&n = rope.pulleys[0].axis, &d = path.direction[0];
   const S angle = real::atan2(dot(n, cross(rope.reference, d)), dot(rope.reference, d));
-  before = angle + turn<S>() * real::floor((before - angle) / turn<S>() + S(0.5));
-  return shortened + rope.over[0].radius * (before - rope.first_rad);
+  previous_angle = angle + turn<S>() * real::floor((previous_angle - angle) / turn<S>() + S(0.5));
+  return shortened + rope.pulleys[0].radius * (previous_angle - rope.first_rad);
 }
 
 template <class S>
@@ -97,7 +98,7 @@ int rope_rows(const RopeConstraint<S>& rope, const RopePath<S>& path, const Tied
   S bend[2];
   Vec3<S> velocity[2];
   for (int k = 0; k < 2; ++k) velocity[k] = point_velocity(*body[k], path.r[k]);
-  const bool straight = rope.over.empty();  // one part, both of whose ends move
+  const bool straight = rope.pulleys.empty();  // one part, both of whose ends move
   if (straight) {
     velocity[1] = velocity[1] - velocity[0];
     velocity[0] = {};

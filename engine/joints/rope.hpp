@@ -27,13 +27,13 @@ namespace atwood {
 template <class S> struct RopeConstraint {
   int body[2] = {0, 0};
   Vec3<S> point_B[2];
-  struct Wheel {
+  struct Pulley {
     Vec3<S> axle, axis;
     S radius{}, angle{};
   };
-  std::vector<Wheel> over;
+  std::vector<Pulley> pulleys;
   S mass_kg{};    // sum of I / radius^2
-  S length_m{};   // kept; that of the start
+  S length_m{};   // constant: the length at the start
   S first_m{};    // length of the first straight part at the start
   S first_rad{};  // angle of its direction about the first axis at the start, from `reference`
   Vec3<S> reference;
@@ -55,9 +55,9 @@ RopePath<S> rope_path(const RopeConstraint<S>& rope, const TiedBody<S>& first, c
 // Takes the length and the angles of this path as those of the start.
 template <class S> void start_rope(const RopePath<S>& path, RopeConstraint<S>& rope);
 
-// How far the rope has run over its pulleys since the start [m]; `before`: the angle of its first part at the last
-// call, which it continues.
-template <class S> S rope_travel(const RopeConstraint<S>& rope, const RopePath<S>& path, S& before);
+// How far the rope has run over its pulleys since the start [m]; `previous_angle`: that of its first part at the
+// last call, which it continues.
+template <class S> S rope_travel(const RopeConstraint<S>& rope, const RopePath<S>& path, S& previous_angle);
 
 // The rows: with mass_kg = 0 one, whose multiplier is minus the tension; else two that share the rope's speed s' as an
 // extra unknown of that mass, with coefficient -1 in both,

@@ -7,7 +7,7 @@
 
 namespace atwood {
 
-// input: the words of the user (an id, a setting). scene: what the scene asks for contradicts itself or is out of
+// input: what the user wrote (an id, a setting). scene: what the scene asks for contradicts itself or is out of
 // range. engine: the request is sound, and the engine does not provide it.
 enum class Blame : unsigned char { input, scene, engine };
 

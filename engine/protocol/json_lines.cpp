@@ -54,7 +54,7 @@ Garbage not_an_object(std::string_view line) {
   if (bare.empty()) return Garbage("not a JSON object: " + cut(line));
   return Garbage(
       "not a JSON object: it holds a bare " + std::string(bare) +
-      ", which JSON has not; numbers that are not finite are the strings \"nan\", \"inf\" and \"-inf\": " + cut(line));
+      ", which is not JSON; write non-finite numbers as the strings \"nan\", \"inf\" and \"-inf\": " + cut(line));
 }
 
 // Builds one value at a time from the events of nlohmann's parser.

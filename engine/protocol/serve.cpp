@@ -226,7 +226,7 @@ PoseAnswer pose_answer(const ContactTest& test, const wire::Request& request, co
 }
 
 void answer_sweep(const ContactTest& test, const wire::Request& request, Pipe& pipe) {
-  constexpr std::size_t kPosesALine = 500;
+  constexpr std::size_t poses_per_line = 500;
   std::vector<PoseAnswer> poses;
   std::map<std::string, SolveTally> solvers;
   Outcome ended = guarded([&] {
@@ -236,7 +236,7 @@ void answer_sweep(const ContactTest& test, const wire::Request& request, Pipe& p
       poses.push_back(pose_answer(test, request, scene, outcome));
       for (const auto& [solver, tally] : outcome.solvers) solvers[solver].add(tally);
       outcome.solvers.clear();
-      if (poses.size() < kPosesALine) continue;
+      if (poses.size() < poses_per_line) continue;
       pipe.put(wire::poses_line(request.cell, poses));
       poses.clear();
     }

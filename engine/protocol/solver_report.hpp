@@ -64,10 +64,11 @@ enum class IterativeSolver : unsigned char {
   redundant_contacts,
   contact_projection,
   event_location,
+  closest_points,
   expanding_polytope,
   conservative_advancement
 };
-inline constexpr std::size_t kIterativeSolvers = 15;
+inline constexpr std::size_t kIterativeSolvers = 16;
 
 // What is printed of a solver: its name in rows and in the worker protocol, what it solves and to which tolerance, and
 // what its residual is relative to.

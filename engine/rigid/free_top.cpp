@@ -7,20 +7,20 @@ namespace {
 // With the rotation so far written 1 + a and this one 1 + b, b = (cos - 1, sin e_k): (1 + a)(1 + b) - 1 = a + b + a b.
 template <class S, int k> void turn_about(S h_s, const Vec3<S>& g, const Vec3<S>& L_start, FreeTurn<S>& turn) {
   constexpr int i = (k + 1) % 3, j = (k + 2) % 3;
-  S *dL = &turn.dw_B.x, *a = &turn.less_one.x, &a_w = turn.less_one.w;
+  S *dL = &turn.dw_B.x, *a = &turn.minus_one.x, &a_w = turn.minus_one.w;
   const S* L0 = &L_start.x;
   S sine, cosine;
   real::sin_cos(h_s * (L0[k] + dL[k]) * (&g.x)[k] / S(2), sine, cosine);
-  const S square = sine * sine, less_one = cosine < S(0) ? cosine - S(1) : -square / (S(1) + cosine);
+  const S square = sine * sine, minus_one = cosine < S(0) ? cosine - S(1) : -square / (S(1) + cosine);
   const S ai = a[i], aj = a[j], ak = a[k], w = a_w;
-  a_w += less_one + (w * less_one - ak * sine);
-  a[k] += sine + (w * sine + ak * less_one);
-  a[i] += ai * less_one + aj * sine;
-  a[j] += aj * less_one - ai * sine;
-  const S whole_less_one = S(-2) * square, whole_sine = S(2) * sine * cosine;
+  a_w += minus_one + (w * minus_one - ak * sine);
+  a[k] += sine + (w * sine + ak * minus_one);
+  a[i] += ai * minus_one + aj * sine;
+  a[j] += aj * minus_one - ai * sine;
+  const S whole_minus_one = S(-2) * square, whole_sine = S(2) * sine * cosine;
   const S Li = L0[i] + dL[i], Lj = L0[j] + dL[j];
-  dL[i] += whole_less_one * Li + whole_sine * Lj;
-  dL[j] += whole_less_one * Lj - whole_sine * Li;
+  dL[i] += whole_minus_one * Li + whole_sine * Lj;
+  dL[j] += whole_minus_one * Lj - whole_sine * Li;
 }
 
 }  // namespace
@@ -52,8 +52,8 @@ bool free_turn(FreeTop top, const MassProperties<S>& mass, S direct_s, S adjoint
   turn.dw_B = {g.x * turn.dw_B.x, g.y * turn.dw_B.y, g.z * turn.dw_B.z};
   if (!axes.body_axes) {
     turn.dw_B = rotate(axes.q_BP, turn.dw_B);
-    const Vec3<S> u = rotate(axes.q_BP, Vec3<S>{turn.less_one.x, turn.less_one.y, turn.less_one.z});
-    turn.less_one = {turn.less_one.w, u.x, u.y, u.z};
+    const Vec3<S> u = rotate(axes.q_BP, Vec3<S>{turn.minus_one.x, turn.minus_one.y, turn.minus_one.z});
+    turn.minus_one = {turn.minus_one.w, u.x, u.y, u.z};
   }
   return solved;
 }

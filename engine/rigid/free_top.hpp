@@ -24,10 +24,10 @@ enum class FreeTop {
   exact,
 };
 
-// What a step does: q_WB becomes q_WB (1 + less_one), and the body rate gains dw_B. Both are formed as increments, so
+// What a step does: q_WB becomes q_WB (1 + minus_one), and the body rate gains dw_B. Both are formed as increments, so
 // that their round-off shrinks with the step; for FreeTop::exact it is relative to the whole rotation.
 template <class S> struct FreeTurn {
-  Quat<S> less_one;
+  Quat<S> minus_one;
   Vec3<S> dw_B;
   SolveReport solve = {};  // of the implicit methods; 0 iterations: no equation was solved
 };

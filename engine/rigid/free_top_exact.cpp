@@ -135,7 +135,7 @@ template <class S> void exact_turn(const Vec3<S>& g, S h_s, const Vec3<S>& L, Fr
   (&about_L.x)[a] = real::sin(half_psi);
   Quat<S> step = alignment(a, L) * about_L * conjugate(alignment(a, L_new));
   if (step.w < S(0)) step = {-step.w, -step.x, -step.y, -step.z};
-  turn.less_one = {step.w - S(1), step.x, step.y, step.z};
+  turn.minus_one = {step.w - S(1), step.x, step.y, step.z};
   turn.dw_B = L_new - L;
 }
 

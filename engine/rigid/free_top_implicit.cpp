@@ -48,7 +48,7 @@ template <class S> bool implicit_turn(FreeTop top, const Vec3<S>& I, S h_s, cons
   const S square = dot(c, c), length = real::sqrt(S(1) + square);
   const S w = S(1) / length;
   const Vec3<S> u = w * c, uL = cross(u, L);
-  turn.less_one = {-square / (length * (S(1) + length)), u.x, u.y, u.z};
+  turn.minus_one = {-square / (length * (S(1) + length)), u.x, u.y, u.z};
   turn.dw_B = S(2) * (cross(u, uL) - w * uL);
   return solved;
 }

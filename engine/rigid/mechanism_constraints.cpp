@@ -135,8 +135,8 @@ template <class S> void RigidModel<S>::write_constraints(S t_s, const S*, Sample
     out.pulley_angle_rad.clear();
     if (!(t_s > S(0))) rope_angle_[i] = S(0);
     const S run = path.fault == nullptr ? rope_travel(rope, path, rope_angle_[i]) : S(0);
-    for (const auto& wheel : rope.over)
-      out.pulley_angle_rad.push_back(wheel.angle + (wheel.radius > S(0) ? run / wheel.radius : S(0)));
+    for (const auto& pulley : rope.pulleys)
+      out.pulley_angle_rad.push_back(pulley.angle + (pulley.radius > S(0) ? run / pulley.radius : S(0)));
   }
 }
 

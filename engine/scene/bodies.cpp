@@ -164,7 +164,7 @@ void check_plane(Reading& r, const Value& table, BodyDraft& body) {
     if (const Value* value = table.find(unused))
       fail(r, value->location,
            std::string("`") + unused + "` in " + r.where +
-               " is given for a plane, which lies in world axes; expected `normal` and `offset_m` alone");
+               " is given for a plane; expected `normal` and `offset_m`, which are the pose of a plane");
   body.fixed = true;
 }
 
@@ -331,8 +331,7 @@ void finish_body(Reading& r, const Value& table, BodyDraft& body) {
   }
   const Value* given = table.find("inertia_kg_m2");
   if (!given && !rotates(body) && table.find("shape") && r.form == Form::file)
-    fail(r, table.find("shape")->location,
-         "the inertia of " + r.where + " comes out as 0; expected a body of ordinary size");
+    fail(r, table.find("shape")->location, "the inertia of " + r.where + " underflows to 0; expected a larger body");
   if (rotates(body))
     if (const std::string problem = inertia_problem(body.inertia_kg_m2); !problem.empty())
       fail(r, given ? given->location : table.location, "`inertia_kg_m2` in " + r.where + " " + problem);

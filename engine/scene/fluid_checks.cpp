@@ -63,7 +63,7 @@ void check_region(Reading& r, const Value& table, Fluid& fluid) {
   if (points && !table.find("arrangement")) fluid.arrangement = Arrangement::file;
   if (points != (fluid.arrangement == Arrangement::file))
     fail(r, location,
-         points ? "`region.file` in " + r.where + " comes with another arrangement; expected \"file\""
+         points ? "`region.file` in " + r.where + " requires `arrangement = \"file\"`; found another"
                 : "`arrangement` in " + r.where + " is \"file\"; expected `region.file` with it");
   if (fluid.arrangement == Arrangement::rings && (!round || d == 3))
     fail(r, location, "`arrangement` in " + r.where + " is \"rings\"; expected a circle or an ellipse with it");
@@ -86,7 +86,7 @@ void check_region(Reading& r, const Value& table, Fluid& fluid) {
 
 // x_m,y_m (z_m in three dimensions) under a header of these names.
 std::vector<Real3> read_points(Reading& r, const std::string& path, int dimensions, double spacing_m) {
-  constexpr double kMaxSpacings = 1e9;  // beyond, a double knows a place to less than 10^-7 of a spacing
+  constexpr double max_spacings = 1e9;  // beyond, a double knows a place to less than 10^-7 of a spacing
   std::string whole = read_input_file(path, "tables of points (CSV)", largest::kPoints - r.point_bytes);
   r.point_bytes += whole.size();
   CsvReader table(std::move(whole), path);
@@ -111,7 +111,7 @@ std::vector<Real3> read_points(Reading& r, const std::string& path, int dimensio
       const auto [at, error] = std::from_chars(begin, end, x[i]);
       if (error != std::errc() || at != end || !std::isfinite(x[i]))
         refuse(std::to_string(header.size()) + " finite numbers");
-      if (std::abs(x[i]) > kMaxSpacings * spacing_m)
+      if (std::abs(x[i]) > max_spacings * spacing_m)
         refuse("coordinates up to 10^9 spacings of " + number_words(spacing_m) + " m");
     }
     if (points.size() > kMaxParticles) refuse("at most " + std::to_string(kMaxParticles) + " points");
@@ -224,7 +224,7 @@ void check_boundary(Reading& r, const Value& table, const FluidBoundary& boundar
 void check_probe(Reading& r, const Value& table, const FluidProbe& probe) {
   const bool of_body = probe.kind == ProbeKind::force_on_body, placed = !of_body && probe.kind != ProbeKind::front;
   if (placed && !table.find("position_m"))
-    fail(r, table.location, "missing key `position_m` in " + r.where + "; expected where the probe measures");
+    fail(r, table.location, "missing key `position_m` in " + r.where + "; expected the position of the probe");
   const Domain& domain = r.scene->domain;
   for (int axis = 0; placed && axis < domain.dimensions; ++axis) {
     const double at = probe.position_m[axis], period = domain.periodic_m[axis];
@@ -259,7 +259,7 @@ void check_sliding_walls(Reading& r, SourceLocation at) {
     if (plane && v[0] * plane->normal[0] + v[1] * plane->normal[1] + v[2] * plane->normal[2] != 0)
       fail(r, at,
            "the velocity of the fixed plane `" + body.name +
-               "` has a component along its normal; expected one within the plane: its surface slides in itself");
+               "` has a component along the plane's normal; a fixed plane can only slide within itself");
   }
 }
 

@@ -68,19 +68,19 @@ FluidState elliptic_drop(const Fluid& fluid, const Real3& x) {
 //   p = -32 rho0 w^2 / pi^2 sum over odd m, n of sin(m pi x / L) sin(n pi y / L) / (m n ((m pi / L)^2 + (n pi / L)^2))
 // with x and y from the corner, summed for m, n < 100.
 FluidState square_patch(const Fluid& fluid, const Real3& x) {
-  constexpr int kTerms = 50;
+  constexpr int terms = 50;
   const double rate = parameter(fluid.initial, "rate_per_s");
   const Real3 center = center_of(fluid);
   const RegionBounds bounds = bounds_of(fluid);
   const double side = bounds.max_m[0] - bounds.min_m[0];
-  std::array<double, kTerms> sine_x, sine_y;
-  for (std::size_t i = 0; i < kTerms; ++i) {
+  std::array<double, terms> sine_x, sine_y;
+  for (std::size_t i = 0; i < terms; ++i) {
     const double wave = static_cast<double>(2 * i + 1) * kPi / side;
     sine_x[i] = sin(wave * (x[0] - bounds.min_m[0])), sine_y[i] = sin(wave * (x[1] - bounds.min_m[1]));
   }
   double sum = 0;
-  for (std::size_t i = 0; i < kTerms; ++i)
-    for (std::size_t j = 0; j < kTerms; ++j) {
+  for (std::size_t i = 0; i < terms; ++i)
+    for (std::size_t j = 0; j < terms; ++j) {
       const double m = static_cast<double>(2 * i + 1), n = static_cast<double>(2 * j + 1);
       sum += sine_x[i] * sine_y[j] / (m * n * (m * m + n * n));
     }

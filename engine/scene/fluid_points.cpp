@@ -20,7 +20,7 @@ constexpr double kFillTolerance = 1e-9;
 
 std::string in_words(double x) { return describe(Value(x)); }
 
-// Why a length is no whole number of spacings; empty: it is.
+// Why a length is not a whole number of spacings; empty: it is.
 std::string remainder_words(double length_m, double spacing_m, const std::string& what) {
   const double count = length_m / spacing_m;
   if (count > 1e9) return what + " is more than 10^9 spacings of " + in_words(spacing_m) + " m";
@@ -249,18 +249,18 @@ std::string unfilled(const Fluid& fluid, int dimensions, double spacing_m) {
 // A boundary is filled with what stands for the wall, to the depth that a kernel reaches: a plane is infinitely deep, a
 // solid as deep as it is thick. A solid thinner than two spacings, and a rectangle, let particles act through.
 std::string leaking(const Scene& scene, std::size_t boundary) {
-  constexpr double kMinSpacings = 2;
+  constexpr double min_spacings = 2;
   const Body& body = scene.bodies[static_cast<std::size_t>(scene.fluid_boundaries[boundary].body)];
   double coarsest = 0;
   for (const Fluid& fluid : scene.fluids) coarsest = std::max(coarsest, fluid.spacing_m);
-  const double thickness = thickness_m(body, scene.domain.dimensions), least = kMinSpacings * coarsest;
+  const double thickness = thickness_m(body, scene.domain.dimensions), least = min_spacings * coarsest;
   if (thickness >= least * (1 - 1e-12)) return "";
   return "the boundary `" + body.name + "` is " + in_words(thickness) + " m thick and leaks at a spacing of " +
          in_words(coarsest) + " m; expected at least two spacings, " + in_words(least) + " m, or a plane";
 }
 
 double thickness_m(const Body& body, int dimensions) {
-  constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+  constexpr double unbounded = std::numeric_limits<double>::infinity();
   if (std::holds_alternative<Rectangle>(body.shape)) return 0;
   if (const auto* sphere = std::get_if<Sphere>(&body.shape)) return 2 * sphere->radius_m;
   if (const auto* capsule = std::get_if<Capsule>(&body.shape)) return 2 * capsule->radius_m;
@@ -270,7 +270,7 @@ double thickness_m(const Body& body, int dimensions) {
     const Real3& a = box->half_extents_m;
     return 2 * (dimensions == 2 ? std::min(a[0], a[1]) : std::min({a[0], a[1], a[2]}));
   }
-  return kUnbounded;
+  return unbounded;
 }
 
 double distance_outside_m(const Body& body, const Real3& x) {

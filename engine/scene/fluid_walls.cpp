@@ -77,7 +77,7 @@ double fill_plane(const Scene& scene, const Body& body, const Plane& plane, doub
   const int normal = axis_of(plane), d = scene.domain.dimensions;
   if (normal < 0 || normal >= d)
     throw std::invalid_argument("the plane of the boundary `" + body.name +
-                                "` is across no axis; walls of particles need a normal along an axis");
+                                "` is not perpendicular to a coordinate axis; walls of particles require it");
   const double spacing = scene.fluids.front().spacing_m, sign = plane.normal[normal];
   const Extent all = extent_of(scene, scene.fluids.size()), first = extent_of(scene, 1);
   std::array<std::vector<double>, 3> at{std::vector<double>{0}, {0}, {0}};

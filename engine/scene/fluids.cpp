@@ -215,7 +215,7 @@ Key<Fluid> gradient_key() {
     for (std::size_t i = 0; i < rows->size(); ++i) {
       Real3 row_of{};
       domain_vector().read(r, (*rows)[i], row_of);
-      if (i >= d && row_of != Real3{}) fail_value(r, v, "no third row in two dimensions");
+      if (i >= d && row_of != Real3{}) fail_value(r, v, "a third row of zeros, since the domain has two dimensions");
       for (std::size_t j = 0; j < 3; ++j) out.initial.velocity_gradient_per_s[3 * i + j] = row_of[j];
     }
   };

@@ -180,7 +180,7 @@ std::string mass_properties(const Shape& shape, MassProperties& out) { return st
 std::string inertia_problem(const Real33& m) {
   double largest = 0;
   for (const double x : m) {
-    if (!std::isfinite(x)) return "comes out as a number that is not finite; expected a body of ordinary size";
+    if (!std::isfinite(x)) return "overflows, or is not a number; expected a smaller body";
     largest = std::max(largest, std::abs(x));
   }
   for (const auto& [i, j] : {std::pair<std::size_t, std::size_t>{1, 3}, {2, 6}, {5, 7}})

@@ -110,7 +110,7 @@ class Nesting {
     return text_.size() - at_ >= count && text_.substr(at_, count) == std::string(count, quote);
   }
 
-  // Past the closing quotes. Only TOML has three of them, and literal strings, in which a backslash is no escape.
+  // Past the closing quotes. Only TOML has three of them, and literal strings, in which a backslash is not an escape.
   void skip_string(char quote) {
     const std::size_t quotes = toml_ && starts(quote, 3) ? 3 : 1;
     at_ += quotes;

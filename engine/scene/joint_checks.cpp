@@ -145,7 +145,8 @@ void read_resolved_start(Reading& r, const Value& table, JointDraft& joint) {
   double square = 0;
   for (const double x : joint.coordinates) square += x * x;
   if (!(std::abs(std::sqrt(square) - 1) <= 1e-9))
-    fail(r, location_of(table, "coordinates"), "`coordinates` in " + r.where + " is no unit quaternion; expected one");
+    fail(r, location_of(table, "coordinates"),
+         "`coordinates` in " + r.where + " is not a unit quaternion; expected one");
 }
 
 // ---- limits, driven joints ---------------------------------------------------------------------------------------
@@ -227,10 +228,11 @@ void choose_axes(Reading& r, const Value& table, Rope& rope) {
     const Real3 in = minus(pulley.axle_m, before), out = minus(after, pulley.axle_m), bend = cross(in, out);
     const double sine = std::sqrt(dot(bend, bend) / (dot(in, in) * dot(out, out)));
     if (!(sine > 1e-6))
-      fail(r, table.find("over_m")->location,
-           "pulley " + std::to_string(k) + " of " + r.where +
-               " has no side: the rope runs straight by its axle; expected `axis`, a unit vector: the rope runs on the "
-               "side where axis x (point - axle) points along it");
+      fail(
+          r, table.find("over_m")->location,
+          "the side of pulley " + std::to_string(k) + " of " + r.where +
+              " is undetermined: the rope passes straight over its axle; expected `axis`, a unit vector: the rope runs "
+              "on the side where axis x (point - axle) points along it");
     for (std::size_t i = 0; i < 3; ++i) pulley.axis[i] = bend[i] / std::sqrt(dot(bend, bend)) + 0.0;
   }
 }

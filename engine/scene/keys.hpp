@@ -170,7 +170,7 @@ Range positive();
 Range non_negative();
 Range closed_range(double low, double high);
 
-// Throws InputError where the value is no number of the range; the same for values that the codecs read.
+// Throws InputError where the value is not a number of the range; the same for values that the codecs read.
 double read_number(Reading& r, const Value& v, const Range& range);
 Codec<double> number(Range range = any_number());
 Codec<bool> boolean();

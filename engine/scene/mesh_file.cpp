@@ -29,9 +29,9 @@ std::string_view take_line(std::string_view& rest) {
 }
 
 std::string_view take_word(std::string_view& rest) {
-  constexpr const char* kSpace = " \t\r\v\f";
-  rest.remove_prefix(std::min(rest.find_first_not_of(kSpace), rest.size()));
-  const std::string_view word = rest.substr(0, rest.find_first_of(kSpace));
+  constexpr const char* space = " \t\r\v\f";
+  rest.remove_prefix(std::min(rest.find_first_not_of(space), rest.size()));
+  const std::string_view word = rest.substr(0, rest.find_first_of(space));
   rest.remove_prefix(word.size());
   return word;
 }
@@ -74,7 +74,7 @@ std::string path_in_folder(Reading& r, const Value& file) {
 }
 
 void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
-  constexpr std::size_t kMaxElements = 1 << 19;
+  constexpr std::size_t max_elements = 1 << 19;
   r.key = "file";
   const std::string path = path_in_folder(r, file);
   const std::string text = read_input_file(path, "meshes (OBJ)", largest::kMesh - r.mesh_bytes);
@@ -91,7 +91,7 @@ void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
       mesh.points_m.push_back(point);
     } else if (kind == "f") {
       std::vector<int> corners;
-      for (std::string_view word = take_word(words); !word.empty() && corners.size() < kMaxElements + 3;
+      for (std::string_view word = take_word(words); !word.empty() && corners.size() < max_elements + 3;
            word = take_word(words)) {
         corners.push_back(corner_index(word, mesh.points_m.size()));
         if (corners.back() < 0)
@@ -101,9 +101,9 @@ void load_mesh(Reading& r, const Value& file, Mesh& mesh) {
       for (std::size_t i = 2; i < corners.size(); ++i)
         mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
     }
-    if (r.mesh_points + mesh.points_m.size() > kMaxElements || r.mesh_triangles + mesh.triangles.size() > kMaxElements)
+    if (r.mesh_points + mesh.points_m.size() > max_elements || r.mesh_triangles + mesh.triangles.size() > max_elements)
       fail_line(path, number, line,
-                "at most " + std::to_string(kMaxElements) + " points and triangles in all meshes of a scene");
+                "at most " + std::to_string(max_elements) + " points and triangles in all meshes of a scene");
   }
   r.mesh_points += mesh.points_m.size();
   r.mesh_triangles += mesh.triangles.size();

@@ -118,7 +118,7 @@ void expand(Reading& r, const WrittenGrid& written, const Body& body) {
           copy.position_m[axis] += grid.jitter_m * (2 * random.next_unit() - 1);
           if (!std::isfinite(copy.position_m[axis]))
             fail(r, written.table->location,
-                 "found a [[grid]] whose positions are not finite; expected ordinary spacing and jitter");
+                 "found a [[grid]] whose positions overflow; expected a smaller spacing or jitter");
         }
         add_body(r, written.table->location, std::move(copy));
       }
@@ -172,7 +172,7 @@ void resolve_problem(Reading& r, const Value& document, const FileDraft& draft) 
   for (const double rate : body.velocity_m_per_s)
     if (!std::isfinite(rate))
       fail(r, document.find("initial_state")->location,
-           "`initial_state` has rates that are not finite; expected a state of ordinary size");
+           "`initial_state` has rates that overflow; expected a smaller state");
   add_body(r, document.location, std::move(body));
 }
 

@@ -1,4 +1,4 @@
-// Failures of the system, which are no fault of the file or the worker in question.
+// Failures of the system, which are not the fault of the file or the worker in question.
 #pragma once
 
 #include <cerrno>

@@ -33,7 +33,7 @@ std::string number_text(double value) {
 }
 
 void quote(const std::string& text, std::string& out) {
-  static constexpr char kHex[] = "0123456789abcdef";
+  static constexpr char hex[] = "0123456789abcdef";
   out += '"';
   for (const char c : text) {
     const auto code = static_cast<unsigned char>(c);
@@ -42,8 +42,8 @@ void quote(const std::string& text, std::string& out) {
       out += c;
     } else if (code < 0x20) {
       out += "\\u00";
-      out += kHex[code >> 4];
-      out += kHex[code & 15];
+      out += hex[code >> 4];
+      out += hex[code & 15];
     } else {
       out += c;
     }

@@ -43,7 +43,7 @@ struct Value {
   const List* list() const { return std::get_if<List>(&data); }
   const Table* table() const { return std::get_if<Table>(&data); }
   bool empty() const { return std::holds_alternative<std::monostate>(data); }
-  const Value* find(std::string_view key) const;  // null when this is no table or has no such key
+  const Value* find(std::string_view key) const;  // null when this is not a table or has no such key
 };
 
 struct Member {

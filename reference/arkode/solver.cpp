@@ -86,7 +86,7 @@ class Solver : public stepping::Stepper<double> {
   void create_erkstep(double h_s) {
     memory_ = ERKStepCreate(all, 0, y_, context_);
 #if SUNDIALS_VERSION_MAJOR < 7
-    ERKStepSetErrHandlerFn(memory_, sundials::say_nothing, nullptr);
+    ERKStepSetErrHandlerFn(memory_, sundials::ignore_messages, nullptr);
 #endif
     check(ERKStepSetUserData(memory_, this), 0);
     check(ERKStepSetTableName(memory_, options_.scheme.explicit_table.c_str()), 0);
@@ -106,7 +106,7 @@ class Solver : public stepping::Stepper<double> {
                                                                : all,
                             0, y_, context_);
 #if SUNDIALS_VERSION_MAJOR < 7
-    ARKStepSetErrHandlerFn(memory_, sundials::say_nothing, nullptr);
+    ARKStepSetErrHandlerFn(memory_, sundials::ignore_messages, nullptr);
 #endif
     check(ARKStepSetUserData(memory_, this), 0);
     const auto name = [](const std::string& text, const char* none) { return text.empty() ? none : text.c_str(); };

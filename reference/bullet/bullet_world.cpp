@@ -188,7 +188,7 @@ class BulletWorld : public rivals::World {
     insert(i);
   }
 
-  // Fixed bodies without a shape, planes and the world are no bodies of Bullet: joints hold on to its fixed one.
+  // Fixed bodies without a shape, planes and the world are not bodies of Bullet: joints hold on to its fixed one.
   Mount mount(int i) const {
     if (i >= 0 && bodies_[i] && !std::holds_alternative<Plane>(scene_.bodies[i].shape))
       return {bodies_[i].get(), {}, rivals::conjugate(q_BP_[i])};

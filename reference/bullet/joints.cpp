@@ -16,7 +16,7 @@ using rivals::operator+;
 using rivals::Motion;
 using rivals::Reaction;
 
-constexpr double kUnbounded = 1e18;  // of a motor's impulse; an infinity times zero would be no number
+constexpr double kUnbounded = 1e18;  // of a motor's impulse; an infinity times zero would not be a number
 
 // A right-handed orthonormal triad whose first vector is the axis.
 struct Triad {
@@ -180,7 +180,8 @@ std::string refused_mechanism(const Scene& scene) {
   for (const Joint& joint : scene.joints) {
     if (!joint.limits) continue;
     if (joint.kind == JointKind::hinge && joint.limits->upper - joint.limits->lower >= 2 * std::numbers::pi)
-      return "Bullet has stops of hinges less than a turn apart only; those of `" + joint.name + "` are further";
+      return "Bullet requires the limits of a hinge to be less than one turn apart; those of `" + joint.name +
+             "` are not";
     if (joint.kind == JointKind::slider && joint.limits->restitution > 0)
       return "Bullet's sliders do not bounce off their stops, whatever their settings; `" + joint.name +
              "` has a restitution";

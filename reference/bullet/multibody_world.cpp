@@ -260,7 +260,7 @@ std::string refused_by_multibodies(const Scene& scene, const Settings& settings)
     if (!scene.bodies[i].fixed && scene.bodies[i].release_s > 0)
       return "the adapter's multibodies of Bullet are not held; " + name(static_cast<int>(i)) + " is until its release";
   if (const int body = rivals::turning_point_mass(scene); body >= 0)
-    return "Bullet requires an inertia of a body that its joints turn; " + name(body) + " has none";
+    return "Bullet requires an inertia for every body that a joint rotates; " + name(body) + " has none";
   if (const int body = rivals::jointed_point_mass(scene); body >= 0)
     return "Bullet requires an inertia of a free body with joints; " + name(body) + " has none";
   const bool runge_kutta = rivals::word(settings, "multibody_integrator") == kRungeKutta;

@@ -76,7 +76,7 @@ struct Present {
 
 // Reads every key of the scenario once; code with a new key in the scene does not compile until it is read here. Forces
 // on fixed bodies only, contact laws of pairs without shapes, frames, and charges without a field have no effect and
-// are no features.
+// are not features.
 std::vector<Present> features_of(const Scenario& scenario);
 
 // The first feature that is not among `covered`, as a sentence; empty: all are covered.

@@ -9,7 +9,7 @@ namespace {
 
 // Relative round-off of a sum of a few of a scene's doubles.
 constexpr double kUlps = 16 * 0x1p-53;
-// Relative to the body: a larger gap is no contact, however far from the origin the body is.
+// Relative to the body: a larger gap is not a contact, however far from the origin the body is.
 constexpr double kClosed = 1e-9;
 
 template <class S> void plane_floor(const Plane& plane, Floor<S>& floor) {

@@ -59,7 +59,7 @@ std::string add_rider(const Scene& scene, const Floor<S>& floor, int at, const F
   const Body& body = scene.bodies[at];
   const std::string name = "`" + body.name + "`";
   const auto* sphere = std::get_if<Sphere>(&body.shape);
-  if (sphere == nullptr || !has_spherical_inertia(body) || !rotates(body)) return name + " is no ball on the slab";
+  if (sphere == nullptr || !has_spherical_inertia(body) || !rotates(body)) return name + " is not a ball on the slab";
   if (body.release_s > 0) return name + " has a later release, which is not covered";
   const Pose<S> pose = initial_pose<S>(body), slab = initial_pose<S>(scene.bodies[cart.slab]);
   if (!is_zero(pose.v_WB) || !is_zero(pose.w_WB_B)) return name + " has an initial velocity: expected rest";

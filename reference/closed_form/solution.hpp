@@ -39,7 +39,7 @@ template <class S> struct JointState {
   Vec<S> u{}, du{};
   Vec<S> force_N{}, torque_N_m{}, applied{};
   unsigned not_unique = 0;  // as in JointSample
-  bool locked = false;      // at rest at a stop, whose force is no part of the reaction
+  bool locked = false;      // at rest at a stop, whose force is not part of the reaction
   S stop{};                 // that force, along the rate
 };
 template <class S> struct RopeState {

@@ -37,7 +37,7 @@ struct Spread {  // one kind of value of one body, over the run so far
   // The same of values that are sums of numbers up to `size`.
   Wide bar(double safety, Wide size) const { return safety * (ratio * difference + round_off * larger(scale, size)); }
   // The difference is proportional to the round-off only while it is small compared with the extent of the motion
-  // (`way`, plus round-off of numbers of the scene's size). A larger difference is no measure of quad's round-off
+  // (`way`, plus round-off of numbers of the scene's size). A larger difference is not a measure of quad's round-off
   // error.
   bool is_measure(Wide way) const { return difference <= kMeasureLimit * way || !is_finite(difference); }
 };

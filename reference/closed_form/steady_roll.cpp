@@ -71,7 +71,7 @@ template <class S> std::string find_roll(const Scene& scene, int at, const Floor
   const std::string name = "`" + body.name + "`";
   const auto* cylinder = std::get_if<Cylinder>(&body.shape);
   const Real33& I = body.inertia_kg_m2;
-  if (cylinder == nullptr) return name + " is no cylinder";
+  if (cylinder == nullptr) return name + " is not a cylinder";
   if (!(I[0] > 0) || I[0] != I[4] || I[1] != 0 || I[2] != 0 || I[5] != 0)
     return name + " is not balanced about its axis";
   if (!is_zero(floor.g_t)) return "the floor is not orthogonal to gravity";
@@ -127,7 +127,7 @@ template <class S> Motion<S> solve_steady_roll(const Scenario& scenario, const s
   }
   if (motion.refusal.empty() && coin < 0) motion.refusal = "nothing moves";
   if (motion.refusal.empty() && !(floor.boundary.empty() && floor.unevenness == 0))
-    motion.refusal = "the floor is no plane";
+    motion.refusal = "the floor is not a plane";
   Roll<S> roll;
   if (motion.refusal.empty()) motion.refusal = find_roll(scene, coin, floor, roll);
   if (!motion.refusal.empty()) return motion;

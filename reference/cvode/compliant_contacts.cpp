@@ -73,8 +73,8 @@ void CompliantContacts::add_rates(const double* y, double* dydt) const {
   }
 }
 
-// Roots are found where a function falls through zero. A force that is 0 at the start of the contact is no root because
-// it grows from there.
+// Roots are found where a function falls through zero. A force that is 0 at the start of the contact is not a root
+// because it grows from there.
 void CompliantContacts::evaluate(const double* y, double* g) const {
   for (const Pair& pair : pairs_) {
     const Gap<double> now = gap(scene_, layout_, pair.bodies, y);

@@ -24,7 +24,7 @@ struct Run {
   double end_s = HUGE_VAL;
 };
 
-// Sizes of the values at the start; of what is at rest an estimate from the accelerations there.
+// Sizes of the values at the start; for quantities at rest, estimated from the accelerations.
 Scales scales_of(const Scenario& scenario, const Sample& start) {
   mechanism::Reduced<double> motion(scenario.scene, scenario.t_end_s, start);
   const std::vector<double> y = motion.initial(start);
@@ -32,7 +32,7 @@ Scales scales_of(const Scenario& scenario, const Sample& start) {
   std::vector<double> f(y.size());
   motion.rate(0, y.data(), f.data());
   Scales made;
-  double length = 0, speed = 0, turning = 0, pull = 0, twist = 0;
+  double length = 0, speed = 0, angular_rate = 0, acceleration = 0, angular_acceleration = 0;
   for (const Joint& joint : scenario.scene.joints)
     for (const auto& anchor : joint.anchors_body_m)
       for (const double x : anchor) length = std::max(length, std::fabs(x));
@@ -41,12 +41,14 @@ Scales scales_of(const Scenario& scenario, const Sample& start) {
     const int group = motion.groups()[k];
     if (group == 0) length = std::max(length, std::fabs(y[k]));
     if (k < first_rate) continue;
-    (group == 3 ? speed : turning) = std::max(group == 3 ? speed : turning, std::fabs(y[k]));
-    (group == 3 ? pull : twist) = std::max(group == 3 ? pull : twist, std::fabs(f[k]));
+    (group == 3 ? speed : angular_rate) = std::max(group == 3 ? speed : angular_rate, std::fabs(y[k]));
+    (group == 3 ? acceleration : angular_acceleration) =
+        std::max(group == 3 ? acceleration : angular_acceleration, std::fabs(f[k]));
   }
   if (length > 0) made.position_m = length;
-  made.velocity_m_per_s = std::max({speed, std::sqrt(pull * made.position_m), made.position_m / scenario.t_end_s});
-  made.rate_rad_per_s = std::max({turning, std::sqrt(twist), 1 / scenario.t_end_s});
+  made.velocity_m_per_s =
+      std::max({speed, std::sqrt(acceleration * made.position_m), made.position_m / scenario.t_end_s});
+  made.rate_rad_per_s = std::max({angular_rate, std::sqrt(angular_acceleration), 1 / scenario.t_end_s});
   return made;
 }
 
@@ -92,13 +94,13 @@ void add_bars(const Scene& scene, const std::vector<Run>& runs, Truth& truth) {
   const std::vector<Wide> scale = scales(scene, truth.values);
   std::vector<Wide> farthest(kinds, Wide(0));
   for (std::size_t k = 0; k < truth.values.size(); ++k) {
-    const std::vector<char> open = open_values(scene, truth.values[k]);
+    const std::vector<char> undetermined = open_values(scene, truth.values[k]);
     for (std::size_t a = 0; a < runs.size(); ++a)
       for (std::size_t b = 0; b < a; ++b) {
-        const std::vector<Wide> apart = differences(scene, runs[a].samples[k], {runs[b].samples[k]});
+        const std::vector<Wide> difference = differences(scene, runs[a].samples[k], {runs[b].samples[k]});
         std::size_t i = 0;
         each_value(scene, truth.values[k], [&](const Wide&, ValueKind kind) {
-          if (!open[i]) farthest[kind] = std::max(farthest[kind], apart[i]);
+          if (!undetermined[i]) farthest[kind] = std::max(farthest[kind], difference[i]);
           ++i;
         });
       }
@@ -106,7 +108,7 @@ void add_bars(const Scene& scene, const std::vector<Run>& runs, Truth& truth) {
     const SampleReference bar = truth.bars.back();
     std::size_t i = 0;
     each_value(scene, bar, [&](Wide& x, ValueKind kind) {
-      x = open[i++] ? Wide(0) : kSafety * farthest[kind] + Wide(kRelativeFloor) * scale[kind];
+      x = undetermined[i++] ? Wide(0) : kSafety * farthest[kind] + Wide(kRelativeFloor) * scale[kind];
     });
   }
 }

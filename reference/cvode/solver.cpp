@@ -57,7 +57,7 @@ struct Solver::Parts {
   void create(double t_s) {
     memory = CVodeCreate(options.family == Family::adams ? CV_ADAMS : CV_BDF, context);
 #if SUNDIALS_VERSION_MAJOR < 7
-    CVodeSetErrHandlerFn(memory, sundials::say_nothing, nullptr);
+    CVodeSetErrHandlerFn(memory, sundials::ignore_messages, nullptr);
 #endif
     CVodeInit(memory, evaluate, t_s, y);
     CVodeSetUserData(memory, this);
@@ -119,7 +119,7 @@ Stop Solver::advance(double target_s, double& t_s, std::vector<double>& y) {
   Parts& p = *parts_;
   // CVODE refuses a target this close to the time (CV_TOO_CLOSE).
   if (target_s - t_s <= 4e-16 * std::fmax(std::fabs(t_s), std::fabs(target_s))) return Stop::reached;
-  const std::int64_t left = p.options.max_steps - (p.options.per_stretch ? p.steps_now() : steps());
+  const std::int64_t left = p.options.max_steps - (p.options.limit_per_segment ? p.steps_now() : steps());
   CVodeSetMaxNumSteps(p.memory, static_cast<long int>(std::max<std::int64_t>(left, 1)));
   sunrealtype reached = t_s;
   const int flag = CVode(p.memory, target_s, p.y, &reached, CV_NORMAL);

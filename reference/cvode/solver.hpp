@@ -24,7 +24,7 @@ struct Options {
   bool newton = true;                // BDF: Newton with a dense matrix; false: fixed-point iteration, for large systems
   int max_order = 12;                // 5 at most for BDF
   std::int64_t max_steps = 2000000;  // of a whole run
-  bool per_stretch = false;          // ... or of each stretch between restarts
+  bool limit_per_segment = false;    // ... or of each segment between restarts
   int rate_repeats = 1;              // each rate is evaluated this many times and counted once
 };
 

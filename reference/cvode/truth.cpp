@@ -76,7 +76,7 @@ Solved solve(const Scenario& scenario, std::int64_t samples, cvode::Family famil
              const cvode::Scales& scales) {
   cvode::Options options;
   options.scales = scales;
-  options.per_stretch = true;  // however many impacts there are
+  options.limit_per_segment = true;  // however many impacts there are
   options.family = family;
   options.rtol = rtol;
   options.atol = rtol / 100;
@@ -124,7 +124,7 @@ struct Spread {  // of the runs, for one kind of value of one body
 };
 
 // The first time at which the runs have different impacts of a pair, or at which one of them failed. The low bounces
-// that a run sums as a series depend on its tolerance and are no difference.
+// that a run sums as a series depend on its tolerance and are not a difference.
 std::optional<dynamics::CertifiedEnd> first_difference(const Scene& scene, const std::vector<Solved>& runs) {
   std::optional<dynamics::CertifiedEnd> end;
   const auto end_at = [&](Wide t_s, const std::string& why) { dynamics::end_at(end, t_s, why); };

@@ -197,8 +197,8 @@ class DartWorld : public rivals::World {
     const MessageCounter counter;
     world_->step();
     // The next step squares speeds, and DART's assertions would end the process on NaN.
-    constexpr double kFastest = 1e60;
-    for (const auto* node : nodes_) lost_ = lost_ || !(node->getSpatialVelocity().cwiseAbs().maxCoeff() < kFastest);
+    constexpr double max_speed = 1e60;
+    for (const auto* node : nodes_) lost_ = lost_ || !(node->getSpatialVelocity().cwiseAbs().maxCoeff() < max_speed);
   }
 
   Motion motion(int i) const override {

@@ -26,7 +26,7 @@ constexpr double kRestTimeTolerance = 1e-24;
 // In units of the gap's round-off: the next impact of a lower flight could not be located.
 template <class S> constexpr double kMinHeightInRoundOff = is_wide<S> ? 1e3 : 4;
 constexpr int kMaxTries = 100;             // of the search for a touch
-constexpr double kPassageDistance = 1e-3;  // of the pair's size: a closest approach with a larger gap is no passage
+constexpr double kPassageDistance = 1e-3;  // of the pair's size: a closest approach with a larger gap is not a passage
 
 template <class S> S position_magnitude(const Scene& scene, const dynamics::Layout& layout, int body, const S* y) {
   const Body& given = scene.bodies[body];

@@ -111,9 +111,9 @@ struct Integration {
       return true;
     }
     Wide least = cubic.g1, least_x = 1, most = 0, most_x = 0;
-    constexpr int kParts = 64;
-    for (int k = 1; k < kParts; ++k) {
-      const Wide x = Wide(k) / kParts, g = cubic(x);
+    constexpr int parts = 64;
+    for (int k = 1; k < parts; ++k) {
+      const Wide x = Wide(k) / parts, g = cubic(x);
       if (g > most && g > 0 && (least >= 0 || x < least_x)) most = g, most_x = x;
       if (g < least) least = g, least_x = x;
     }

@@ -51,7 +51,7 @@ struct Bars {
 };
 
 // The first time at which one run has an event that another lacks, or failed. Low bounces that one run sums and another
-// still has are no difference: the other has come to rest there.
+// still has are not a difference: the other has come to rest there.
 std::optional<CertifiedEnd> find_end(const Trial& trial, double t_end_s) {
   std::optional<CertifiedEnd> end;
   const MechanismPath* paths[] = {&trial.tight, &trial.loose, &trial.maximal};

@@ -139,7 +139,7 @@ FluidField fluid_field_of(const Scenario& scenario, const std::string& response)
   if (scenario.truth.kind == TruthKind::weakly_compressible) return weakly_compressible_field(scenario, response);
   if (scenario.truth.kind == TruthKind::literature) return literature_field(scenario);
   return refused<FluidField>(
-      "the truth of this scenario is no field: expected closed-form, weakly-compressible or literature");
+      "the truth of this scenario is not a field; expected closed-form, weakly-compressible or literature");
 }
 
 }  // namespace atwood

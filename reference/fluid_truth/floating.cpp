@@ -36,7 +36,7 @@ template <class S> Field<S> solve_floating(const Asked& asked) {
     require(body.mass_kg < fluid.density_kg_per_m3 * volume, "the body `" + body.name + "` sinks");
   }
   require(floating > 0 && floating + fixed == static_cast<int>(scene.bodies.size()),
-          "expected a body that floats, and no body that is no boundary");
+          "expected a body that floats, and that every body is a boundary");
   Field<S> made;
   made.note = "the state at rest: motion that has not decayed is the method's";
   made.at = [](S) -> FieldAt<S> { return [](const Vec<S>&) { return Point<S>{}; }; };

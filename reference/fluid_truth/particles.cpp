@@ -138,11 +138,11 @@ std::vector<std::vector<Neighbour<S>>> neighbours_of(const ParticleData<S>& data
     made_one.r = sqrt(dot(made_one.x, made_one.x));
     if (made_one.r < R) made[i].push_back(made_one);
   };
-  constexpr int kMaxPairwise = 100;
+  constexpr int max_pairwise = 100;
   // Cells at least R wide, numbered over the extent of the points; along a period at least three of them.
   int cells[3] = {1, 1, 1};
   double low[3] = {0, 0, 0}, width[3] = {1, 1, 1};
-  bool useful = n > kMaxPairwise;
+  bool useful = n > max_pairwise;
   for (int a = 0; a < data.layout.d && useful; ++a) {
     double high = period[a];
     if (!(period[a] > 0)) {

@@ -55,7 +55,7 @@ template <class S> PolynomialWalls<S> polynomial_walls(const Scene& scene, doubl
 template <class S>
 template <class Value>
 std::optional<S> NodeFit<S>::at_node(const std::vector<Neighbour<S>>& near, int axis, const Value& value) const {
-  constexpr double kDry = 1e-4;
+  constexpr double min_pivot = 1e-4;
   std::vector<Monomial> own;
   for (const Monomial& each : basis)
     if (axis < 0 || each.degree() != 1 || each.power[axis] != 1) own.push_back(each);
@@ -77,7 +77,7 @@ std::optional<S> NodeFit<S>::at_node(const std::vector<Neighbour<S>>& near, int 
     }
   }
   if (found < static_cast<int>(basis.size())) return {};
-  const Fit<S> fit(M, n, kDry);
+  const Fit<S> fit(M, n, min_pivot);
   if (!fit.regular()) return {};
   return fit.solve(B)[0];  // the constant is the first monomial
 }

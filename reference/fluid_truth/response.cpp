@@ -35,7 +35,7 @@ double number(const Response& response, const char* name, double otherwise) {
   const char *begin = found->second.data(), *end = begin + found->second.size();
   const auto [at, error] = std::from_chars(begin, end, value);
   require(error == std::errc() && at == end,
-          "the setting " + std::string(name) + "=" + found->second + " is no number");
+          "the setting " + std::string(name) + "=" + found->second + " is not a number");
   return value;
 }
 

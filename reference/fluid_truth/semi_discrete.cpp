@@ -131,18 +131,18 @@ States<double> by_runge_kutta(const Request& request, std::int64_t steps_a_sampl
 // Adams, Bashforth and Moulton of order 6 with equal steps, PECE, by backward differences; started by Runge-Kutta at an
 // eighth of the step. E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I (1993), III.1.
 States<double> by_equal_adams(const Request& request, std::int64_t steps_a_sample) {
-  constexpr int kOrder = 6, kFiner = 8;
-  constexpr double kPredict[kOrder] = {1, 1. / 2, 5. / 12, 3. / 8, 251. / 720, 95. / 288};
-  constexpr double kCorrect[kOrder] = {1, -1. / 2, -1. / 12, -1. / 24, -19. / 720, -3. / 160};
+  constexpr int order = 6, finer = 8;
+  constexpr double predict[order] = {1, 1. / 2, 5. / 12, 3. / 8, 251. / 720, 95. / 288};
+  constexpr double correct[order] = {1, -1. / 2, -1. / 12, -1. / 24, -19. / 720, -3. / 160};
   const auto system = fluid_system<double>(request.scene, request.response);
   const std::size_t size = static_cast<std::size_t>(system->data.layout.size);
   const double h = request.scenario.t_end_s / static_cast<double>(request.samples * steps_a_sample);
   std::vector<double> y = initial_state<double>(request.scene, system->data.layout), next(size);
   // differences[j]: the j-th backward difference of the rate at the last step; fresh: the same at the next one.
-  std::vector<std::vector<double>> differences(kOrder, std::vector<double>(size)), fresh = differences;
+  std::vector<std::vector<double>> differences(order, std::vector<double>(size)), fresh = differences;
   const auto take_rate = [&](std::int64_t n, const std::vector<double>& at) {
     system->rate(h * static_cast<double>(n), at.data(), fresh[0].data());
-    for (int j = 1; j < kOrder; ++j)
+    for (int j = 1; j < order; ++j)
       for (std::size_t i = 0; i < size; ++i) fresh[j][i] = fresh[j - 1][i] - differences[j - 1][i];
   };
   States<double> made{y};
@@ -150,16 +150,16 @@ States<double> by_equal_adams(const Request& request, std::int64_t steps_a_sampl
   differences.swap(fresh);
   RungeKutta start(*system);
   for (std::int64_t n = 1; n <= request.samples * steps_a_sample; ++n) {
-    if (n < kOrder) {
-      for (int part = 0; part < kFiner; ++part)
-        start.step(h * (static_cast<double>(n - 1) + static_cast<double>(part) / kFiner), h / kFiner, y);
+    if (n < order) {
+      for (int part = 0; part < finer; ++part)
+        start.step(h * (static_cast<double>(n - 1) + static_cast<double>(part) / finer), h / finer, y);
     } else {
       next = y;
-      for (int j = 0; j < kOrder; ++j)
-        for (std::size_t i = 0; i < size; ++i) next[i] += h * kPredict[j] * differences[j][i];
+      for (int j = 0; j < order; ++j)
+        for (std::size_t i = 0; i < size; ++i) next[i] += h * predict[j] * differences[j][i];
       take_rate(n, next);
-      for (int j = 0; j < kOrder; ++j)
-        for (std::size_t i = 0; i < size; ++i) y[i] += h * kCorrect[j] * fresh[j][i];
+      for (int j = 0; j < order; ++j)
+        for (std::size_t i = 0; i < size; ++i) y[i] += h * correct[j] * fresh[j][i];
     }
     take_rate(n, y);
     differences.swap(fresh);

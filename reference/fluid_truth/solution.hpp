@@ -60,7 +60,7 @@ void require(bool holds, const std::string& why);
 
 // k = 2 pi mode / length_m of a field's parameters; the length is the scene's period along `axis` unless given.
 template <class S> S wave_number(const Scene& scene, const InitialField& field, int axis);
-// Refuses a period along `axis` that is no multiple of the wave's length.
+// Refuses a period along `axis` that is not a multiple of the wave's length.
 template <class S> void require_period(const Scene& scene, S k, int axis);
 // conductivity / (density heat capacity); refuses a fluid without heat capacity.
 template <class S> S thermal_diffusivity(const Fluid& fluid);

@@ -77,7 +77,7 @@ template <class S> Sph<S>::Sph(const Scene& scene, const Response& response) {
     require(std::find(std::begin(known), std::end(known), name) != std::end(known),
             "the setting `" + name + "` of +sph is not covered");
     require(name != "reversible" || value == "false",
-            "the integer lattice of `reversible` is no differential equation");
+            "the integer lattice of `reversible` is not a differential equation");
   }
   const std::string density = word(response, "density", "continuity");
   require(density == "continuity" || density == "summation", "expected density=continuity or summation");

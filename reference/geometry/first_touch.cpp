@@ -216,8 +216,8 @@ std::optional<FirstTouch> advance(const Body& a, const Body& b, Real t_end_s, Re
   // decimals is a contact.
   if (separation(a.shape, pose_at(a, 0), b.shape, pose_at(b, 0)).gap_m <= given_m) return at(a, b, 0, 0);
   Real t_s = 0;
-  constexpr int kMaxAdvances = 20000;
-  for (int i = 0; i < kMaxAdvances; ++i) {
+  constexpr int max_advances = 20000;
+  for (int i = 0; i < max_advances; ++i) {
     const GapBounds now = gap_bounds(a, b, t_s, t_end_s - t_s);
     if (now.touching) return at(a, b, t_s, now.speed > 0 ? 2 * now.floor_m / now.speed + 4 * kUnit * t_s : 0);
     if (t_s + now.stay_s >= t_end_s) {

@@ -88,8 +88,8 @@ Real winding(const std::vector<std::array<Vector, 3>>& triangles, const Vector& 
 // A closed convex mesh as a solid. (Hulls are computed from all triples of points, therefore for small meshes only.)
 Shape filled(const Shape& shape) {
   const auto* mesh = std::get_if<Mesh>(&shape);
-  constexpr std::size_t kMaxPoints = 64;
-  if (mesh == nullptr || mesh->points_m.size() > kMaxPoints || !closed(*mesh)) return shape;
+  constexpr std::size_t max_points = 64;
+  if (mesh == nullptr || mesh->points_m.size() > max_points || !closed(*mesh)) return shape;
   const auto at = [&](int i) {
     const Real3& p = mesh->points_m[static_cast<std::size_t>(i)];
     return Vector{p[0], p[1], p[2]};
@@ -176,8 +176,8 @@ Real given_round_off(const Scene& scene, int body_a, int body_b) {
       for (const Vector& v : part.vertices) size = std::max(size, norm(v) + part.radius_m);
     return at + size;
   };
-  constexpr Real kDoubleRounding = 0x1p-52L;
-  return 4 * kDoubleRounding *
+  constexpr Real double_rounding = 0x1p-52L;
+  return 4 * double_rounding *
          (numbers(scene.bodies.at(static_cast<std::size_t>(body_a))) +
           numbers(scene.bodies.at(static_cast<std::size_t>(body_b))));
 }

@@ -67,7 +67,7 @@ class Integration {
     std::copy(multipliers.begin(), multipliers.end(), N_VGetArrayPointer(Y_) + motion_.size());
     memory_ = IDACreate(context_);
 #if SUNDIALS_VERSION_MAJOR < 7
-    IDASetErrHandlerFn(memory_, sundials::say_nothing, nullptr);
+    IDASetErrHandlerFn(memory_, sundials::ignore_messages, nullptr);
 #endif
     IDASetUserData(memory_, this);
     IDAInit(memory_, residual, t_s, Y_, rate_);

@@ -28,7 +28,7 @@ class Solver : public stepping::Stepper<double> {
     equations.rate(0, y.data(), N_VGetArrayPointer(dydt_));  // consistent with y by definition
     memory_ = IDACreate(context_);
 #if SUNDIALS_VERSION_MAJOR < 7
-    IDASetErrHandlerFn(memory_, sundials::say_nothing, nullptr);
+    IDASetErrHandlerFn(memory_, sundials::ignore_messages, nullptr);
 #endif
     check(IDASetUserData(memory_, this), 0);
     check(IDAInit(memory_, residual, 0, y_, dydt_), 0);

@@ -155,8 +155,8 @@ class Writer {
   }
 
   void child_of_body(std::size_t child) {
-    constexpr int kMaxLevels = 60;
-    if (++level_ % kMaxLevels != 0) {
+    constexpr int max_levels = 60;
+    if (++level_ % max_levels != 0) {
       body(child);
     } else {
       const std::string name = fmt::format("below{}.xml", child);

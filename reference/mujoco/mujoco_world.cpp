@@ -368,8 +368,8 @@ std::string refusal(const Scene& scene, const Settings& settings) {
       return "MuJoCo's adapter does not list pairs of parts of a compound, and these materials have no order of priorities";
   }
   if (room_for_contacts(scene, settings) == 0) {
-    return "MuJoCo 2.2 keeps the rows of all contacts squared in one buffer of 2 GiB: too small for two contacts each "
-           "of " +
+    return "MuJoCo 2.2 stores a square matrix over all contact rows in a buffer of 2 GiB, which is too small for two "
+           "contacts each of " +
            std::to_string(scene.bodies.size()) + " bodies";
   }
   return "";

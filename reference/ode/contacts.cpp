@@ -111,11 +111,11 @@ void ask(const Scene& scene, int i, int j, ContactAnswer& answer) {
   Made of_a, of_b;
   std::visit(Maker{a, of_a}, a.shape);
   std::visit(Maker{b, of_b}, b.shape);
-  constexpr int kMaxPoints = 64;
-  std::array<dContactGeom, kMaxPoints> points;
+  constexpr int max_points = 64;
+  std::array<dContactGeom, max_points> points;
   for (const dGeomID p : of_a.geoms)
     for (const dGeomID q : of_b.geoms) {
-      const int count = dCollide(p, q, kMaxPoints, points.data(), sizeof(dContactGeom));
+      const int count = dCollide(p, q, max_points, points.data(), sizeof(dContactGeom));
       for (int k = 0; k < count; ++k) {
         const dContactGeom& c = points[static_cast<std::size_t>(k)];
         // ODE's normal points into the first geom.

@@ -114,7 +114,7 @@ void Joints::after() {
 std::string refused_mechanism(const Scene& scene, double cfm) {
   if (!scene.ropes.empty()) return "ODE has no ropes; found `" + scene.ropes[0].name + "`";
   if (const int body = rivals::turning_point_mass(scene); body >= 0)
-    return "ODE requires an inertia of a body that its joints turn; `" +
+    return "ODE requires an inertia for every body that a joint rotates; `" +
            scene.bodies[static_cast<std::size_t>(body)].name + "` has none";
   if (const int body = rivals::jointed_point_mass(scene); body >= 0)
     return "ODE requires an inertia of a free body with joints; `" + scene.bodies[static_cast<std::size_t>(body)].name +

@@ -149,11 +149,11 @@ void apply(const Potential& f, const Context& c) {
 }
 
 const char* name_of(const Force& force) {
-  static constexpr const char* kNames[] = {"gravity",  "attractor",   "drag",           "drag",
-                                           "spring",   "drive",       "lorentz",        "coulomb",
-                                           "thruster", "point-force", "rotating-frame", "potential"};
-  static_assert(std::size(kNames) == std::variant_size_v<Force>);
-  return kNames[force.index()];
+  static constexpr const char* names[] = {"gravity",  "attractor",   "drag",           "drag",
+                                          "spring",   "drive",       "lorentz",        "coulomb",
+                                          "thruster", "point-force", "rotating-frame", "potential"};
+  static_assert(std::size(names) == std::variant_size_v<Force>);
+  return names[force.index()];
 }
 
 }  // namespace

@@ -125,8 +125,8 @@ JointState state_from_motions(const Joint& joint, const Motion& parent, const Mo
 }
 
 void continue_coordinates(JointKind kind, const JointState& last, JointState& now) {
-  constexpr double kTurn = 2 * std::numbers::pi;
-  for (int k = 0; k < angle_count(kind); ++k) now.q[k] += kTurn * std::round((last.q[k] - now.q[k]) / kTurn);
+  constexpr double full_turn = 2 * std::numbers::pi;
+  for (int k = 0; k < angle_count(kind); ++k) now.q[k] += full_turn * std::round((last.q[k] - now.q[k]) / full_turn);
   if (kind != JointKind::ball) return;
   double same_sign = 0;
   for (int k = 0; k < 4; ++k) same_sign += last.q[k] * now.q[k];

@@ -10,10 +10,9 @@
 //     with c = 2/3 of its damping. Materials combine as 1/E^2/3 = 1/E_a^2/3 + 1/E_b^2/3 (E_a, E_b as given to Simbody),
 //     so
 //     that one law for all pairs follows from one material, 2^3/2 E. Its friction creeps below a transition speed, and
-//     restitution is no parameter: scenes with either, or with other shapes, are refused. The unilateral contacts with
-//     a
-//     coefficient of restitution belong to SemiExplicitEulerTimeStepper, which is experimental and traces every step on
-//     standard output.
+//     restitution is not a parameter: scenes with either, or with other shapes, are refused. The unilateral contacts
+//     with a coefficient of restitution belong to SemiExplicitEulerTimeStepper, which is experimental and traces every
+//     step on standard output.
 #pragma once
 
 #include <memory>

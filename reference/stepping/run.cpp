@@ -23,7 +23,7 @@ std::string uncovered(const Scene& scene, double t_end_s) {
   if (const std::string why = dynamics::unsupported(scene); !why.empty()) return why;
   if (!dynamics::switch_times(scene, t_end_s).empty())
     return "forces or releases that switch during the run: the steps are not cut there";
-  if (!scene.joints.empty() || !scene.ropes.empty()) return "joints and ropes: the steps know free bodies alone";
+  if (!scene.joints.empty() || !scene.ropes.empty()) return "joints or ropes: this method steps free bodies only";
   if (dynamics::contacts_possible(scene)) return "contacts: there is no location of impacts";
   return "";
 }

@@ -27,7 +27,7 @@ Context::~Context() {
   SUNContext_Free(&held);
 }
 
-void say_nothing(int, const char*, const char*, char*, void*) {}
+void ignore_messages(int, const char*, const char*, char*, void*) {}
 
 std::string version() {
   char text[64] = "";

@@ -15,7 +15,7 @@ struct Context {
 };
 
 // An error handler of SUNDIALS 6 (7 has a list in the context, which Context clears): the answer's flag says it all.
-void say_nothing(int, const char*, const char*, char*, void*);
+void ignore_messages(int, const char*, const char*, char*, void*);
 
 std::string version();  // of the linked SUNDIALS
 

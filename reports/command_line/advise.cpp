@@ -268,7 +268,7 @@ std::string no_coarser_words(const std::vector<WorkCurve>& all, const AdviceRung
   if (!ran.empty()) return "was run and does not count: " + ran;
   if (best.steps % 2 != 0) return fmt::format("none was run: the ladder begins at {} steps, which is odd", best.steps);
   if (best.steps / 2 % scenario.samples != 0)
-    return fmt::format("none was run: the ladder begins at {} steps, and {} steps are no multiple of the {} samples",
+    return fmt::format("none was run: the ladder begins at {} steps, and {} steps are not a multiple of the {} samples",
                        best.steps, best.steps / 2, scenario.samples);
   return fmt::format("none was run: the ladder begins at {} steps", best.steps);
 }

@@ -40,7 +40,7 @@ std::string asked_words(const Advice& advice) {
 
 // Of each engine the first few ids of a list; JSON has all.
 std::string shortened(const std::string& methods) {
-  constexpr int kShown = 6;
+  constexpr int max_shown = 6;
   std::vector<std::pair<std::string, int>> engines;  // and how many ids of it there were
   std::string text;
   for (std::size_t at = 0; at < methods.size();) {
@@ -49,10 +49,10 @@ std::string shortened(const std::string& methods) {
     at = end + 2;
     auto known = std::find_if(engines.begin(), engines.end(), [&](const auto& one) { return one.first == engine; });
     if (known == engines.end()) known = engines.insert(engines.end(), {engine, 0});
-    if (++known->second <= kShown) text += (text.empty() ? "" : ", ") + id;
+    if (++known->second <= max_shown) text += (text.empty() ? "" : ", ") + id;
   }
   for (const auto& [engine, count] : engines)
-    if (count > kShown) text += fmt::format(", and {} more of {}", count - kShown, engine);
+    if (count > max_shown) text += fmt::format(", and {} more of {}", count - max_shown, engine);
   return text;
 }
 

@@ -149,7 +149,8 @@ int command_bench(const Place& place, const Options& options) {
   if (options.input == "broad-phases") return command_broad_phases(place, options);
   if (options.input == "frame-budget") return command_frame_budget(place, options);
   if (benchmark_programs(place.worker_dir).empty())
-    throw InputError("no benchmarks are here; `./atwood bench` in the project's folder builds them");
+    throw InputError(
+        "the benchmarks are not installed; run `./atwood bench` in a copy of the sources, which builds them");
   std::vector<std::string> programs;
   try {
     programs = benchmark_programs(place.worker_dir, options.input);

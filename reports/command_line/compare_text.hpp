@@ -1,4 +1,4 @@
-// What `compare` prints: plot, rungs, who is cheapest, what a budget buys, which steps are stable.
+// What `compare` prints: plot, rungs, which method is cheapest, what a budget buys, which steps are stable.
 #pragma once
 
 #include <string>

@@ -15,8 +15,8 @@ namespace atwood {
 // shows from which step on a method is stable. Of fluids at most twice.
 void lengthen_ladder(Scenario& scenario);
 
-// A method that takes a tolerance was run both ways. A half that it refuses is no failure of it, and where equal steps
-// change nothing (it chooses its own, at a tolerance of its own) they are no ladder: the other half stands for it.
+// A method that takes a tolerance was run both ways. A half that it refuses is not its failure, and where equal steps
+// change nothing (it chooses its own, at a tolerance of its own) they are not a ladder: the other half stands for it.
 // `asked`: ids that were named as they are; `notes` gets a sentence on each method whose half was left out.
 std::vector<Row> without_idle_halves(const std::vector<Row>& rows, const std::vector<std::string>& asked,
                                      std::vector<std::string>& notes);

@@ -136,7 +136,7 @@ struct Said {
 
 // Asks a program that reads the scene and prints CSV. It is confined as workers are.
 Said ask(const std::vector<std::string>& command, const Scene& scene, const Options& options) {
-  constexpr std::size_t kLongest = 1000;
+  constexpr std::size_t longest = 1000;
   const double limit_s = options.cell_limit_s;
   Process process(command, false, {.memory_bytes = memory_limit_of(options)});
   process.send(scene_to_json(scene));
@@ -145,7 +145,7 @@ Said ask(const std::vector<std::string>& command, const Scene& scene, const Opti
   Said said;
   std::string line;
   for (;;) {
-    const Wait wait = process.next_line(line, deadline, kLongest);
+    const Wait wait = process.next_line(line, deadline, longest);
     if (wait == Wait::end_of_output) break;
     if (wait == Wait::interrupted) return said;
     if (wait == Wait::timeout)

@@ -91,8 +91,9 @@ Question fluid_question(const std::string& who, const Options& options, const Qu
   if (fluids < std::ssize(scenarios)) {
     if (asked.metric.empty() && asked.error == 0) return question;
     const Scenario* other = *std::find_if_not(scenarios.begin(), scenarios.end(), has_fluid);
-    throw InputError(fmt::format("{}: `{}` has no fluid, others have: expected scenes of one kind for {}", who,
-                                 other->id, asked.metric.empty() ? "--error" : "--metric"));
+    throw InputError(fmt::format(
+        "{}: `{}` has no fluid but other scenes do; expected scenes all with fluids, or all without, for {}", who,
+        other->id, asked.metric.empty() ? "--error" : "--metric"));
   }
   // Of --error with a unit the metric is that of bodies; of per cent it is a ratio, as the fluids' errors are.
   const bool by_unit = options.metric.empty() && !asked.metric.empty();

@@ -111,10 +111,10 @@ std::string trend_name(const Trend& trend) {
 }
 
 std::string trend_text(const Trend& trend) {
-  constexpr std::size_t kPointsPrinted = 40;
+  constexpr std::size_t max_printed = 40;
   const auto& starts = trend.changes.starts;
   std::string out = trend_name(trend) + "\n";
-  const std::size_t from = trend.points.size() > kPointsPrinted ? trend.points.size() - kPointsPrinted : 0;
+  const std::size_t from = trend.points.size() > max_printed ? trend.points.size() - max_printed : 0;
   if (from > 0) out += fmt::format("    {} earlier runs\n", from);
   for (std::size_t i = from; i < trend.points.size(); ++i) {
     const TrendPoint& p = trend.points[i];

@@ -29,7 +29,7 @@ void report_history(const std::exception& error, const char* what);  // on stand
 // Records a run before its cells. Where the history cannot be written that is said on standard error, and the run goes
 // on without.
 std::optional<HistoryRun> begin_history(const Place& place, const Options& options, const Selection& selection);
-// Times that this process did not measure are kept apart: they are no new points of a trend.
+// Times that this process did not measure are kept apart: they are not new points of a trend.
 void end_history(const Place& place, const Options& options, std::optional<HistoryRun>& run,
                  const std::vector<Row>& rows, const JudgementCounts& counts, const std::string& verdict);
 // Of a scenario with too many cells to keep their figures: named counts.

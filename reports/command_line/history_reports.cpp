@@ -21,10 +21,10 @@ constexpr std::int64_t kRunsOfIndex = 200;
 
 // With links to the index and to the study's earlier runs above the heading; their addresses as seen from the page.
 std::string with_links(std::string html, const std::string& to_index, const std::string& to_trends) {
-  constexpr std::string_view kBefore = "<header id=\"top\">";
-  const std::size_t at = html.find(kBefore);
+  constexpr std::string_view heading = "<header id=\"top\">";
+  const std::size_t at = html.find(heading);
   if (at == std::string::npos) throw std::logic_error("a report without a header");
-  return html.insert(at + kBefore.size(), fmt::format("<p class=\"pages\"><a href=\"{}\">All reports and runs</a> "
+  return html.insert(at + heading.size(), fmt::format("<p class=\"pages\"><a href=\"{}\">All reports and runs</a> "
                                                       "<a href=\"{}\">Earlier runs of this study</a></p>",
                                                       to_index, to_trends));
 }

@@ -38,11 +38,12 @@ std::string root_element(std::string_view text) {
 
 // The notes that the scene's first comment holds.
 std::vector<std::string> notes_of(std::string_view toml) {
-  constexpr std::string_view kNote = "#   ";
+  constexpr std::string_view note_prefix = "#   ";
   std::vector<std::string> notes;
   while (toml.starts_with("#")) {
     const std::size_t end = std::min(toml.find('\n'), toml.size());
-    if (toml.starts_with(kNote)) notes.push_back(printable(toml.substr(kNote.size(), end - kNote.size())));
+    if (toml.starts_with(note_prefix))
+      notes.push_back(printable(toml.substr(note_prefix.size(), end - note_prefix.size())));
     toml.remove_prefix(std::min(end + 1, toml.size()));
   }
   return notes;

@@ -112,13 +112,13 @@ std::vector<CellEnding> endings_of(const Selection& selection, const std::vector
 }
 
 void Refusals::add(const Selection& selection, const std::vector<CellEnding>& endings) {
-  constexpr std::size_t kShown = 10;
+  constexpr std::size_t max_shown = 10;
   for (std::size_t i = 0; i < endings.size() && i < selection.cells.size(); ++i) {
     const Cell& cell = selection.cells[i];
     const CellEnding& ending = endings[i];
     const bool foreign = cell.worker >= 0 && selection.workers[static_cast<std::size_t>(cell.worker)].foreign;
     if (!foreign || ending.status != Status::unsupported || !told_.insert({ending.method, ending.scenario}).second ||
-        told_.size() > kShown)
+        told_.size() > max_shown)
       continue;
     sentences_.push_back(fmt::format("{} does not run {}: {}.", ending.method, ending.scenario,
                                      ending.reason.empty() ? "its engine gives no reason" : printable(ending.reason)));

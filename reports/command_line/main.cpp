@@ -98,8 +98,8 @@ struct Parser {
                     options.cell_limit_s));
     auto* fresh = sub->add_flag("--fresh", options.fresh, "Run every cell again, also those in the store");
     sub->add_flag("--reuse", options.reuse,
-                  "Also reuse the last completed run's cells of engines whose build cannot be identified; without it\n"
-                  "every run measures them again")
+                  "Reuse stored cells of the last completed run also for engines whose build cannot be identified\n"
+                  "(by default they are measured again)")
         ->excludes(fresh);
     sub->add_flag("--no-timing", options.no_timing, "Skip the timed pass");
     shown_progress(sub);
@@ -129,7 +129,7 @@ void declare_commands(Parser& p) {
   describe->add_option("SCENE|METHOD|METRIC", o.input, "A file, a catalogue id, a method id, or a metric's name")
       ->required();
   describe->add_flag("--program", o.evidence,
-                     "Of a library's method: print a program without Atwood that shows its executed order");
+                     "For a library's method: print a standalone program that shows the order it executes");
   describe->add_option("--scenario", o.scenarios, "The scene of that program (default: kepler-e0.6)")->expected(1);
   p.other_engines(describe);
 
@@ -145,7 +145,7 @@ void declare_commands(Parser& p) {
   run->add_option("--lease", o.lease,
                   "Split the study while it runs: processes take chunks of it from this shared directory");
   run->add_option("--lease-expiry", o.lease_expiry_s,
-                  "Seconds without a sign of life after which a process's chunk is taken again")
+                  "Seconds without a heartbeat after which another process takes over a chunk")
       ->capture_default_str();
   for (const char* name : {"--shard", "--costs", "--lease"})  // `--shard "$SHARE"` where SHARE is not set
     run->get_option(name)->each([name](const std::string& text) {
@@ -166,7 +166,8 @@ void declare_commands(Parser& p) {
   trace->add_option("--samples", o.samples, "Samples (default: the scenario's)");
   p.other_engines(trace);
   trace->add_option("--limit", o.cell_limit_s, "Seconds that the run may take")->capture_default_str();
-  trace->add_flag("--events", o.events, "Print impacts and changes of regime instead of the motion");
+  trace->add_flag("--events", o.events,
+                  "Print impacts and changes of regime (stick, slip, roll, rest) instead of the motion");
   auto* particles = trace->add_flag("--particles", o.particles, "The particles of fluids instead of the bodies");
   trace->add_flag("--probes", o.probes, "The scene's probes of fluids instead of the bodies")->excludes(particles);
   auto* joints = trace->add_flag("--joints", o.joints,
@@ -207,7 +208,7 @@ void declare_commands(Parser& p) {
   contacts
       ->add_option(
           "--engine", o.engines,
-          "Who answers: atwood (the default), truth, bullet64, bullet32, ode, fcl, libccd, jolt, mujoco3, rapier, or\n"
+          "The engine that answers: atwood (the default), truth, bullet64, bullet32, ode, fcl, libccd, jolt, mujoco3, rapier, or\n"
           "the path of an executable that speaks the worker protocol. Variants: box-edges (the naive test of edges against faces);\n"
           "bullet64/closest-points, bullet32/closest-points (the algorithms of contactPairTest instead of the stepped\n"
           "world's); ENGINE/unit-size (bodies scaled to unit size; bullet64, bullet32, ode, fcl, libccd)")
@@ -217,10 +218,11 @@ void declare_commands(Parser& p) {
   contacts->add_option("--limit", o.cell_limit_s, "Seconds that the answer may take")->capture_default_str();
 
   auto* derivatives =
-      p.add("derivatives", "How accelerations of joints change with coordinates, rates and forces, against differences",
+      p.add("derivatives",
+            "Derivatives of joint accelerations by coordinates, rates and forces, compared with finite differences",
             command_derivatives);
   derivatives->add_option("SCENE", o.input, "A file or a catalogue id: joints without loops")->required();
-  derivatives->add_option("--at", o.at_s, "The time of the run [s]")->capture_default_str();
+  derivatives->add_option("--at", o.at_s, "The time of the run")->capture_default_str();
   derivatives
       ->add_option("--method", o.methods,
                    "The method that runs the scene up to this time, or truth (default: atwood/dop853)")
@@ -245,8 +247,8 @@ void declare_commands(Parser& p) {
   compare->add_option("--budget", o.budget, "Compare only the errors reached within this time: 16.7ms, 40us");
   compare->add_flag(
       "--same-rate", o.same_rate,
-      "Rank methods that all evaluate the reference's right-hand side (our own as atwood-same-rate/...), with\n"
-      "native times beside. The default if all compared methods can do so");
+      "Give every method the reference's right-hand side and rank by these times (ours run as\n"
+      "atwood-same-rate/...); native times are also printed. The default where every compared method allows it");
   compare->add_flag("--native-rate", o.native_rate, "Rank each method by times with its engine's own right-hand side")
       ->excludes("--same-rate");
   p.other_engines(compare);
@@ -492,9 +494,9 @@ int out_of_memory() {
 
 // A message repeats what it found, which may be a file's whole content: its middle is left out.
 std::string shortened(std::string text) {
-  constexpr std::size_t kHead = 6000, kTail = 2000;
-  if (text.size() <= kHead + kTail) return text;
-  return text.substr(0, kHead) + " [...] " + text.substr(text.size() - kTail);
+  constexpr std::size_t before_title = 6000, tail = 2000;
+  if (text.size() <= before_title + tail) return text;
+  return text.substr(0, before_title) + " [...] " + text.substr(text.size() - tail);
 }
 
 // Uses fputs, which does not throw where standard error cannot be written.

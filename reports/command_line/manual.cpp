@@ -21,6 +21,7 @@ const std::map<std::string, std::string>& value_names() {
                                                         {"--as", "METHOD"},
                                                         {"--engine", "FILE"},
                                                         {"--metric", "METRIC"},
+                                                        {"--at", "SECONDS"},
                                                         {"--steps", "COUNT"},
                                                         {"--samples", "COUNT"},
                                                         {"--out", "DIR"},

@@ -23,7 +23,7 @@ namespace {
 constexpr std::size_t kMany = 20'000;    // cells
 constexpr std::size_t kKept = 200;       // ladders of each kind, shared by the scenes
 constexpr std::size_t kListed = 50;      // verdicts on the terminal
-constexpr std::size_t kVerdicts = 1000;  // of each kind that is no pass, with their texts
+constexpr std::size_t kVerdicts = 1000;  // of each kind that is not a pass, with their texts
 
 // The ladders of a scene that documents show.
 struct Shown {

@@ -134,7 +134,7 @@ class Model {
         NamedFile file{kind_of(node.name()), attribute.value(), where(), beside};
         if (++named_ > kMaxNamed)
           throw InputError(
-              fmt::format("{} names more than {} files with those before; expected fewer", file.where, kMaxNamed));
+              fmt::format("{}: more than {} files are named in total; expected fewer", file.where, kMaxNamed));
         require_plain(file.name, file.where);
         if (std::string_view(node.name()) == kIncluded) included.push_back(file);
         files_.push_back(std::move(file));
@@ -179,8 +179,8 @@ class Model {
       throw InputError(fmt::format("{} has a path of {} bytes; expected at most {}", where, name.size(), kLongestName));
     name_bytes_ += name.size();
     if (name_bytes_ > kMaxNameBytes)
-      throw InputError(fmt::format("{} has a path that makes more than {} bytes with those before; expected fewer",
-                                   where, kMaxNameBytes));
+      throw InputError(fmt::format("{}: the paths of the named files exceed {} bytes in total; expected fewer", where,
+                                   kMaxNameBytes));
   }
 
   template <class Where> void take_folders(pugi::xml_node compiler, const Where& where) {

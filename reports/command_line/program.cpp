@@ -195,10 +195,10 @@ std::string evidence_program(const MethodId& id, const MethodInfo& info, const s
                              const Scenario& scenario, const Truth& truth) {
   const bool is_odeint = id.engine == "odeint", wide = id.scalar == "long-double";
   if (!is_odeint && id.engine != "arkode")
-    throw InputError(fmt::format("--program: {} is no method of ARKODE or odeint", to_string(id)));
+    throw InputError(fmt::format("--program: {} is not a method of ARKODE or odeint", to_string(id)));
   const bool tolerance = id.rtol.has_value();
   if (tolerance && is_odeint)
-    throw InputError("--program: of odeint's methods those with equal steps, not those with a tolerance");
+    throw InputError("--program: found an odeint method with a tolerance; expected one with equal steps");
   const Written problem = write_problem(scenario, truth, wide);
   const Solver solver = is_odeint ? odeint(id, info) : arkode(info, tolerance);
   const std::string claim = setting(info, "claim");

@@ -56,7 +56,7 @@ int count_absent(const Selection& selection) {
 
 // Where no cell gave a figure: why, each reason once.
 std::string why_nothing_words(const std::vector<Row>& rows) {
-  constexpr std::size_t kMaxReasons = 8;
+  constexpr std::size_t max_reasons = 8;
   std::vector<std::pair<std::string, int>> reasons;
   for (const auto& row : rows) {
     if (row.status == Status::ok) return "";
@@ -67,11 +67,11 @@ std::string why_nothing_words(const std::vector<Row>& rows) {
     ++known->second;
   }
   std::string text;
-  for (std::size_t i = 0; i < reasons.size() && i < kMaxReasons; ++i)
+  for (std::size_t i = 0; i < reasons.size() && i < max_reasons; ++i)
     text += fmt::format("{} cell{}: {}\n", reasons[i].second, reasons[i].second == 1 ? "" : "s",
                         one_line(reasons[i].first));
-  if (reasons.size() > kMaxReasons)
-    text += fmt::format("and {} more reasons: the report has them\n", reasons.size() - kMaxReasons);
+  if (reasons.size() > max_reasons)
+    text += fmt::format("and {} more reasons: the report has them\n", reasons.size() - max_reasons);
   return text;
 }
 

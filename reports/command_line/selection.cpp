@@ -26,9 +26,9 @@ namespace {
 void require_one_file_each(const std::vector<Scenario>& scenarios) {
   std::map<std::string, std::string> files;
   for (const auto& scenario : scenarios) {
-    const auto [first, fresh] = files.emplace(scenario.id, scenario.path);
+    const auto [first, inserted] = files.emplace(scenario.id, scenario.path);
     std::error_code error;
-    if (!fresh && first->second != scenario.path && !fs::equivalent(first->second, scenario.path, error))
+    if (!inserted && first->second != scenario.path && !fs::equivalent(first->second, scenario.path, error))
       throw InputError(fmt::format("two files have the id `{}`: {} and {}; expected an id of its own in each",
                                    scenario.id, first->second, scenario.path));
   }
@@ -114,7 +114,7 @@ bool is_named(const Worker& worker, const std::string& engine) {
              : glob_match("atwood-" + engine, file) || (engine == "atwood" && file == "atwood-engine");
 }
 
-// Why an engine that one may look for has no adapter; empty for any other name.
+// Why a known engine has no adapter; empty for any other name.
 std::string why_left_out(const std::string& engine) {
   if (engine != "physx") return "";
   return " (PhysX's package for JavaScript, physx-js-webidl, is built for browsers alone and does not load under Node.js)";
@@ -137,21 +137,21 @@ void check_method(const std::string& who, const std::string& text, const std::ve
   }
   const std::string engine = base.substr(0, slash);
   std::string names;
-  bool there = false, offered = false;
+  bool engine_found = false, method_found = false;
   std::vector<MethodInfo> known;
   for (const Worker& worker : workers) {
     if (worker.status == Status::ok) names += (names.empty() ? "" : ", ") + worker.engine.name;
     if (!is_named(worker, engine)) continue;
-    there = true;
-    if (worker.status != Status::ok) offered = true;  // unknown
-    for (const MethodInfo& info : worker.engine.methods) offered = offered || glob_match(base, info.id);
+    engine_found = true;
+    if (worker.status != Status::ok) method_found = true;  // unknown
+    for (const MethodInfo& info : worker.engine.methods) method_found = method_found || glob_match(base, info.id);
     known.insert(known.end(), worker.engine.methods.begin(), worker.engine.methods.end());
   }
   if (text == "truth") return;
-  if (!there)
+  if (!engine_found)
     throw InputError(fmt::format("{}{}: no engine `{}` is available{}; expected one of {}, or --engine FILE", who, text,
                                  engine, why_left_out(engine), names));
-  if (offered || (!glob && is_contact_test(base.substr(slash + 1)))) return;
+  if (method_found || (!glob && is_contact_test(base.substr(slash + 1)))) return;
   if (glob)
     throw InputError(fmt::format("{}{}: no method of {} matches{}", who, text, engine, expected_ids(base, known)));
   throw InputError(fmt::format("{}{}: {} has no method `{}`{}", who, text, engine, base.substr(slash + 1),

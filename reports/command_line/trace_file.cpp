@@ -74,8 +74,8 @@ Recording read_rows(CsvReader& file, const Columns& columns, const std::string& 
   auto complete = [&](int number) {
     for (std::size_t i = 0; i < seen.size(); ++i) {
       if (!seen[i] && !scene.bodies[i].fixed) {
-        throw InputError(fmt::format("{}:{}: found no row for body `{}` at the instant before this line", path, number,
-                                     scene.bodies[i].name));
+        throw InputError(fmt::format("{}:{}: no row for body `{}` at the instant that ends before this line", path,
+                                     number, scene.bodies[i].name));
       }
     }
   };
@@ -91,7 +91,7 @@ Recording read_rows(CsvReader& file, const Columns& columns, const std::string& 
     read_group<1>({"t_s"}, columns, fields, where, t);
     const std::size_t t_column = columns.at.at("t_s");
     if (!std::isfinite(static_cast<double>(t[0])))
-      throw InputError(fmt::format("{}:{}: t_s: found `{}`; expected a time that a double holds, finite", where,
+      throw InputError(fmt::format("{}:{}: t_s: found `{}`; expected a finite time within the range of a double", where,
                                    t_column + 1, fields[t_column]));
     const std::string name = unguarded_cell(fields.at(columns.at.at("body")));
     if (!index.contains(name))
@@ -104,7 +104,7 @@ Recording read_rows(CsvReader& file, const Columns& columns, const std::string& 
         complete(number);
         if (!(t[0] > run.values.back().t_s))
           throw InputError(
-              fmt::format("{}:{}: t_s: found `{}`; expected times that rise", where, t_column + 1, fields[t_column]));
+              fmt::format("{}:{}: t_s: found `{}`; expected increasing times", where, t_column + 1, fields[t_column]));
       }
       run.values.push_back(Sample{t[0], std::vector<BodySample>(scene.bodies.size())});
       for (std::size_t i = 0; i < scene.bodies.size(); ++i) {  // fixed bodies need no rows

@@ -90,12 +90,12 @@ std::string plot(const Trend& trend, const std::string& name) {
 const char* const kPageEnd = "</main></body></html>\n";
 
 std::string page_head(const std::string& title, const std::vector<std::pair<std::string, std::string>>& links) {
-  constexpr const char* kHead =
+  constexpr const char* before_title =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" "
       "content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n"
       "<meta name=\"viewport\" "
       "content=\"width=device-width, initial-scale=1\">\n<meta name=\"color-scheme\" content=\"light dark\">\n<title>";
-  constexpr const char* kStyle =
+  constexpr const char* after_title =
       "</title>\n<style>\n:root{color-scheme:light dark;--ink:#1c2330;--paper:#fff;--line:#c3cad5;--value:#1f5fbf;"
       "--bad:#b3261e;--good:#1b7a3d}\n@media(prefers-color-scheme:dark){:root{--ink:#e6e9ef;--paper:#14181f;"
       "--line:#39414f;--value:#8ab4f8;--bad:#ff8a80;--good:#7bd99a}}\n"
@@ -117,8 +117,8 @@ std::string page_head(const std::string& title, const std::vector<std::pair<std:
       "@media print{:root{color-scheme:light;--ink:#000;--paper:#fff;--line:#999;--value:#1f5fbf;--bad:#b3261e;"
       "--good:#1b7a3d}body{margin:0;max-width:none}nav,.save{display:none}tr{break-inside:avoid}}\n"
       "</style>\n<script>";
-  std::string page =
-      kHead + escape_html(one_line(title)) + kStyle + std::string(pages_script) + "</script></head>\n<body><main>\n";
+  std::string page = before_title + escape_html(one_line(title)) + after_title + std::string(pages_script) +
+                     "</script></head>\n<body><main>\n";
   if (!links.empty()) {
     page += "<nav aria-label=\"Other pages\">";
     for (const auto& [words, target] : links)

@@ -46,7 +46,7 @@ int command_tune(const Place& place, const Options& options) {
       return std::none_of(options.scenarios.begin(), options.scenarios.end(),
                           [&](const std::string& pattern) { return glob_match(pattern, scenario.id); });
     });
-    if (catalogue.empty()) throw InputError("--scenario: found no scenario of the catalogue by these names");
+    if (catalogue.empty()) throw InputError("--scenario: no scenario of the catalogue has one of these names");
   }
   make_out_dir(options.out_dir);
   TuneResult result;

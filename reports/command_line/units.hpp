@@ -16,7 +16,7 @@ namespace atwood {
 Question read_question(const Options& options);
 
 // --hz: the scenarios' ladders become t_end_s times each frequency. Throws InputError, with the nearest frequency that
-// works, where that is no whole number or the scenario's samples do not divide it.
+// works, where that is not a whole number or the scenario's samples do not divide it.
 void set_frequency(Scenario& scenario, const std::vector<double>& hz);
 // The same of many scenarios, whose blocks of the study then have no steps of their own. What is wrong with a scenario
 // is returned by its id, for it may be one that has no cells; require_frequencies throws InputError if it has.

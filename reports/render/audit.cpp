@@ -69,7 +69,7 @@ AuditProblem problem(const std::string& scenario, double claimed, const Figures&
   made.verdict = judge(claimed, chosen->value);
   const bool departs = made.verdict == AuditVerdict::lower || made.verdict == AuditVerdict::higher;
   if (departs && chosen == figures.velocity)
-    made.verdict = AuditVerdict::inconclusive;  // alone, velocity is no finding
+    made.verdict = AuditVerdict::inconclusive;  // alone, velocity is not a finding
   made.order = chosen->value;
   made.half_width_95 = chosen->truth_bar;
   made.reason = chosen->reason;

@@ -61,9 +61,9 @@ std::vector<const Row*> sorted_rows(const std::vector<Row>& rows, const Detail& 
   return sorted;
 }
 
-// What is not as it was, figures that became worse first; at most kMaxChanges, which a reader can read.
+// What is not as it was, figures that became worse first; at most max_changes, which a reader can read.
 std::vector<BaselineChange> chosen_changes(const std::vector<BaselineChange>& all) {
-  constexpr std::size_t kMaxChanges = 400;
+  constexpr std::size_t max_changes = 400;
   using Kind = BaselineChange::Kind;
   std::vector<BaselineChange> changes;
   for (const Kind kind : {Kind::regression, Kind::improvement, Kind::missing, Kind::added}) {
@@ -74,7 +74,7 @@ std::vector<BaselineChange> chosen_changes(const std::vector<BaselineChange>& al
       std::stable_sort(changes.begin() + from, changes.end(),
                        [](const BaselineChange& a, const BaselineChange& b) { return a.ratio > b.ratio; });
   }
-  if (changes.size() > kMaxChanges) changes.resize(kMaxChanges);
+  if (changes.size() > max_changes) changes.resize(max_changes);
   return changes;
 }
 
@@ -216,14 +216,14 @@ void append_levels(JsonText& json, const char* name, const std::vector<float>& v
 }
 
 std::pair<double, double> range_of(const std::vector<float>& values, bool logs) {
-  constexpr double kDecades = 6;  // of errors that are drawn
+  constexpr double decades = 6;  // of errors that are drawn
   double low = INFINITY, high = -INFINITY;
   for (const float value : values) {
     const double v = logs ? std::log10(static_cast<double>(value)) : static_cast<double>(value);
     if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
   }
   if (!(low <= high)) return {0, 0};
-  return {logs ? std::max(low, high - kDecades) : low, high};
+  return {logs ? std::max(low, high - decades) : low, high};
 }
 
 // Fields of fluids as pictures: positions in 4096ths of the frame, values in 250ths of their range.
@@ -314,15 +314,15 @@ std::string embedded_json(const ReportData& data, const Detail& detail) {
 }
 
 std::string embedded_data(const ReportData& data, std::size_t limit) {
-  constexpr std::array<Detail, 7> kDetails{{{6, 3, 129, true, 8, 2500},
-                                            {6, 2, 97, true, 8, 2500},
-                                            {6, 1, 97, true, 6, 1600},
-                                            {5, 1, 65, true, 4, 1600},
-                                            {5, 1, 49, false, 3, 900},
-                                            {4, 1, 25, false, 3, 400},
-                                            {4, 0, 0, false, 2, 0}}};
+  constexpr std::array<Detail, 7> details{{{6, 3, 129, true, 8, 2500},
+                                           {6, 2, 97, true, 8, 2500},
+                                           {6, 1, 97, true, 6, 1600},
+                                           {5, 1, 65, true, 4, 1600},
+                                           {5, 1, 49, false, 3, 900},
+                                           {4, 1, 25, false, 3, 400},
+                                           {4, 0, 0, false, 2, 0}}};
   std::string coded;
-  for (const Detail& detail : kDetails) {
+  for (const Detail& detail : details) {
     coded = base64(deflated(embedded_json(data, detail)));
     if (coded.size() <= limit) break;
   }

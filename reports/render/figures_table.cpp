@@ -62,11 +62,11 @@ Ladders ladders_of(const std::vector<Row>& rows) {
 // The quantity whose error decides on this scene: position, unless nothing moves but attitudes, or the system is a bare
 // one of equations.
 std::string deciding_quantity(const Ladders& ladders, const std::string& scenario) {
-  constexpr std::array<const char*, 5> kQuantities{"position", "attitude", "velocity", "body-rate", "state"};
+  constexpr std::array<const char*, 5> quantities{"position", "attitude", "velocity", "body-rate", "state"};
   std::map<std::string, double> conclusive, largest;
   for (const auto& [pair, ladder] : ladders.all) {
     if (pair.first != scenario) continue;
-    for (const char* quantity : kQuantities) {
+    for (const char* quantity : quantities) {
       const Row* order = ladder.at(0, std::string("order-") + quantity);
       if (order && !std::isnan(order->value)) conclusive[quantity] += 1;
       const Row* error = ladder.at(ladder.finest(), std::string("error-") + quantity + "-max");
@@ -74,10 +74,10 @@ std::string deciding_quantity(const Ladders& ladders, const std::string& scenari
         largest[quantity] = std::max(largest[quantity], std::abs(error->value));
     }
   }
-  for (const char* quantity : kQuantities)
+  for (const char* quantity : quantities)
     if (conclusive[quantity] > 0) return quantity;
   if (largest["position"] < 1e-13 && largest["attitude"] > largest["position"]) return "attitude";
-  for (const char* quantity : kQuantities)
+  for (const char* quantity : quantities)
     if (largest[quantity] > 0) return quantity;
   return "position";
 }

@@ -1,4 +1,4 @@
-// Sections of the Markdown report about who is cheapest, most accurate, and what of the goals is reached.
+// Sections of the Markdown report about which method is cheapest, which most accurate, and which goals are reached.
 #pragma once
 
 #include <string>

@@ -85,8 +85,8 @@ void append_body(JsonText& json, const Body& body) {
 }
 
 void append_joint(JsonText& json, const Joint& joint) {
-  constexpr const char* kNames[] = {"fixed", "hinge", "slider", "cylindrical", "universal", "ball"};
-  json.begin_object().member("name", joint.name).member("kind", kNames[static_cast<std::size_t>(joint.kind)]);
+  constexpr const char* names[] = {"fixed", "hinge", "slider", "cylindrical", "universal", "ball"};
+  json.begin_object().member("name", joint.name).member("kind", names[static_cast<std::size_t>(joint.kind)]);
   json.member_integer("a", joint.parent).member_integer("b", joint.child);
   append_values(json, "pa", joint.anchors_body_m[0]);
   append_values(json, "pb", joint.anchors_body_m[1]);

@@ -47,7 +47,7 @@ RanMethod find_method(const std::vector<Engine>& engines, const std::string& tex
     if (engine.name != id.engine) continue;
     made.engine = &engine;
     made.scheme = with_id(engine.methods, id.engine + "/" + id.scheme);
-    if (made.scheme == nullptr) continue;  // a query such as "fcl/contacts" is no scheme
+    if (made.scheme == nullptr) continue;  // a query such as "fcl/contacts" is not a scheme
     made.settings = with_overrides(*made.scheme, id.overrides);
     apply_id(made.settings, id);
     if (!id.response.empty()) made.response = with_id(engine.responses, "+" + id.response);

@@ -176,14 +176,14 @@ double badness(const std::string& metric, double value) { return less_is_worse(m
 
 // The factor by which a figure became worse; for an order, the part of it that was lost.
 double times_worse(const std::string& metric, double before, double now) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double infinite = std::numeric_limits<double>::infinity();
   if (std::isnan(before) && std::isnan(now)) return 1;
-  if (std::isnan(now)) return kInfinity;
+  if (std::isnan(now)) return infinite;
   if (std::isnan(before)) return 0;
   const double above = less_is_worse(metric) ? before : std::fabs(now);
   const double below = less_is_worse(metric) ? now : std::fabs(before);
   if (above == below) return 1;
-  return below > 0 ? above / below : kInfinity;
+  return below > 0 ? above / below : infinite;
 }
 
 BaselineChange change_of(const Key& key, BaselineChange::Kind kind, double before, double now, double bar,

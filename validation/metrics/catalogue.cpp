@@ -59,11 +59,9 @@ std::vector<MetricInfo> common_metrics() {
        "samples, or, without a truth, over a run of the reference with converged energy (the reason says which)."},
       {"energy-max", "1", "Largest |E - E0| / E_scale."},
       {"energy-drift", "1/s",
-       "Slope of (E - E0) / E_scale by Theil and Sen, after an oscillation of any shape is fitted and removed. "
-       "Positive: the energy grows. Bar: 95 %, corrected for autocorrelation. If the residual is not stationary (a random "
-       "walk, energy that grows exponentially): the mean slope of the run, and Student's interval over the slopes of eight "
-       "equal parts. NaN: round-off dominates, and its drift cannot "
-       "be found from one run (see energy-drift-round-off)."},
+       "Slope of (E - E0) / E_scale by Theil and Sen, an oscillation removed; positive: E grows. Bar: 95 %, corrected for "
+       "autocorrelation; where not stationary, the mean slope and Student's interval over eight parts. NaN: round-off (see "
+       "energy-drift-round-off)."},
       {"energy-oscillation", "1", "Half the range of (E - E0) / E_scale about its drift."},
       {"energy-change-max", "J", "Largest |E - E0|, of scenes without E_scale."},
       {"energy-change-drift", "W", "energy-drift of scenes without E_scale: slope of E - E0."},
@@ -97,12 +95,15 @@ std::vector<MetricInfo> common_metrics() {
        "wider arithmetic; bar = 95 % by bootstrap over runs; NaN: inconclusive. If the method's energy error "
        "oscillates far above round-off, phase shifts of that oscillation are included."},
       {"growth-exponent-round-off-position", "1",
-       "The same exponent for the round-off in position (Brouwer's law of the phase: t^3/2)."},
-      {"growth-exponent-round-off-attitude", "1", "The same exponent for the round-off in attitude."},
+       "Exponent of the law by which the root mean square of the round-off in position grows, found as "
+       "growth-exponent-round-off-energy is (Brouwer's law of the phase: t^3/2)."},
+      {"growth-exponent-round-off-attitude", "1",
+       "Exponent of the law by which the root mean square of the round-off in attitude grows, found as "
+       "growth-exponent-round-off-energy is."},
       {"round-off-rms-position", "m",
        "Root mean square, over the 96 runs, of the round-off in position at the last sample; the worst body."},
       {"round-off-best-error", "m",
-       "Least error-position-end along the ladder; only where two finer steps have larger errors."},
+       "Least error-position-end along the ladder; reported only if the two next finer steps have larger errors."},
       {"round-off-best-step", "s", "The step of round-off-best-error."},
       {"reversal-error-position", "m",
        "Distance from the initial position after the run, a reversal of velocities, and as many steps back; the "
@@ -118,10 +119,10 @@ std::vector<MetricInfo> common_metrics() {
        "of position, velocity, attitude and body rate."},
       {"symplecticity-defect", "1",
        "Frobenius norm of M^T J M - J, where M is the derivative of the final by the initial state in scaled canonical "
-       "variables; bar: from the step of the differences."},
+       "variables; bar: its least change between two successive steps of the finite differences."},
       {"poisson-defect", "1",
        "For a freely rotating body: Frobenius norm of M hat(L0) M^T - hat(L) over |L|, where M is the derivative of "
-       "L by L0 in body axes; bar: from the step of the differences."},
+       "L by L0 in body axes; bar: its least change between two successive steps of the finite differences."},
       {"horizon", "s",
        "Predictability horizon: the time at which two runs that start 1e-10 of the scale apart are 1e-3 of it apart; "
        "the run's end where they stay closer."},
@@ -137,8 +138,8 @@ std::vector<MetricInfo> common_metrics() {
       {"tolerance-ratio", "1",
        "Relative position error (error-position-max over size-position) divided by the relative tolerance of the run."},
       {"tolerance-exponent", "1",
-       "Slope of log error-position-max on log rtol, tolerances within 30 x the floor left out; 1: proportional; bar = "
-       "95 %; NaN: inconclusive."},
+       "Slope of log error-position-max on log rtol, tolerances whose error is within 30 times the floor are "
+       "left out; 1: proportional; bar = 95 %; NaN: inconclusive."},
       {"gci-position", "m",
        "Grid convergence index of the worst body's last position from the finest three usable steps, "
        "1.25 |x2 - x1| / (r^p - 1): the band about the finest value. No truth is used. The reason says whether the "
@@ -170,11 +171,12 @@ std::vector<MetricInfo> common_metrics() {
        "Largest error |t_k - true t_k| of an impact's time. Impacts of a pair are matched by their number k; only those "
        "after a flight higher than 1e-3 m count. NaN: the run reports fewer impacts than the truth."},
       {"impact-place-error", "m",
-       "Largest distance of a reported contact point from the true one, over the same impacts."},
+       "Largest distance of a reported contact point from the true one, over the impacts of impact-time-error."},
       {"impact-normal-impulse-error", "N s",
-       "Largest |J_n - true J_n| of the normal impulse J_n over the same impacts."},
+       "Largest |J_n - true J_n| of the normal impulse J_n, over the impacts of impact-time-error."},
       {"impact-tangential-impulse-error", "N s",
-       "Largest difference of the sizes of the tangential impulse and the true one, over the same impacts."},
+       "Largest difference of the sizes of the tangential impulse and the true one, over the impacts of "
+       "impact-time-error."},
       {"transition-time-error", "s",
        "Largest error |t_k - true t_k| of the time at which a contact's regime changes (rest, slip, stick, roll, "
        "separate). Changes of one kind and pair are matched by their number k. NaN: the run reports fewer than the truth."},
@@ -267,11 +269,11 @@ std::vector<MetricInfo> common_metrics() {
        "does in any step. Median of 11 means over 200 steps, times the substeps."},
       {"solver-capped", "1",
        "Solves that ended above their tolerance: at the iteration limit, or because the iteration diverged. `body` "
-       "names the solver; without it all solvers of the run are counted. contact-sweeps takes a fixed number of "
-       "sweeps, so most of its solves end capped."},
+       "names the solver; without it all solvers of the run are counted. Of contact-sweeps most "
+       "end capped: bodies in motion are not swept to convergence."},
       {"solver-residual-max", "1",
        "Largest residual that a solve ended with. `body` names the solver, the reason the scale of its residual; "
-       "without `body`: the largest of all solvers. Solves of a step that was taken again are left out."},
+       "without `body`: the largest of all solvers. Solves of rejected steps are left out."},
       {"solver-iterations-max", "1", "Most iterations of one solve; the solver's name stands in `body`."},
       {"solver-converged", "1",
        "Solves whose residual fell to the solver's own tolerance. `body` names the solver; `atwood list metrics` says "

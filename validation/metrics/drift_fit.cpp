@@ -81,21 +81,21 @@ Harmonic fit_harmonics(std::span<const double> t, std::span<const double> v, dou
 double refined_period(std::span<const double> t, std::span<const double> v, double period_s) {
   const double half_width = 0.25 * period_s * period_s / (t.back() - t.front());
   double low = period_s - half_width, high = period_s + half_width;
-  constexpr double kGolden = 0.618033988749895;
-  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+  constexpr double golden = 0.618033988749895;
+  double a = high - golden * (high - low), b = low + golden * (high - low);
   double at_a = fit_harmonics(t, v, a).squares, at_b = fit_harmonics(t, v, b).squares;
   for (int pass = 0; pass < 18; ++pass) {
     if (at_a < at_b) {
       high = b;
       b = a;
       at_b = at_a;
-      a = high - kGolden * (high - low);
+      a = high - golden * (high - low);
       at_a = fit_harmonics(t, v, a).squares;
     } else {
       low = a;
       a = b;
       at_a = at_b;
-      b = low + kGolden * (high - low);
+      b = low + golden * (high - low);
       at_b = fit_harmonics(t, v, b).squares;
     }
   }
@@ -160,12 +160,12 @@ DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value) {
 }
 
 EnsembleDrift fit_drift_ensemble(std::span<const double> t_s, std::span<const std::vector<double>> runs) {
-  constexpr std::size_t kMinRuns = 32;
-  constexpr int kResamples = 1000;
+  constexpr std::size_t min_runs = 32;
+  constexpr int resamples = 1000;
   EnsembleDrift drift;
   const std::size_t n = runs.size();
-  if (n < kMinRuns) {
-    drift.reason = std::to_string(n) + " runs, a drift at the floor needs " + std::to_string(kMinRuns);
+  if (n < min_runs) {
+    drift.reason = std::to_string(n) + " runs, a drift at the floor needs " + std::to_string(min_runs);
     return drift;
   }
   std::vector<double> slopes;
@@ -189,10 +189,10 @@ EnsembleDrift fit_drift_ensemble(std::span<const double> t_s, std::span<const st
   SplitMix64 random{0x6472696674};
   std::vector<double> resample(n);
   double squares = 0;
-  for (int r = 0; r < kResamples; ++r) {
+  for (int r = 0; r < resamples; ++r) {
     for (double& s : resample) s = slopes[metrics::draw(random, n)];
     const double off = mean_of(resample) - drift.slope_per_s;
-    squares += off * off / kResamples;
+    squares += off * off / resamples;
   }
   // Corrects the variance of resamples by n / (n - 1).
   const double count = static_cast<double>(n), error = std::sqrt(squares * count / (count - 1));

@@ -26,9 +26,9 @@ std::vector<MetricInfo> fluid_metrics() {
            "Error of the " + std::string(field) +
                " on a regular grid of the fluid's spacing at the end, where the fluid fills a domain that is periodic "
                "along every axis. Values of the particles are interpolated by moving least squares of degree 4 "
-               "(neighbours within three spacings, weights (1 - s)^4 (1 + 4 s)). Norms over the points, of the exact "
-               "field's own. The bar is the same norm of the interpolation's own error: of the exact field's values at the "
-               "particles."});
+               "(neighbours within three spacings, weights (1 - s)^4 (1 + 4 s)). Norm of the error over the grid "
+               "points, divided by that of the exact field. The bar is the same norm of the interpolation error, found by "
+               "interpolating the exact field from the particles."});
   const std::vector<MetricInfo> others = {
       {"model-error", "1",
        "Error due to compressibility: u_c - u at the particles' positions. u is the exact velocity of the "
@@ -61,23 +61,27 @@ std::vector<MetricInfo> fluid_metrics() {
        "Heat that the fluid gained, the sum of m C (T - T at the start), less the given fluxes times the areas of their "
        "walls times the time, at the end, over the sum of |flux| area time. Only where one box of fluid fills the space "
        "between fixed planes and periods, every plane has a flux or is insulated, and nothing else makes heat. The "
-       "reason has the same sum of the exact temperatures: what it is off by is due to the particles' masses, which are "
-       "no weights of an integral where particles are disturbed."},
+       "reason has the same sum of the exact temperatures: its deviation is a quadrature error, for on disturbed "
+       "particles the masses are not exact quadrature weights."},
       {"work-by-diffusion", "1",
        "Work of the density's diffusion (+sph{density_diffusion}) over the run, over the scale of energy-budget; positive "
        "where the fluid gains energy. Its power is computed from the particles of each sample by the reference's sums, the "
        "integral is Simpson's rule over the samples; the bar is the largest of its differences to the trapezoidal rule and to "
        "itself over every second sample, and of energy-unaccounted."},
       {"work-by-shift", "1",
-       "The same of the motion relative to the fluid that keeps particles in order (+sph{shift}), with its fluxes."},
+       "Work of the motion relative to the fluid that keeps particles in order (+sph{shift}), with its fluxes, found as "
+       "work-by-diffusion is."},
       {"work-by-viscosity", "1",
-       "The same of viscosity, among particles and at walls, less the heat that viscous_heat makes of it; what walls that "
-       "move drag is in it."},
+       "Work of viscosity among particles and at walls, less the heat that viscous_heat makes of it, found as "
+       "work-by-diffusion is; the work of moving walls is included."},
       {"work-by-bodies", "1",
-       "The same of the rest that bodies that can move do: the pressure of their points, which is extrapolated from the "
-       "fluid, and heat through them. The energy is the fluid's alone."},
-      {"work-by-walls", "1", "The same of fixed walls."},
-      {"work-by-sources", "1", "The same of body accelerations (`source`) and of buoyancy (`expansion_per_K`)."},
+       "Work of the other terms of bodies that can move: the pressure of their points, which is extrapolated from the "
+       "fluid, and heat through them; found as work-by-diffusion is. The energy is the fluid's alone."},
+      {"work-by-walls", "1",
+       "Work of the other terms of fixed walls: the pressure of their points, which is extrapolated from the fluid, and "
+       "heat through them; found as work-by-diffusion is."},
+      {"work-by-sources", "1",
+       "Work of body accelerations (`source`) and of buoyancy (`expansion_per_K`), found as work-by-diffusion is."},
       {"energy-unaccounted", "1",
        "|E - E0 - work| at the end, over the scale of energy-budget: what neither the plain pairs of particles nor the rows "
        "of work account for: the error of the steps, and that of the integral. More than a fifth of the works: the samples "

@@ -349,7 +349,7 @@ double worst_after(const Curve& run, const Curve& measured, double delay_s, doub
 // places, and the place after the one delay that fits best.
 void append_measured_front(const Curve& run, const Curve& measured, std::vector<Row>& rows) {
   const double begin_m = 1.4 * run.x_m.front();
-  constexpr int kDelays = 1000;
+  constexpr int delays = 1000;
   std::vector<double> t_run, t_measured, x;
   for (std::size_t k = 0; k < measured.x_m.size(); ++k) {
     const double t_s = run.t_at(measured.x_m[k]);
@@ -362,8 +362,8 @@ void append_measured_front(const Curve& run, const Curve& measured, std::vector<
                      "slopes of straight lines through the places from " + format_measure(x.front(), 0) + " to " +
                          format_measure(x.back(), 0) + " m; measured " + format_measure(theirs, 0) + " m/s"));
   double best_s = 0, least = worst_after(run, measured, 0, begin_m);
-  for (int k = 1; k <= kDelays; ++k) {
-    const double delay_s = 0.5 * run.t_s.back() * k / kDelays, worst = worst_after(run, measured, delay_s, begin_m);
+  for (int k = 1; k <= delays; ++k) {
+    const double delay_s = 0.5 * run.t_s.back() * k / delays, worst = worst_after(run, measured, delay_s, begin_m);
     if (worst < least) least = worst, best_s = delay_s;
   }
   rows.push_back(row("front-delay", best_s, 0, "the measured front is that much later"));

@@ -29,7 +29,7 @@ double ratio_of_differences(double p, double s, double r21, double r32) {
 }  // namespace
 
 GridConvergence grid_convergence(const GridLevel& fine, const GridLevel& medium, const GridLevel& coarse) {
-  constexpr double kSafety = 1.25;
+  constexpr double safety = 1.25;
   GridConvergence g;
   const std::size_t n = fine.value.size();
   double e21 = 0, e32 = 0, dot = 0;
@@ -66,18 +66,18 @@ GridConvergence grid_convergence(const GridLevel& fine, const GridLevel& medium,
   }
   g.kind = s < 0 ? GridConvergence::Kind::oscillatory : GridConvergence::Kind::monotone;
   const double fine_gain = std::pow(r21, p) - 1, coarse_gain = std::pow(r32, p) - 1;
-  g.index = kSafety * e21 / fine_gain;
-  g.index_coarse = kSafety * e32 / coarse_gain;
+  g.index = safety * e21 / fine_gain;
+  g.index_coarse = safety * e32 / coarse_gain;
   for (std::size_t i = 0; i < n; ++i)
     g.extrapolated.push_back(fine.value[i] - (medium.value[i] - fine.value[i]) / fine_gain);
   return g;
 }
 
 AsymptoticRange asymptotic_range(double finer_order, double coarser_order, double formal_order) {
-  constexpr double kAgree = 0.1;
+  constexpr double max_difference = 0.1;
   if (!std::isfinite(finer_order) || !std::isfinite(coarser_order)) return AsymptoticRange::not_tested;
-  const bool agree = std::fabs(finer_order - coarser_order) <= kAgree &&
-                     (!(formal_order > 0) || std::fabs(finer_order - formal_order) <= kAgree);
+  const bool agree = std::fabs(finer_order - coarser_order) <= max_difference &&
+                     (!(formal_order > 0) || std::fabs(finer_order - formal_order) <= max_difference);
   return agree ? AsymptoticRange::agrees : AsymptoticRange::disagrees;
 }
 

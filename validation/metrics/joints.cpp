@@ -412,8 +412,8 @@ std::vector<MetricInfo> joint_metrics() {
        "instant of an impact or of a force's switch left out. Components that the constraints leave open are not compared. Springs, dampers and "
        "motors are not part of it. The reason has the largest true component."},
       {"error-reaction-torque", "N m",
-       "The same for the constraint torque on the child about its anchor. The torque of a joint with a prescribed rate is "
-       "part of it."},
+       "Largest norm of the error of a joint's constraint torque on the child about its anchor over the samples; left out "
+       "is what error-reaction-force leaves out. The torque of a joint with a prescribed rate is part of it."},
       {"size-joint-coordinate", "rad",
        "Largest size of an angle [rad], whole turns counted, or an offset [m] of a joint along the true motion: what the "
        "round-off of joint coordinates is scaled by."},

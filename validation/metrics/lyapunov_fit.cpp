@@ -13,17 +13,17 @@
 namespace atwood {
 
 LyapunovFit fit_lyapunov(std::span<const double> local_exponents) {
-  constexpr std::size_t kMinExponents = 8, kBlocks = 10;
+  constexpr std::size_t min_exponents = 8, max_blocks = 10;
   LyapunovFit fit;
   // In the first stretches the separation turns to the direction of fastest growth: a tenth, at least one, is left out.
   const std::size_t skipped = std::max<std::size_t>(1, local_exponents.size() / 10);
-  if (local_exponents.size() < skipped + kMinExponents) return fit;
+  if (local_exponents.size() < skipped + min_exponents) return fit;
   const auto used = local_exponents.subspan(skipped);
   const double n = static_cast<double>(used.size());
   double mean = 0;
   for (double x : used) mean += x / n;
   // Batch means (Law and Carson 1979): ten long blocks are nearly independent also if stretches are correlated.
-  const std::size_t blocks = std::min(kBlocks, used.size() / 2);
+  const std::size_t blocks = std::min(max_blocks, used.size() / 2);
   std::vector<double> block_means;
   for (std::size_t b = 0; b < blocks; ++b) {
     const std::size_t from = b * used.size() / blocks, to = (b + 1) * used.size() / blocks;

@@ -9,7 +9,7 @@ struct MetricOrigin {
   std::string formula, source;  // plain text; source: a paper or book, or "here" where the project defines it
 };
 
-// Throws std::logic_error for a name without an entry. `status` and `truth` are no figures: both texts are empty.
+// Throws std::logic_error for a name without an entry. `status` and `truth` are not figures: both texts are empty.
 MetricOrigin origin_of(const std::string& metric);
 
 }  // namespace atwood

@@ -39,8 +39,8 @@ double nearest_rank(std::vector<double> x, double p) {
 }
 
 std::size_t nearest_rank_index(std::size_t n, double p) {
-  constexpr double kRoundOff = 1e-12;  // 0.95 * 20 is 19, not a little more
-  const double rank = std::ceil(p * static_cast<double>(n) * (1 - kRoundOff));
+  constexpr double round_off = 1e-12;  // 0.95 * 20 is 19, not a little more
+  const double rank = std::ceil(p * static_cast<double>(n) * (1 - round_off));
   return std::clamp<std::size_t>(static_cast<std::size_t>(rank), 1, n) - 1;
 }
 

@@ -24,11 +24,11 @@ PairedRatio paired_ratio(std::span<const double> a, std::span<const double> b) {
   result.high = *most;
   // With fewer pairs the resampled median has too few values for an interval; the range contains the median with
   // probability 1 - 2^(1-n), 97 % for six.
-  constexpr int kMinPairs = 9;
-  if (result.pairs < kMinPairs) return result;
-  constexpr int kResamples = 2000;
+  constexpr int min_pairs = 9;
+  if (result.pairs < min_pairs) return result;
+  constexpr int resamples = 2000;
   SplitMix64 random{0x70616972};
-  std::vector<double> medians(kResamples);
+  std::vector<double> medians(resamples);
   for (double& median : medians) {
     for (double& r : work) r = ratios[metrics::draw(random, ratios.size())];
     median = metrics::median_in_place(work);

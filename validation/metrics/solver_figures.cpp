@@ -8,7 +8,7 @@ namespace {
 std::string scale_of(const std::string& solver) {
   for (const SolverInfo& info : solver_infos())
     if (solver == info.name) return info.residual;
-  return "as the engine scales it";
+  return "scaled by the engine; see its documentation";
 }
 
 }  // namespace

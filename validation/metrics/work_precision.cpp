@@ -210,7 +210,7 @@ std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string&
                             g.evaluations,
                             at};
       if (!std::isfinite(point.error))
-        curve.failed.push_back({method, steps, point.h_s, Status::not_finite, "the error is no number", at});
+        curve.failed.push_back({method, steps, point.h_s, Status::not_finite, "the error is not a number", at});
       else if (known_error(point) >= size)
         curve.failed.push_back({method, steps, point.h_s, Status::diverged, "its error is as large as the motion", at});
       else curve.points.push_back(point);

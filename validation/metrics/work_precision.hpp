@@ -7,7 +7,7 @@
 // results are marked `at_bar`.
 //
 // Of a scene with fluids a curve also runs over the spacings and the sound speeds of its particles. Evaluations of
-// rates of different numbers of particles are no common cost: these scenes are ranked by time alone, and at equal
+// rates of different numbers of particles are not a common cost: these scenes are ranked by time alone, and at equal
 // spacing by their error.
 #pragma once
 

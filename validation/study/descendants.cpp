@@ -189,15 +189,15 @@ std::shared_ptr<const Processes> processes_now() {
   return all;
 }
 
-// The processes as they were at most kSharedLook ago: one look serves the watches of all workers.
+// The processes as they were at most shared_look ago: one look serves the watches of all workers.
 std::shared_ptr<const Processes> recent_processes() {
   using Clock = std::chrono::steady_clock;
-  constexpr std::chrono::milliseconds kSharedLook{100};
+  constexpr std::chrono::milliseconds shared_look{100};
   static std::mutex mutex;
   static std::shared_ptr<const Processes> seen;
   static Clock::time_point seen_at;
   const std::lock_guard<std::mutex> held(mutex);
-  if (!seen || Clock::now() - seen_at > kSharedLook) {
+  if (!seen || Clock::now() - seen_at > shared_look) {
     seen = processes_now();
     kill_strays(*seen);
     seen_at = Clock::now();

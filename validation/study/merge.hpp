@@ -18,7 +18,7 @@ struct Merged {
 // that has the cell, its times those of the first timed pass that succeeded. A cell that ended in one store and
 // timed out or was killed in another is taken from the former; rows whose truth was solved are taken before rows whose
 // truth could not be. The same cell with another outcome, other samples or other rows is a conflict: its code is not
-// deterministic, or its hash does not cover all of it. InputError: files that are no stores, shards with different
+// deterministic, or its hash does not cover all of it. InputError: files that are not stores, shards with different
 // files of costs, cells measured against different truths or by different metrics. StoreDamage: an entry differs from
 // its checksum.
 Merged merge_stores(const std::vector<std::string>& stores, const std::string& out);

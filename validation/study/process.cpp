@@ -343,8 +343,8 @@ bool Process::succeeded() { return ended(std::chrono::seconds(5)) && !ending_->b
 
 bool Process::killed_from_outside() const {
   if (!ending_ || we_killed_ || !ending_->by_signal) return false;
-  constexpr int kSent[] = {SIGKILL, SIGTERM, SIGINT, SIGHUP, SIGQUIT};  // a fault of the program raises others
-  return std::find(std::begin(kSent), std::end(kSent), ending_->code) != std::end(kSent);
+  constexpr int sent_signals[] = {SIGKILL, SIGTERM, SIGINT, SIGHUP, SIGQUIT};  // a fault of the program raises others
+  return std::find(std::begin(sent_signals), std::end(sent_signals), ending_->code) != std::end(sent_signals);
 }
 
 std::string Process::error_text() {

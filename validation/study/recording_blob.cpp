@@ -241,8 +241,8 @@ std::vector<Event> unpack_events_and_solvers(std::string_view bytes, std::map<st
   std::vector<Event> events = read_events(reader);
   solvers.clear();
   if (reader.at == bytes.size()) return events;
-  constexpr std::size_t kMinSolver = 8 + 5 * 8;
-  for (std::size_t left = reader.count(kMinSolver); left > 0; --left) {
+  constexpr std::size_t min_solver = 8 + 5 * 8;
+  for (std::size_t left = reader.count(min_solver); left > 0; --left) {
     const std::size_t size = reader.count(1);
     SolveTally& tally = solvers[std::string(bytes.substr(reader.at, size))];
     reader.at += size;

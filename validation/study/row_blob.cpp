@@ -49,8 +49,8 @@ std::string pack_rows(const std::vector<Row>& rows) {
 
 std::vector<Row> unpack_rows(std::string_view bytes) {
   BlobReader reader{bytes};
-  constexpr std::size_t kMinRow = 1 + 2 * 8 + 5 * 4;
-  std::vector<Row> rows(reader.count(kMinRow));
+  constexpr std::size_t min_row = 1 + 2 * 8 + 5 * 4;
+  std::vector<Row> rows(reader.count(min_row));
   for (Row& row : rows) {
     const auto has = reader.get<std::uint8_t>();
     if ((has & kTime) != 0) row.t_s = reader.get<double>();

@@ -24,7 +24,7 @@ struct PlanBytes {
 };
 std::vector<PlannedCell> unpack_plan(std::string_view bytes);  // BadBlob
 
-// A Zstandard frame (RFC 8878) of these bytes, and back; empty stays empty. BadBlob where it is no such frame or would
+// A Zstandard frame (RFC 8878) of these bytes, and back; empty stays empty. BadBlob where it is not one, or would
 // expand to more than the store can keep (1 GB).
 std::string compressed(std::string_view bytes);
 std::string expanded(std::string_view frame);

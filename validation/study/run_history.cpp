@@ -114,7 +114,7 @@ std::vector<std::string> cells_of(const std::string& line) {
 template <class Number> Number number_of(const std::string& text) {
   Number value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) throw BadBlob("`" + text + "` is no number");
+  if (error != std::errc() || end != text.data() + text.size()) throw BadBlob("`" + text + "` is not a number");
   return value;
 }
 
@@ -242,7 +242,7 @@ void RunHistory::finish(const HistoryRun& run, const std::string& figures, const
 
 std::int64_t RunHistory::prune(const std::string& study, std::int64_t keep, std::int64_t before_ns, bool dry) {
   // A run that goes on is not removed: it would end without an entry. After a day it counts as killed.
-  constexpr const char* kRemoved =
+  constexpr const char* where_removed =
       " FROM runs WHERE (?1='' OR study=?1) AND (ended_ns>0 OR begun_ns<?2) AND ((?3>0 AND ?3<=(SELECT count(*) FROM "
       "runs AS later WHERE later.study=runs.study AND later.selection=runs.selection AND later.id>runs.id AND "
       "later.verdict IN ('pass', 'fail', 'no gates'))) OR begun_ns<?4)";
@@ -253,7 +253,7 @@ std::int64_t RunHistory::prune(const std::string& study, std::int64_t keep, std:
     using namespace std::chrono;
     const std::int64_t a_day_ago = nanoseconds(system_clock::now().time_since_epoch() - hours(24)).count();
     std::vector<std::int64_t> removed;
-    SQLite::Statement select(sql, std::string("SELECT id") + kRemoved);
+    SQLite::Statement select(sql, std::string("SELECT id") + where_removed);
     SQLite::bind(select, study, a_day_ago, keep, before_ns);
     while (select.executeStep()) removed.push_back(select.getColumn(0).getInt64());
     if (dry) return static_cast<std::int64_t>(removed.size());

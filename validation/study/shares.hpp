@@ -19,7 +19,7 @@ struct StudyShare {
   int number = 1, count = 1;  // 1 <= number <= count
   std::string source;         // who said so: "--shard", "SLURM_ARRAY_TASK_ID"
 };
-// "2/8". InputError where it is no share.
+// "2/8". InputError where it is not a share.
 StudyShare parse_share(const std::string& text);
 // The share that the launcher of this process gives it, from its environment; empty: there is no launcher. `variable`
 // returns the value of an environment variable, or "". InputError where the variables contradict each other or do not

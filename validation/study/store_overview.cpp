@@ -19,7 +19,7 @@ bool StoreOverview::measured_from(const std::string& key, const std::string& bas
 namespace {
 
 // Whether the pages of a table's tree are in the order by which SQLite searches them.
-bool well_ordered(StoreDatabase& database, const StoreTable& table) {
+bool index_order_ok(StoreDatabase& database, const StoreTable& table) {
   SQLite::Statement check(*database.sql, std::string("PRAGMA quick_check('") + table.name + "')");
   return check.executeStep() && check.getColumn(0).getString() == "ok";
 }
@@ -31,7 +31,7 @@ struct KeySums {
   bool operator==(const KeySums&) const = default;
 };
 
-// The index of the keys of a table with rows numbered by SQLite; nothing where it is not in order.
+// The index of the keys of a table with rows numbered by SQLite; nullopt where it is not in order.
 std::optional<KeySums> sums_of_index(StoreDatabase& database, const StoreTable& table, const std::string& key) {
   SQLite::Statement entries(*database.sql, "SELECT " + key + ", rowid FROM " + table.name +
                                                " INDEXED BY sqlite_autoindex_" + table.name + "_1 WHERE " + key +
@@ -50,11 +50,11 @@ std::optional<KeySums> sums_of_index(StoreDatabase& database, const StoreTable& 
   return sums;
 }
 
-// Calls `each` with every entry. Nothing: a checksum is wrong, or an entry is not found by its key. Of a table with
+// Calls `each` with every entry. nullopt: a checksum is wrong, or an entry is not found by its key. Of a table with
 // rows numbered by SQLite, the keys lie in an index, which must name the row of each.
 template <class Each>
-std::optional<KeySums> all_right(StoreDatabase& database, const StoreTable& table, bool numbered, Each each) {
-  if (numbered && !well_ordered(database, table)) return std::nullopt;
+std::optional<KeySums> check_table(StoreDatabase& database, const StoreTable& table, bool numbered, Each each) {
+  if (numbered && !index_order_ok(database, table)) return std::nullopt;
   const std::string columns = table.columns, key = columns.substr(0, columns.find(','));
   SQLite::Statement entries(*database.sql,
                             "SELECT " + columns + ", checksum" + (numbered ? ", rowid" : "") + " FROM " + table.name);
@@ -79,7 +79,7 @@ std::optional<KeySums> all_right(StoreDatabase& database, const StoreTable& tabl
 }
 
 // Whether the provenance of every cell and time is there, and, unless `recorded`, the recording of every cell.
-bool belongings_there(StoreDatabase& database, bool recorded) {
+bool has_all_parts(StoreDatabase& database, bool recorded) {
   std::vector<const char*> lost{"SELECT 1 FROM cells WHERE provenance NOT IN (SELECT hash FROM provenances) LIMIT 1",
                                 "SELECT 1 FROM timings WHERE provenance NOT IN (SELECT hash FROM provenances) LIMIT 1"};
   if (!recorded)
@@ -114,19 +114,19 @@ StoreOverview Store::overview() {
   try {
     database_->guarded([&] {
       const auto cells =
-          all_right(*database_, kCells, false, [&](const SQLite::Statement& entry, const std::string& key) {
+          check_table(*database_, kCells, false, [&](const SQLite::Statement& entry, const std::string& key) {
             all.add_run(key, {status_from_string(text(entry, 4)), entry.getColumn(10).getInt64() != 0,
                               entry.getColumn(9).getDouble()});
           });
-      const auto recordings = cells ? all_right(*database_, kSeries, true, ignore) : std::nullopt;
-      all.whole = recordings && all_right(*database_, kTimings, false, ignore) &&
-                  all_right(*database_, kMeasured, true,
-                            [&](const SQLite::Statement& entry, const std::string& key) {
-                              all.add_measured(key, text(entry, 2));
-                            }) &&
-                  belongings_there(*database_, cells->count == recordings->count && cells->keys == recordings->keys);
+      const auto recordings = cells ? check_table(*database_, kSeries, true, ignore) : std::nullopt;
+      all.whole = recordings && check_table(*database_, kTimings, false, ignore) &&
+                  check_table(*database_, kMeasured, true,
+                              [&](const SQLite::Statement& entry, const std::string& key) {
+                                all.add_measured(key, text(entry, 2));
+                              }) &&
+                  has_all_parts(*database_, cells->count == recordings->count && cells->keys == recordings->keys);
     });
-  } catch (const std::runtime_error&) {  // the cells one by one say what cannot be read
+  } catch (const std::runtime_error&) {  // reading the cells one by one names what is damaged
     all.whole = false;
   }
   return all;

@@ -122,17 +122,17 @@ void migrate_store(StoreDatabase& database) {
   }
   for (const StoreTable* table : {&kMeasured, &kTimings})  // of the new tables, which have the same keys
     database.read_keys(*table);
-  constexpr std::array kSame{"provenances", "runs", "campaigns", "cells", "truths", "totals"};
-  constexpr std::array kChanged{"series", "measured", "rows", "timings"};
-  for (const char* name : kSame) sql.exec(std::string("ALTER TABLE ") + name + " RENAME TO old_" + name);
-  for (const char* name : kChanged) sql.exec(std::string("ALTER TABLE ") + name + " RENAME TO old_" + name);
+  constexpr std::array same_direction{"provenances", "runs", "campaigns", "cells", "truths", "totals"};
+  constexpr std::array changed{"series", "measured", "rows", "timings"};
+  for (const char* name : same_direction) sql.exec(std::string("ALTER TABLE ") + name + " RENAME TO old_" + name);
+  for (const char* name : changed) sql.exec(std::string("ALTER TABLE ") + name + " RENAME TO old_" + name);
   sql.exec(kStoreTablesSql);
-  for (const char* name : kSame) sql.exec(std::string("INSERT INTO ") + name + " SELECT * FROM old_" + name);
+  for (const char* name : same_direction) sql.exec(std::string("INSERT INTO ") + name + " SELECT * FROM old_" + name);
   migrate_series(database);
   migrate_measured(database);
   migrate_timings(database);
-  for (const char* name : kSame) sql.exec(std::string("DROP TABLE old_") + name);
-  for (const char* name : kChanged) sql.exec(std::string("DROP TABLE old_") + name);
+  for (const char* name : same_direction) sql.exec(std::string("DROP TABLE old_") + name);
+  for (const char* name : changed) sql.exec(std::string("DROP TABLE old_") + name);
 }
 
 }  // namespace atwood

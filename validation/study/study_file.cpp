@@ -298,7 +298,7 @@ struct StudyFile {
     const auto text = reason ? reason->value_exact<std::string>() : std::nullopt;
     if (!text || text->empty())
       refuse((reason ? reason : allow)->source(),
-             "found `allow` without a reason; expected `allow_reason`, a sentence on why these are no failures");
+             "found `allow` without a reason; expected `allow_reason`, a sentence on why these are not failures");
     cells.allow_reason = *text;
   }
 

@@ -92,10 +92,10 @@ std::pair<bool, int> rank_of(const Cell& cell) {
 
 // Of each engine one cell of the scenario, ours first.
 std::vector<const Cell*> played_cells(const std::vector<Cell>& cells, const std::string& scenario) {
-  constexpr double kRate = 240;  // steps a second
-  constexpr std::size_t kMaxMethods = 3;
+  constexpr double steps_per_s = 240;  // steps a second
+  constexpr std::size_t max_methods = 3;
   const auto away = [](const Cell& cell) {
-    return std::abs(std::log(static_cast<double>(cell.plan.steps) / (kRate * cell.plan.t_end_s)));
+    return std::abs(std::log(static_cast<double>(cell.plan.steps) / (steps_per_s * cell.plan.t_end_s)));
   };
   std::vector<const Cell*> chosen;
   for (const Cell& cell : cells) {
@@ -113,7 +113,7 @@ std::vector<const Cell*> played_cells(const std::vector<Cell>& cells, const std:
   }
   std::stable_partition(chosen.begin(), chosen.end(),
                         [](const Cell* cell) { return engine_name(cell->method) == "atwood"; });
-  if (chosen.size() > kMaxMethods) chosen.resize(kMaxMethods);
+  if (chosen.size() > max_methods) chosen.resize(max_methods);
   return chosen;
 }
 

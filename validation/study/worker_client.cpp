@@ -191,7 +191,7 @@ Outcome WorkerClient::exchange(std::string text, double limit_s,
     return refused("the scene takes " + megabytes(text.size()) + " as a line of the worker protocol, which allows " +
                    megabytes(wire::kLongestLine));
   }
-  // What a process does after the end of an answer is no fault of the next cell, whether it is noticed before the next
+  // What a process does after the end of an answer is not the next cell's fault, whether it is noticed before the next
   // request is sent or shortly after it: then a new process is asked, once.
   may_ask_again_ = has_answered_;
   if (const std::string early = process_->unasked(); !early.empty()) {

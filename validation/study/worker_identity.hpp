@@ -36,7 +36,7 @@ struct WorkerIdentity {
   // Not empty: why code outside the hash may decide the results (a script's imports, the child of a launcher). A
   // fingerprint covers all code of a worker.
   std::string unknown_code;
-  std::string error;  // not empty: hello lists a file that does not exist or is no regular file, or one is too large
+  std::string error;  // not empty: hello lists a file that does not exist or is not a regular file, or one is too large
   std::vector<std::string> code;  // files that the process has mapped as code, sorted
   bool process_ended = false;     // before its libraries were read: the hash is without them
 };

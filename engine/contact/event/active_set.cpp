@@ -58,7 +58,7 @@ PairState pair_state(const Bodies<S>& bodies, const Proximity<S>& proximity, con
 template <class S>
 void update_all_kinematics(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active,
                            const StateBuffers<S>& states) {
-  bodies.poses_at = 0;
+  bodies.poses_version = 0;
   for (const int body : active.bodies) bodies.poses[body] = pose_of(bodies, body, states.y.data());
   for (Contact<S>& contact : active.contacts) {
     const Candidate<S>& candidate = proximity.candidates[contact.candidate];
@@ -67,7 +67,7 @@ void update_all_kinematics(Bodies<S>& bodies, const Proximity<S>& proximity, Act
         gap_kinematics_with_rates(candidate.feature, of, proximity.surfaces[candidate.surface], contact.facet, on);
     contact.u = (of.v + cross(of.w, contact.kinematics.x - of.p)) - (on.v + cross(on.w, contact.kinematics.x - on.p));
     contact.w = of.w - on.w;
-    contact.kinematics_at = 0;
+    contact.kinematics_version = 0;
   }
 }
 
@@ -98,7 +98,7 @@ void add_closed_candidates(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet
 // Sets active.bodies: those with a state, each once.
 template <class S> void list_contact_bodies(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active) {
   active.bodies.clear();
-  bodies.poses_at = 0;
+  bodies.poses_version = 0;
   for (const Contact<S>& contact : active.contacts)
     for (const int body :
          {proximity.candidates[contact.candidate].feature_body, proximity.candidates[contact.candidate].surface_body})
@@ -162,8 +162,8 @@ template <class S> bool find_modes(EventRun<S>& run, S t_s) {
   run.integration.free.rate(t_s, run.states.y.data(), run.states.dydt.data());
   const Tolerances<S> tolerances = tolerances_of(run.bodies, active, run.states.dydt.data());
   for (Contact<S>& contact : active.contacts) {
-    contact.warm_N = contact.largest_N = S(0);
-    contact.warm_friction_N = contact.warm_couple_N_m = {};
+    contact.warm_start_N = contact.largest_N = S(0);
+    contact.warm_start_friction_N = contact.warm_start_couple_N_m = {};
   }
   if (active.count > 0)
     add_contact_forces(run.bodies, run.proximity, active, run.constraints, run.states.y.data(), run.states.y.version,

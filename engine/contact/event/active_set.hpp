@@ -47,7 +47,7 @@ template <class S> struct Contact {
   S slip_speed{}, roll_speed{};            // [m/s], [rad/s] at the start of the segment
 
   // Kinematics at bodies.poses, and the version of the state they belong to (0: none).
-  std::uint64_t kinematics_at = 0;
+  std::uint64_t kinematics_version = 0;
   GapKinematics<S> kinematics;
   LeverArms<S> levers;
   Vec3<S> u, w;  // [m/s] relative velocity at the contact point, [rad/s] relative angular velocity
@@ -65,8 +65,9 @@ template <class S> struct Contact {
   int force_rows = 1, couple_rows = 0;
   Vec3<S> tangent[2];                   // directions of the rows after the normal one
   Vec3<S> unit_force_W, unit_couple_W;  // per 1 N of normal force: that and friction of slip, couple of rolling
-  S warm_N{};                           // where the solution starts, which decides among redundant forces
-  Vec3<S> warm_friction_N, warm_couple_N_m;
+  // Initial guess of the solution; where contacts are redundant it selects one of the solutions.
+  S warm_start_N{};
+  Vec3<S> warm_start_friction_N, warm_start_couple_N_m;
 
   // Of solve_forces_gauss_seidel() only: relative accelerations, and inverse effective masses [1/kg], [1/(kg m^2)].
   Vec3<S> u_dot, alpha;

@@ -21,10 +21,10 @@ template <class S> struct Bodies {
   explicit Bodies(RigidModel<S>& of_model) : model(of_model) {}
 
   RigidModel<S>& model;
-  std::vector<Pose<S>> poses;                      // of the states last posed; fixed bodies' never change
+  std::vector<Pose<S>> poses;  // of the states whose poses were computed last; fixed bodies' never change
   std::vector<InverseInertia<S>> inverse_inertia;  // at the poses, of bodies in contact; else of isotropic bodies only
   // Version of the state that the poses and inertias of all bodies in contact belong to; 0: of different states.
-  std::uint64_t poses_at = 0;
+  std::uint64_t poses_version = 0;
   std::vector<unsigned char> moves;      // neither fixed nor held at present
   std::uint64_t moves_version = 0;       // of the contents of `moves`
   std::vector<unsigned char> isotropic;  // all principal moments of inertia are equal

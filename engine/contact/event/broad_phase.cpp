@@ -110,11 +110,11 @@ template <class S> void measure_gaps(Bodies<S>& bodies, Proximity<S>& proximity,
     Candidate<S>* const end = candidate + pair.count;
     while (candidate != end && candidate->in_contact) ++candidate;
     if (candidate != end) {
-      if (pair.gaps_known_at != proximity.segment)
+      if (pair.gaps_segment != proximity.segment)
         measure(bodies, proximity, candidate, end, states.y.data(), &Candidate<S>::gap, &Candidate<S>::rate);
       measure(bodies, proximity, candidate, end, states.y_new.data(), &Candidate<S>::gap_end, &Candidate<S>::rate_end);
     }
-    pair.gaps_known_at = proximity.segment;
+    pair.gaps_segment = proximity.segment;
   }
 }
 
@@ -122,7 +122,7 @@ template <class S> void shift_gaps(Proximity<S>& proximity) {
   ++proximity.segment;
   for (const int p : proximity.near) {
     ShapePair<S>& pair = proximity.pairs[p];
-    pair.gaps_known_at = proximity.segment;
+    pair.gaps_segment = proximity.segment;
     for (int f = pair.first; f < pair.first + pair.count; ++f) {
       proximity.candidates[f].gap = proximity.candidates[f].gap_end;
       proximity.candidates[f].rate = proximity.candidates[f].rate_end;

@@ -180,14 +180,14 @@ template <class S> void update_kinematics(const Bodies<S>& bodies, const Proximi
 template <class S>
 void update_active_kinematics(Bodies<S>& bodies, const Proximity<S>& proximity, ActiveSet<S>& active, const S* y,
                               std::uint64_t version) {
-  if (version == 0 || bodies.poses_at != version) {
+  if (version == 0 || bodies.poses_version != version) {
     update_contact_body_poses(bodies, active, y);
-    bodies.poses_at = version;
+    bodies.poses_version = version;
   }
   for (Contact<S>& contact : active.contacts) {
-    if (!contact.active || (version != 0 && contact.kinematics_at == version)) continue;
+    if (!contact.active || (version != 0 && contact.kinematics_version == version)) continue;
     update_kinematics(bodies, proximity, contact);
-    contact.kinematics_at = version;
+    contact.kinematics_version = version;
   }
 }
 

@@ -135,8 +135,8 @@ template <class S> void load_warm_start(const ActiveSet<S>& active, ConstraintSy
   for (const Contact<S>& contact : active.contacts) {
     if (contact.first_row < 0) continue;
     S* x = constraints.unknown.data() + contact.first_row;
-    project_rows(contact, contact.warm_friction_N, contact.warm_couple_N_m, x);
-    x[0] = contact.warm_N;
+    project_rows(contact, contact.warm_start_friction_N, contact.warm_start_couple_N_m, x);
+    x[0] = contact.warm_start_N;
   }
 }
 
@@ -263,9 +263,9 @@ template <class S> void evaluate_rates(EventRun<S>& run, S t_s) {
 
 template <class S> void store_warm_start(ActiveSet<S>& active) {
   for (Contact<S>& contact : active.contacts) {
-    contact.warm_N = contact.normal_N;
-    contact.warm_friction_N = contact.friction_N;
-    contact.warm_couple_N_m = contact.couple_N_m;
+    contact.warm_start_N = contact.normal_N;
+    contact.warm_start_friction_N = contact.friction_N;
+    contact.warm_start_couple_N_m = contact.couple_N_m;
   }
 }
 

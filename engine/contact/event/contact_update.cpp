@@ -56,7 +56,7 @@ void maintain_contacts(Bodies<S>& bodies, Proximity<S>& proximity, ActiveSet<S>&
       active.active_set_epoch = -1;  // it closes again: find the active set anew
     if (kinematics.gap <= contact.target_gap + S(4) * bodies.gap_round_off()) return false;
     proximity.candidates[contact.candidate].in_contact = false;
-    proximity.pairs[candidate.pair].gaps_known_at = -1;  // gaps are not measured while in contact
+    proximity.pairs[candidate.pair].gaps_segment = -1;  // gaps are not measured while in contact
     return true;
   });
 }

@@ -169,7 +169,7 @@ void add_edge_candidates(Proximity<S>& proximity, ActiveSet<S>& active, Impacts<
     }
   add_rectangle_vertices(proximity, boundary);
   pair.count = static_cast<int>(proximity.candidates.size()) - pair.first;
-  pair.gaps_known_at = -1;
+  pair.gaps_segment = -1;
   const auto renumber = [&](auto& list) {
     for (auto& item : list)
       if (item.candidate >= pair.first_without_edges &&

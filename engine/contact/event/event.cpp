@@ -171,7 +171,7 @@ template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   }
   for (ShapePair<S>& pair : run.proximity.pairs) {
     pair.travel_until_recheck = S(0);
-    pair.gaps_known_at = -1;
+    pair.gaps_segment = -1;
     pair.overlaps_at_start = false;
     pair.last_bounce = false;
     pair.bounces_end_s = S(0);

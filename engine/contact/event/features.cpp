@@ -106,7 +106,7 @@ template <class S> S distance_to(const Facet<S>& facet, const Vec3<S>& c) {
   return norm(away);
 }
 
-// At equal distance a face comes before edges and vertices: edges inside a flat mesh are no edges, and a point right
+// At equal distance a face comes before edges and vertices: edges inside a flat mesh are not edges, and a point right
 // above one belongs to a face.
 template <class S> Facet<S> nearest_of_mesh(const std::vector<FacetTriangle<S>>& mesh, const Vec3<S>& c) {
   Facet<S> best;

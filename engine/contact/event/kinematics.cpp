@@ -34,7 +34,7 @@ template <class S> Pose<S> pose_of(const Bodies<S>& bodies, int body, const S* y
 }
 
 template <class S> void update_poses(Bodies<S>& bodies, const Candidate<S>& candidate, const S* y) {
-  bodies.poses_at = 0;
+  bodies.poses_version = 0;
   for (const int body : {candidate.feature_body, candidate.surface_body})
     update_pose(bodies, body, y, bodies.poses[body]);
 }

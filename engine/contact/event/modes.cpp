@@ -190,7 +190,7 @@ void modes_from_forces(const Proximity<S>& proximity, ActiveSet<S>& active, S ti
     const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
     const Vec3<S>& n = contact.kinematics.normal;
     contact.active = contact.normal_N > tiny_N;
-    contact.warm_N = contact.normal_N;
+    contact.warm_start_N = contact.normal_N;
     contact.largest_N = real::max(contact.largest_N, contact.normal_N);
     if (contact.mode != FrictionMode::frictionless && (contact.mode == FrictionMode::stick || contact.at_cone_limit)) {
       const Vec3<S> onset = perpendicular_part(contact.u_dot, n);

@@ -25,7 +25,7 @@ bool laws_hold(const Proximity<S>& proximity, const ActiveSet<S>& active, const 
 // before.
 template <class S> bool search_modes(EventRun<S>& run, S t_s, const Tolerances<S>& tolerances);
 // Modes from the forces of solve_forces_gauss_seidel(). Sets active, modes, slip and roll directions, at_cone_limit,
-// warm_N and largest_N.
+// warm_start_N and largest_N.
 template <class S>
 void modes_from_forces(const Proximity<S>& proximity, ActiveSet<S>& active, S tiny_N, S tiny_acceleration);
 // Clears at_cone_limit of contacts whose pair has no active sticking contact left: nothing holds them, so they slip.

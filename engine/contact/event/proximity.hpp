@@ -25,14 +25,15 @@ template <class S> struct ShapePair {
   bool plane_is_a = false;
   // Message where a vertex would slide beyond its face, or a sphere touches two facets; empty: they cannot.
   std::string boundary_refusal;
-  std::string names;                 // "sphere `a` and box `b`"
-  std::string flat_end_refusal;      // message where an end of a cylinder lies flat (flat_ends.hpp)
-  std::string refusal;               // not empty: the pair has no contact test, and must not come near
-  S travel_until_recheck{};          // [m] path lengths of both bodies up to which they cannot have met
-  std::int64_t gaps_known_at = -1;   // the segment (Proximity::segment) at whose start its candidates' gaps are known
-  bool last_bounce = false;          // the impact of this instant is taken as the last of a series of bounces,
-  S remaining_bounces_s{};           // which would go on for that long
-  S bounces_end_s{};                 // when the series will have ended, predicted from its impacts so far
+  std::string names;             // "sphere `a` and box `b`"
+  std::string flat_end_refusal;  // message where an end of a cylinder lies flat (flat_ends.hpp)
+  std::string refusal;           // not empty: the pair has no contact test, and must not come near
+  S travel_until_recheck{};      // [m] path lengths of both bodies up to which they cannot have met
+  std::int64_t gaps_segment =
+      -1;                    // the segment (Proximity::segment) at whose start its candidates' gaps are known; -1: none
+  bool last_bounce = false;  // the impact of this instant is taken as the last of a series of bounces,
+  S remaining_bounces_s{};   // which would go on for that long
+  S bounces_end_s{};         // when the series will have ended, predicted from its impacts so far
   bool overlaps_at_start = false;    // its contacts may hold an overlap; of others an overlap is drift
   bool has_edge_candidates = false;  // edge_candidates.hpp; and its range without them:
   int first_without_edges = 0, count_without_edges = 0;
@@ -45,7 +46,7 @@ template <class S> struct Candidate {
   int edge[2] = {-1, -1};         // an edge over an edge: of the feature's and the surface's body in Proximity::edges
   mutable int last_triangle = 0;  // of a flat mesh: where the search for the triangle below begins
   bool in_contact = false;        // listed in ActiveSet::contacts
-  S gap{}, rate{};                // [m], [m/s] at the start of the segment, if known (ShapePair::gaps_known_at)
+  S gap{}, rate{};                // [m], [m/s] at the start of the segment, if known (ShapePair::gaps_segment)
   S gap_end{}, rate_end{};        // at the end of the trial step
 };
 
@@ -92,7 +93,7 @@ GapKinematics<S> gap_from_poses(const Bodies<S>& bodies, const Proximity<S>& pro
 template <class S> bool needs_orientation(const Proximity<S>& proximity, const Candidate<S>& candidate) {
   return !candidate.feature.centered || proximity.surfaces[candidate.surface].kind > SurfaceKind::point;
 }
-// The gap of such a candidate in the state y, without posing bodies.
+// The gap of such a candidate in the state y, without computing poses.
 template <class S>
 GapKinematics<S> sphere_gap(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
                             const S* y);

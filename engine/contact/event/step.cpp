@@ -172,7 +172,7 @@ template <class S> bool restart_contacts(EventRun<S>& run, S t_s) {
   std::fill(run.bodies.moves.begin(), run.bodies.moves.end(), static_cast<unsigned char>(0));
   for (const int body : run.bodies.model.moving()) run.bodies.moves[body] = 1;
   ++run.bodies.moves_version;  // poses, decoupled contacts and factors are no longer valid
-  run.bodies.poses_at = 0;
+  run.bodies.poses_version = 0;
   update_speed_scale(run.bodies, run.states.y.data());
   run.states.y_new = run.states.y;
   for (ShapePair<S>& pair : run.proximity.pairs) pair.travel_until_recheck = S(0);
@@ -191,9 +191,8 @@ template <class S> bool restart_contacts(EventRun<S>& run, S t_s) {
                    (candidate.gap <= run.bodies.gap_round_off() && candidate.rate < -run.bodies.approach_round_off());
         pair.overlaps_at_start = pair.overlaps_at_start || candidate.gap < -run.bodies.gap_round_off();
         if (has_no_normal(run, candidate))
-          return refuse_at(
-              run.report, static_cast<double>(t_s),
-              pair.names + " overlap, and of two opposite normals neither tells which way they come apart");
+          return refuse_at(run.report, static_cast<double>(t_s),
+                           pair.names + " overlap symmetrically: the contact normal is not unique");
       }
     }
     if (approach) return resolve_impacts(run, t_s);

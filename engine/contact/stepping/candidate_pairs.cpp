@@ -266,7 +266,7 @@ template <class S> void update_candidate_pairs(World<S>& world, S h_s) {
   }
   add_pairs_with_planes(world);
   const auto by_a = [](const CandidatePair& x, const CandidatePair& y) { return ordered_before(x.a, x.b, y.a, y.b); };
-  // without a swap above they are sorted as the broad phase left them
+  // if nothing was swapped above, they are still sorted
   if (world.candidates.has_fixed_pairs)
     std::sort(world.candidates.sphere_pairs.begin(), world.candidates.sphere_pairs.end(), by_a);
   std::sort(world.candidates.manifold_pairs.begin(), world.candidates.manifold_pairs.end(), by_a);

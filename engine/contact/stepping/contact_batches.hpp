@@ -52,7 +52,7 @@ template <class T> struct Rounding {
   T radius_m;
 };
 
-// The gap of a lane that has no such point, and the bias of a contact that is no constraint [m, m/s]; all others are
+// The gap of a lane that has no such point, and the bias of a contact that is not a constraint [m, m/s]; all others are
 // below kMaxValue.
 inline constexpr double kNoValue = 1e30, kMaxValue = 1e29;
 

@@ -2,7 +2,7 @@
 //
 // Impulses l = (n, t, s) of every point in its own frame, relative velocities u = W l + q with W = J M^-1 J^T. The law
 //   0 <= l_n  _|_  u_n + bias >= 0,
-//   |l_ts| <= mu l_n, friction straight against the slip, on the cone where there is slip
+//   |l_ts| <= mu l_n, friction opposite to the slip, on the cone where there is slip
 // is F(l) = 0 with a step r of each row's own size (Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353):
 //   z = l - r (u + bias),   F_n = l_n - max(0, z_n),   F_ts = l_ts - project(z_ts, disc of radius mu max(0, z_n)).
 // W is singular where the contact points of a body are redundant (hyperstatic contact). Newton's matrix therefore uses
@@ -18,26 +18,27 @@
 namespace atwood::stepping {
 namespace {
 
-// The cost of a direct solve is cubic in the number of points: with solver=auto, what moves with more points than this
-// is solved by sweeps. What is at rest is solved once; after that the warm start is the solution.
+// The cost of a direct solve is cubic in the number of points. With solver=auto a scene in motion, without joints, that
+// has more points than this is solved by sweeps. To a scene at rest only `direct_points` applies: after its first solve
+// the warm start is the solution.
 constexpr int kMaxPointsInMotion = 32;
 
 constexpr int kMaxNewtonIterations = 20, kFallbackSweeps = 8, kMaxStepHalvings = 6;
 constexpr double kTolerance = 1000;  // of the residual, in units of the impulses' round-off
 
-// False: the point carries no impulse, and its gap cannot close in this substep at the present velocities; it is left
-// out. Whether that was wrong, because its neighbours push it, is tested after the solve.
+// False: the point carries no impulse, and its gap cannot close in this substep at the present velocities. Such a point
+// is left out; approaches_inactive_contact() checks after the solve whether its neighbours' impulses close it.
 template <class S> bool may_become_active(const World<S>& world, const SolverPoint<S>& p) {
   if (p.impulse[0] > S(0) || p.bias == S(0)) return true;
   return p.bias + S(2) * dot(relative_velocity(world.bodies, p), p.n) < S(4) * norm(world.gravity_W) * world.sub_s;
 }
 
-// The child of a stop's joint, which moves.
+// The child body of a stop's joint; it always moves.
 template <class S> int tied_child(const World<S>& world, std::size_t stop) {
   return world.scene->joints[static_cast<std::size_t>(world.tied->stops[stop].joint)].child;
 }
 
-// A contact, or below 0 a stop, as a point.
+// The solver's point of a contact; -1 - s stands for stop s.
 template <class S> SolverPoint<S> point_of(const World<S>& world, int contact) {
   if (contact >= 0) return solver_point(world, contact);
   const StopConstraint<S>& stop = world.tied->stops[static_cast<std::size_t>(-1 - contact)];
@@ -171,8 +172,8 @@ template <class S> S free_entry(const World<S>& world, const DirectSolver<S>& d,
   return sum;
 }
 
-// Entry (i, j) of the Delassus matrix W = J M^-1 J^T; with joints, M^-1 is what they leave of it. A stop's rows t and
-// s, which no impulse has, are given the diagonal 1.
+// Entry (i, j) of the Delassus matrix W = J M^-1 J^T; with joints, M^-1 is projected onto the motions that they allow.
+// A stop's rows t and s, which no impulse has, are given the diagonal 1.
 template <class S> S delassus_entry(const World<S>& world, const DirectSolver<S>& d, int i, int j) {
   if (!d.tied.empty()) {
     const bool stop = d.contact_of_point[static_cast<std::size_t>(i / 3)] < 0;
@@ -338,15 +339,15 @@ template <class S> void solve_island(World<S>& world, DirectSolver<S>& d) {
   S scale{};
   for (std::size_t i = 0; i < size; ++i)
     scale = real::max(scale, real::max(real::abs(d.l[i]), d.row_step[i] * real::abs(d.q[i])));
-  const S target_rate = S(kTolerance) * real::epsilon<S>() * scale;
+  const S tolerance_N_s = S(kTolerance) * real::epsilon<S>() * scale;
   S left = residual(d, d.l, d.z, d.F);
   int iterations = 0;
-  for (; iterations < kMaxNewtonIterations && left > target_rate; ++iterations) {
+  for (; iterations < kMaxNewtonIterations && left > tolerance_N_s; ++iterations) {
     if (newton_step(d, left)) continue;
     for (int k = 0; k < kFallbackSweeps; ++k) sweep(d);
     left = residual(d, d.l, d.z, d.F);
   }
-  report(world, iterations, left, scale, left <= target_rate ? SolveEnd::converged : SolveEnd::capped);
+  report(world, iterations, left, scale, left <= tolerance_N_s ? SolveEnd::converged : SolveEnd::capped);
 }
 
 // Applies the change of the impulses to the bodies and stores them. Changes velocities and impulses.

@@ -7,8 +7,9 @@
 // any step, and no approach is slowed down to close the gap.
 //
 // An approach that is no faster than the velocity increment of a substep is a lasting contact and left to the velocity
-// solver. So are contacts without restitution and, after inelastic collapse, the impacts that remain at the limit. The
-// limit counts what impacts dissipate: those of restitution 1 may be any number, as long as the time advances.
+// solver. So are contacts without restitution and, after inelastic collapse, the approaches that are left at the limit:
+// kMaxLossPerContact impacts a contact on average, where one of restitution e counts as 2 (1 - e), at most 1. Those of
+// restitution 1 therefore do not count, as long as the time advances.
 #include <algorithm>
 #include <limits>
 
@@ -89,7 +90,7 @@ template <class S> bool refine_on_surfaces(World<S>& world, int contact, S from_
     const Transform<S> pose_a = transform_at(world, a, predicted.t_s), pose_b = transform_at(world, b, predicted.t_s);
     manifolds.clear();
     find_contacts(world.geometry[a], pose_a, world.geometry[b], pose_b, size, manifolds);
-    for (const Manifold<S>& manifold : manifolds) add_overlap_solve(world, manifold);
+    for (const Manifold<S>& manifold : manifolds) add_convex_solves(manifold.solve, world.model->system().solvers);
     const Vec3<S> predicted_point = pose_a.p_W + predicted.arm_a;
     const ContactPoint<S>* point = nullptr;
     S least{};
@@ -380,9 +381,9 @@ template <class S> void resolve_impacts(World<S>& world) {
     }
   }
   report_impact_queue(world, count, now_s);
-  if (count.at_an_instant > count.most_at_an_instant && !world.end.impacts_stand_still) {
-    world.end.impacts_stand_still = true;
-    world.end.stand_still_s = world.t_s + now_s;
+  if (count.at_an_instant > count.most_at_an_instant && !world.end.impacts_stalled) {
+    world.end.impacts_stalled = true;
+    world.end.stall_time_s = world.t_s + now_s;
   }
 }
 

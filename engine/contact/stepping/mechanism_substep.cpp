@@ -10,9 +10,9 @@
 namespace atwood::stepping {
 namespace {
 
-constexpr int kMaxClosings = 50;
+constexpr int kMaxJointIterations = 50;
 
-// A body at the end of the substep, as close_joints() left it.
+// A body at the end of the substep, as satisfy_joints_at_end() left it.
 template <class S> TiedBody<S> body_at_end(const World<S>& world, int body) {
   TiedBody<S> out = tied_body(world, body, S(0));
   if (body < 0 || !is_tied(world, body)) return out;
@@ -57,14 +57,14 @@ template <class S> void move_freely(World<S>& world, const Mechanism<S>& mechani
     FreeTurn<S> turn;
     free_turn(FreeTop::splitting, world.model->mass(body), world.sub_s / S(2), world.sub_s / S(2),
               rotate_back(q, load3(v + 3)), turn);
-    const Quat<S> by = q * turn.less_one;
+    const Quat<S> by = q * turn.minus_one;
     tied.q_end[i] = normalised(Quat<S>{q.w + by.w, q.x + by.x, q.y + by.y, q.z + by.z});
     const Vec3<S> turned = load3(shift + 3);
     if (dot(turned, turned) > S(0)) tied.q_end[i] = normalised(so3_exp(turned) * tied.q_end[i]);
   }
 }
 
-template <class S> void report_closing(World<S>& world, int iterations, S worst, SolveEnd ended) {
+template <class S> void report_joint_solve(World<S>& world, int iterations, S worst, SolveEnd ended) {
   const double residual = static_cast<double>(S(32) * real::epsilon<S>() * worst);
   world.model->system().solvers.add(IterativeSolver::invariant_projection, {iterations, residual, ended});
   const double met =
@@ -106,10 +106,10 @@ template <class S> void project_poses(World<S>& world, Mechanism<S>& mechanism, 
     store3(so3_log(tied.q_begin[i] * conjugate(world.bodies.q_WB[i])), world.bodies.pose[i].at + 3);
     world.bodies.inertia[i] = inverse_inertia(world.model->mass(body), tied.q_begin[i]);
   }
-  report_closing(world, iterations, worst,
-                 worst <= S(1)     ? SolveEnd::converged
-                 : worst <= S(256) ? SolveEnd::stagnated
-                                   : SolveEnd::capped);
+  report_joint_solve(world, iterations, worst,
+                     worst <= S(1)     ? SolveEnd::converged
+                     : worst <= S(256) ? SolveEnd::stagnated
+                                       : SolveEnd::capped);
 }
 
 template <class S> S coordinate_at_end(const World<S>& world, int joint) {
@@ -168,7 +168,7 @@ template <class S> void begin_tied_substep(World<S>& world) {
       tied.q_begin[i] = so3_exp(load3(world.bodies.pose[i].at + 3)) * world.bodies.q_WB[i];
     }
   for (StopConstraint<S>& stop : tied.stops)
-    stop.begin_gap = stop.gap = stop.side * (tied.joints[static_cast<std::size_t>(stop.joint)].q[0] - stop.at);
+    stop.begin_gap = stop.gap = stop.side * (tied.joints[static_cast<std::size_t>(stop.joint)].q[0] - stop.limit);
 }
 
 template <class S> void apply_joint_forces(World<S>& world) {
@@ -209,7 +209,7 @@ template <class S> void prepare_joints(World<S>& world) {
   }
 }
 
-template <class S> int close_joints(World<S>& world) {
+template <class S> int satisfy_joints_at_end(World<S>& world) {
   int changes = 0;
   const S end_s = world.t_s + world.sub_s;
   for (Mechanism<S>& mechanism : world.tied->mechanisms) {
@@ -219,12 +219,12 @@ template <class S> int close_joints(World<S>& world) {
       move_freely(world, mechanism);
       const S worst = set_values(world, mechanism, end_s, [&](int body) { return body_at_end(world, body); });
       const bool stagnates = n > 2 && worst > before / S(2) && worst <= S(256);
-      const bool ends = worst <= S(1) || stagnates || n == kMaxClosings || !(worst < S(1e30f));
+      const bool ends = worst <= S(1) || stagnates || n == kMaxJointIterations || !(worst < S(1e30f));
       if (ends) {
-        report_closing(world, n, worst,
-                       worst <= S(1) ? SolveEnd::converged
-                       : stagnates   ? SolveEnd::stagnated
-                                     : SolveEnd::capped);
+        report_joint_solve(world, n, worst,
+                           worst <= S(1) ? SolveEnd::converged
+                           : stagnates   ? SolveEnd::stagnated
+                                         : SolveEnd::capped);
         if (!stagnates) changes += n;
         break;
       }
@@ -239,7 +239,7 @@ template <class S> int close_joints(World<S>& world) {
 template <class S> bool correct_stop_biases(World<S>& world) {
   bool changed = false;
   for (StopConstraint<S>& stop : world.tied->stops) {
-    const S end = stop.side * (coordinate_at_end(world, stop.joint) - stop.at) - real::min(stop.begin_gap, S(0));
+    const S end = stop.side * (coordinate_at_end(world, stop.joint) - stop.limit) - real::min(stop.begin_gap, S(0));
     if (!(end < -stop.round_off || (stop.impulse > S(0) && end > stop.round_off))) continue;
     stop.bias += end / world.sub_s;
     changed = true;
@@ -300,7 +300,7 @@ template <class S> void end_tied_substep(World<S>& world) {
   template void begin_tied_substep<S>(World<S>&);                                 \
   template void apply_joint_forces<S>(World<S>&);                                 \
   template void prepare_joints<S>(World<S>&);                                     \
-  template int close_joints<S>(World<S>&);                                        \
+  template int satisfy_joints_at_end<S>(World<S>&);                               \
   template bool correct_stop_biases<S>(World<S>&);                                \
   template void sweep_joints<S>(World<S>&);                                       \
   template void end_tied_substep<S>(World<S>&);

@@ -287,9 +287,9 @@ template <class S> void add_stops(const Joint& joint, int index, TiedBodies<S>& 
     StopConstraint<S> stop;
     stop.joint = index;
     stop.side = lower ? S(1) : S(-1);
-    stop.at = S(lower ? joint.limits->lower : joint.limits->upper);
+    stop.limit = S(lower ? joint.limits->lower : joint.limits->upper);
     stop.restitution = S(joint.limits->restitution);
-    stop.round_off = S(64) * real::epsilon<S>() * real::max(S(1), real::abs(stop.at));
+    stop.round_off = S(64) * real::epsilon<S>() * real::max(S(1), real::abs(stop.limit));
     to.has_stop_restitution = to.has_stop_restitution || stop.restitution > S(0);
     mechanism.stops.push_back(static_cast<int>(to.stops.size()));
     to.stops.push_back(stop);
@@ -384,7 +384,7 @@ template <class S> std::string set_mechanism_start(World<S>& world, S* y) {
   }
   for (StopConstraint<S>& stop : world.tied->stops) {
     stop.impulse = S(0);
-    const S gap = stop.side * (world.tied->joints[static_cast<std::size_t>(stop.joint)].q[0] - stop.at);
+    const S gap = stop.side * (world.tied->joints[static_cast<std::size_t>(stop.joint)].q[0] - stop.limit);
     if (gap < -stop.round_off)
       return "joint `" + scene.joints[static_cast<std::size_t>(stop.joint)].name + "` starts beyond its limits";
   }

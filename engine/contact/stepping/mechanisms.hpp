@@ -43,8 +43,9 @@ template <class S> struct TiedRow {
 // A stop of a hinge or slider: gap >= 0. Its impulse acts along the coordinate.
 template <class S> struct StopConstraint {
   int joint = 0;
-  S side{};  // 1: the lower limit, -1: the upper
-  S at{}, restitution{}, round_off{};
+  S side{};   // 1: the lower limit, -1: the upper
+  S limit{};  // the coordinate there [rad], [m]
+  S restitution{}, round_off{};
   S begin_gap{};  // at the beginning of the substep
   S gap{};        // there, of the uniform motion that the impacts of the substep leave
   S bias{}, impulse{};
@@ -109,7 +110,7 @@ template <class S> void prepare_joints(World<S>& world);
 // The joint impulses of least kinetic energy that give all rows of a mechanism their target rates.
 template <class S> void satisfy_joints(World<S>& world, Mechanism<S>& mechanism);
 // Iterates the joint impulses until all joints hold at the end of the substep. Returns how often target rates changed.
-template <class S> int close_joints(World<S>& world);
+template <class S> int satisfy_joints_at_end(World<S>& world);
 // The biases of loaded stops follow the gaps at the end of the substep. True: some was changed.
 template <class S> bool correct_stop_biases(World<S>& world);
 // After positions are advanced: poses, velocities and inertias of tied bodies at the end of the substep.

@@ -332,7 +332,8 @@ template <class S> void find_manifolds(World<S>& world) {
     const auto& own = detected[static_cast<std::size_t>(part)];
     world.manifolds.insert(world.manifolds.end(), own.begin(), own.end());
   }
-  for (const ContactManifold<S>& made : world.manifolds) add_overlap_solve(world, made.geometry);
+  for (const ContactManifold<S>& made : world.manifolds)
+    add_convex_solves(made.geometry.solve, world.model->system().solvers);
   if (world.options.warm_start) transfer_impulses(world);
   build_batches(world);
   update_effective_masses(world);
@@ -367,7 +368,7 @@ template <class S> void update_stale_manifolds(World<S>& world) {
   for (int i = 0; i < count; ++i) {
     if (updated[static_cast<std::size_t>(i)].size() != 1) continue;
     ContactManifold<S>& manifold = world.manifolds[static_cast<std::size_t>(stale[static_cast<std::size_t>(i)])];
-    add_overlap_solve(world, updated[static_cast<std::size_t>(i)].front());
+    add_convex_solves(updated[static_cast<std::size_t>(i)].front().solve, world.model->system().solvers);
     replace_manifold(world, manifold, updated[static_cast<std::size_t>(i)].front());
     update_effective_masses_of(world,
                                world.manifold_contacts.batches[static_cast<std::size_t>(manifold.slot / kLaneCount)]);

@@ -71,7 +71,7 @@ Vec3<S> gyroscopic_change(const World<S>& world, int body, const Quat<S>& q, con
   const Vec3<S> w_B = rotate_back(q, w_W);
   free_turn(FreeTop::splitting, world.model->mass(body), direct_s, adjoint_s, w_B, turn);
   if (middle) return rotate(q, turn.dw_B);
-  const Quat<S> by = q * turn.less_one;
+  const Quat<S> by = q * turn.minus_one;
   return rotate(normalised(Quat<S>{q.w + by.w, q.x + by.x, q.y + by.y, q.z + by.z}), w_B + turn.dw_B) - w_W;
 }
 

@@ -18,7 +18,7 @@ namespace {
 using namespace stepping;
 
 constexpr const char *kJointsNotMet = "the joint constraints were not satisfied",
-                     *kImpactsStandStill = "10000 impacts or more followed each other without the time advancing";
+                     *kImpactsStalled = "10000 impacts or more followed each other without the time advancing";
 
 // Impacts with restitution are resolved one after another, contacts without it are solved together. A scene that
 // names a convention for simultaneous impacts is refused where one of its pairs follows the other convention.
@@ -210,12 +210,12 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
       return refused("+impulse{solver=direct}: an island has " + std::to_string(world.end.points_beyond_limit) +
                      " contact points, direct_points is " + std::to_string(world.options.direct_points));
     const bool joints_failed = world.tied != nullptr && world.tied->failed;
-    if (const char* fault = joints_failed                   ? kJointsNotMet
-                            : world.end.impacts_stand_still ? kImpactsStandStill
-                                                            : nullptr;
+    if (const char* fault = joints_failed               ? kJointsNotMet
+                            : world.end.impacts_stalled ? kImpactsStalled
+                                                        : nullptr;
         fault != nullptr) {
       outcome.status = Status::diverged;
-      const S at_s = joints_failed ? to_s : world.end.stand_still_s;
+      const S at_s = joints_failed ? to_s : world.end.stall_time_s;
       outcome.reason = fault + (" at t = " + format_double(static_cast<double>(at_s)) + " s");
       break;
     }

@@ -90,7 +90,7 @@ ATWOOD_INLINE void update_arms(SphereBatch<S>& c, const PackAt<S, width>& gap, c
 }
 
 // Velocity bias, and whether the batch is active. A contact without impulse whose spheres miss each other within the
-// substep, at their present velocities, gets the bias kNoValue: it is no constraint. Changes the batch.
+// substep, at their present velocities, gets the bias kNoValue: it is not a constraint. Changes the batch.
 template <class S, SpherePartner partner, VectorWidth width>
 ATWOOD_INLINE void update_bias(SphereBatch<S>& c, const VelocityBias<S>& p, const Vec3<PackAt<S, width>>& n,
                                Vec3<PackAt<S, width>> d, const PackAt<S, width>& gap,

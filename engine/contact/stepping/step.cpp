@@ -12,14 +12,15 @@
 namespace atwood::stepping {
 namespace {
 
-// Tolerance of the sweeps: a change of velocity relative to what gravity gives in a substep, or to the largest
-// velocity.
+// Tolerance of the sweeps. At rest they end where the change of velocity is at most this times what gravity gives in a
+// substep; a reported solve counts as converged where it is at most this times that or the largest velocity, whichever
+// is larger.
 constexpr double kSweepTolerance = 1e-10;
 
-// Least number of sweeps of a substep in scenes with joints, where an impulse changes a whole mechanism.
-constexpr int kTiedSweeps = 30;
-// Most alternations of contact and joint solves until both hold at the end of the substep.
-constexpr int kMaxTiedSolves = 20;
+// Minimum number of sweeps of a substep in scenes with joints, where an impulse changes a whole mechanism.
+constexpr int kMinSweepsWithJoints = 30;
+// Maximum number of alternations of contact and joint solves until both hold at the end of the substep.
+constexpr int kMaxJointAlternations = 20;
 
 // Adds the time since the last call to a phase of the profile; without a profile no clock is read.
 class PhaseTimer {
@@ -58,7 +59,7 @@ template <class S> void set_free_rotation(World<S>& world, int i, S h_s) {
   const Vec3<S> w_W = load3(bodies.velocity[i].at + 3), w_B = rotate_back(q, w_W);
   FreeTurn<S> turn;
   free_turn(FreeTop::splitting, mass, h_s, S(0), w_B, turn);
-  const Quat<S> dq = q * turn.less_one;
+  const Quat<S> dq = q * turn.minus_one;
   const Quat<S> after = normalised(Quat<S>{q.w + dq.w, q.x + dq.x, q.y + dq.y, q.z + dq.z});
   const Vec3<S> dw_W = rotate(after, w_B + turn.dw_B) - w_W;
   const S n = S(world.substeps);
@@ -176,18 +177,18 @@ template <class S> void update_orientations(World<S>& world) {
   });
 }
 
-// True: there are at most 1000 pairs, and no body is faster than the velocity that gravity adds in a substep. Then the
+// True: no body is faster than the velocity that gravity adds in a substep, and there are at most 1000 pairs. Then the
 // sweeps go on until the velocities converge, so that a stack does not creep while its contact forces build up. Once
 // they have converged, the first sweep changes nothing.
-template <class S> bool sweeps_to_convergence(const World<S>& world) {
+template <class S> bool is_at_rest(const World<S>& world) {
   constexpr std::size_t max_pairs = 1000;
   if (world.candidates.sphere_pairs.size() + world.candidates.plane_pairs.size() + world.manifolds.size() > max_pairs)
     return false;
-  const S most = norm(world.gravity_W) * world.sub_s;
+  const S max_speed = norm(world.gravity_W) * world.sub_s;
   const BodyRows<S>& bodies = world.bodies;
   for (int i = 0; i < bodies.count; ++i) {
     const S* v = bodies.velocity[i].at;
-    if (bodies.moves[i] && !(norm(load3(v)) + world.geometry[i].bounding_radius * norm(load3(v + 3)) <= most))
+    if (bodies.moves[i] && !(norm(load3(v)) + world.geometry[i].bounding_radius * norm(load3(v + 3)) <= max_speed))
       return false;
   }
   return true;
@@ -242,18 +243,20 @@ template <class S> void report_sweeps(World<S>& world, int sweeps, S change) {
       {sweeps, static_cast<double>(residual), residual <= S(kSweepTolerance) ? SolveEnd::converged : SolveEnd::capped});
 }
 
-// Sweeps over all contacts: `iterations` of them, or, at rest (`to_convergence`), until the velocities converge, at
-// most `rest_sweeps`. The change by the last sweep is reported where `reports`, and at rest.
-template <class S> void sweep_velocities(World<S>& world, bool to_convergence, bool reports) {
+// Sweeps over all contacts: `iterations` of them, with joints at least kMinSweepsWithJoints; at rest until the
+// velocities converge, at most `rest_sweeps`. `reports`: the change by the last sweep is reported also where not at
+// rest.
+template <class S> void sweep_velocities(World<S>& world, bool at_rest, bool reports) {
   constexpr int check_every = 8;
   const bool has_stops = world.tied != nullptr && !world.tied->stops.empty();
   if (world.sphere_contacts.batches.empty() && world.manifold_contacts.batches.empty() && !has_stops) return;
-  const int least = world.tied == nullptr ? world.options.iterations : std::max(world.options.iterations, kTiedSweeps);
-  const int sweeps = to_convergence ? std::max(least, world.options.rest_sweeps) : least;
+  const int min_sweeps =
+      world.tied == nullptr ? world.options.iterations : std::max(world.options.iterations, kMinSweepsWithJoints);
+  const int sweeps = at_rest ? std::max(min_sweeps, world.options.rest_sweeps) : min_sweeps;
   const S tolerance_m_per_s = S(kSweepTolerance) * norm(world.gravity_W) * world.sub_s;
   for (int k = 0; k < sweeps; ++k) {
-    const bool checks = to_convergence && k % check_every == 0 && k + 1 >= world.options.iterations;
-    const bool measures = checks || ((to_convergence || reports) && k + 1 == sweeps);
+    const bool checks = at_rest && k % check_every == 0 && k + 1 >= world.options.iterations;
+    const bool measures = checks || ((at_rest || reports) && k + 1 == sweeps);
     if (measures) world.bodies.velocity_before_sweep = world.bodies.velocity;
     solve_sphere_contacts(world);
     solve_manifold_contacts(world);
@@ -276,31 +279,31 @@ template <class S> Preparation<S> preparation_of(const World<S>& world) {
 }
 
 // Contacts and joints, alternately: the joints must hold after the motion that the contact impulses change.
-template <class S> void solve_velocities(World<S>& world, bool to_convergence, bool last) {
+template <class S> void solve_velocities(World<S>& world, bool at_rest, bool last) {
   const auto solve_contacts = [&] {
-    const bool solved = world.options.solver != Solver::sequential && solve_directly(world, to_convergence);
-    if (!solved) sweep_velocities(world, to_convergence, last);
+    const bool solved = world.options.solver != Solver::sequential && solve_directly(world, at_rest);
+    if (!solved) sweep_velocities(world, at_rest, last);
     return solved;
   };
   if (world.tied == nullptr) {
     solve_contacts();
     return;
   }
-  close_joints(world);
-  for (int n = 0; n < kMaxTiedSolves; ++n) {
-    if (n + 1 == kMaxTiedSolves) world.bodies.velocity_before_sweep = world.bodies.velocity;
+  satisfy_joints_at_end(world);
+  for (int n = 0; n < kMaxJointAlternations; ++n) {
+    if (n + 1 == kMaxJointAlternations) world.bodies.velocity_before_sweep = world.bodies.velocity;
     const bool solved = solve_contacts();
-    const bool moved = close_joints(world) > 0, corrected = correct_stop_biases(world);
+    const bool moved = satisfy_joints_at_end(world) > 0, corrected = correct_stop_biases(world);
     if (!(moved || corrected) || (!solved && n > 0)) return;
   }
-  report_sweeps(world, kMaxTiedSolves, largest_change(world));
+  report_sweeps(world, kMaxJointAlternations, largest_change(world));
 }
 
 template <class S> void substep(World<S>& world, bool last, PhaseTimer& timer) {
   const Options& options = world.options;
   if (world.tied != nullptr) begin_tied_substep(world);
   resolve_impacts(world);
-  const bool to_convergence = options.rest_sweeps > options.iterations && sweeps_to_convergence(world);
+  const bool at_rest = options.rest_sweeps > options.iterations && is_at_rest(world);
   timer.end("solve");
   set_rolling_velocity_increments(world);
   apply_free_velocity_increments(world);
@@ -311,7 +314,7 @@ template <class S> void substep(World<S>& world, bool last, PhaseTimer& timer) {
   prepare_manifold_contacts(world, preparation);
   predict_rolling_contact_points(world);
   if (world.tied != nullptr) prepare_joints(world);
-  solve_velocities(world, to_convergence, last);
+  solve_velocities(world, at_rest, last);
   if (world.records_impulses) add_impulses_to_sums(world);
   timer.end("solve");
   integrate_positions(world);

@@ -162,9 +162,9 @@ template <class S> struct Candidates {
 
 // Why a run ends before its time; as below: it goes on.
 template <class S> struct RunEnd {
-  bool impacts_stand_still = false;  // impacts at one instant found no end (impacts.cpp)
-  S stand_still_s{};                 // that instant
-  int points_beyond_limit = 0;       // solver=direct: points of an island that is too large for it (direct.cpp)
+  bool impacts_stalled = false;  // impacts at one instant found no end (impacts.cpp)
+  S stall_time_s{};              // that instant
+  int points_beyond_limit = 0;   // solver=direct: points of an island that is too large for it (direct.cpp)
 };
 
 // All that a run of `+impulse` works on.
@@ -308,7 +308,7 @@ template <class S> Row<S> inverse_inertia(const MassProperties<S>& mass, const Q
 template <class S> void update_candidate_pairs(World<S>& world, S h_s);
 
 // True: `body` has left its margin since detection, or will within remaining_s (an impact has made it faster), and may
-// meet there a body with which it is no candidate pair.
+// meet there a body with which it forms no candidate pair.
 template <class S> bool may_miss_a_pair(const World<S>& world, int body, S remaining_s);
 
 // ---- narrow_phase.cpp
@@ -355,12 +355,6 @@ template <class S> void solve_manifold_contacts(World<S>& world);
 // Effective masses of all manifold contacts, of one batch.
 template <class S> void update_effective_masses(World<S>& world);
 template <class S> void update_effective_masses_of(World<S>& world, ManifoldBatch<S>& batch);
-
-// Counts the search for the direction of least overlap of a manifold, where there was one.
-template <class S> void add_overlap_solve(World<S>& world, const Manifold<S>& manifold) {
-  if (manifold.solve.iterations > 0)
-    world.model->system().solvers.add(IterativeSolver::expanding_polytope, manifold.solve);
-}
 
 // ---- direct.cpp
 // Solves all contacts island by island with Newton's method: changes velocities and impulses. False: there are too many

@@ -46,6 +46,35 @@ TEST_CASE("a hull has whole faces, and no points that lie within faces or edges"
   CHECK(make_hull<double>(std::vector<Real3>{{1, 2, 3}, {1, 2, 3}}).vertices.size() == 1);
 }
 
+TEST_CASE("the search for the closest points says how it ended") {
+  Random random(3);
+  const std::vector<Shape> shapes{Box{{1, 0.5, 0.2}}, Cylinder{0.4, 0.7}, Capsule{0.3, 0.5},
+                                  Convex{boulder(random, 40, {1, 0.6, 0.3})}};
+  int apart = 0, most = 0;
+  double converged = 0, stagnated = 0;  // largest residuals, of the shapes' extent
+  for (int n = 0; n < 4000; ++n) {
+    const Geometry<double> a = shape(shapes[static_cast<std::size_t>(n % 4)]),
+                           b = shape(shapes[static_cast<std::size_t>(n / 4 % 4)]);
+    ConvexPart<double> part_a, part_b;
+    REQUIRE(convex_part(a, part_a));
+    REQUIRE(convex_part(b, part_b));
+    const V direction = unit_vector(narrow3<double>(gauss3(random)));
+    const Quat<double> tilt = turn(uniform(random, 0, 3), unit_vector(narrow3<double>(gauss3(random))));
+    const auto closest = closest_points(part_a, part_b, transform(uniform(random, 0.1, 4) * direction, tilt), 1e300);
+    REQUIRE(closest.solve.ended != SolveEnd::capped);
+    REQUIRE(closest.solve.iterations >= 1);
+    double& largest = closest.solve.ended == SolveEnd::converged ? converged : stagnated;
+    largest = std::max(largest, closest.solve.residual);
+    apart += closest.apart;
+    most = std::max(most, static_cast<int>(closest.solve.iterations));
+  }
+  CHECK(converged < 2e-15);
+  CHECK(stagnated < 1e-10);
+  CHECK(apart > 1000);
+  CHECK(most > 4);
+  CHECK(most < 100);
+}
+
 TEST_CASE("every vertex of a hull lies behind every face, Euler's formula holds, climbing finds the farthest") {
   CHECK(rc::check([](std::uint64_t seed) {
     Random random(seed);

@@ -622,7 +622,7 @@ class Running(Case):
         lines = trace.splitlines(keepends=True)
         for name, text, words in (("ragged", "".join(lines[:5] + ["0.5\n"] + lines[5:]), (":6:", "15")),
                                   ("half-a-spin", "".join(line.rsplit(",", 2)[0] + "\n" for line in lines), ("wy_rad_per_s",)),
-                                  ("falling", "".join(lines[:5] + lines[3:]), ("rise",))):
+                                  ("falling", "".join(lines[:5] + lines[3:]), ("increasing",))):
             self.expect(self.run_in("check", self.path(name + ".csv", text), "--scenario", "kepler-e0.6"), 2, name, *words)
         self.expect(self.run_in("check", "run.csv", "--scenario", "kepler-e0.6", "--max", "bogus=1"), 2, "bogus")
         lost = self.path("nan.csv", "".join(lines[:9]) + "".join(",".join(["nan" if i == 2 else field for i, field in enumerate(

@@ -217,7 +217,7 @@ class Advice(Refusals):
     def test_the_coarsest_rung_says_why_it_is(self):
         words = ("advise", "bounce-e0.8", "--error", "1e-3", "--method", "atwood/midpoint+event", "--time", "1")
         text = " ".join(self.ask(*words).stdout.split())
-        self.assertRegex(text, r"coarser (none was run: the ladder begins at \d+ steps, and \d+ steps are no multiple of the 60 samples"
+        self.assertRegex(text, r"coarser (none was run: the ladder begins at \d+ steps, and \d+ steps are not a multiple of the 60 samples"
                                r"|was run and does not count: \d+ steps \(|\d+ steps)")
         self.assertNotIn("or the 60 samples divide none", text)
 

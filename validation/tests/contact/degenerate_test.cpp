@@ -182,7 +182,7 @@ TEST_CASE("bodies that overlap without a side to come apart are refused, others 
     scene.bodies = {a, b};
     return refusal(scene);
   };
-  const std::string text = "overlap, and of two opposite normals neither tells which way they come apart";
+  const std::string text = "overlap symmetrically: the contact normal is not unique";
   const Body sphere = ball("b", 1, 0.25, {0, 0, 1}), block = box("a", 1, {0.5, 0.5, 0.5}, {0, 0, 1});
   CHECK(reason(ball("a", 1, 0.25, {0, 0, 1}), sphere) ==
         "atwood's +event: at t = 0 s sphere `a` and sphere `b` " + text);

@@ -19,7 +19,7 @@ template <class S> struct Top {
 template <class S> Top<S> turned(const Vec3<S>& g, S h_s, const Top<S>& start) {
   FreeTurn<S> turn;
   exact_turn(g, h_s, start.L, turn);
-  const Quat<S> dq = start.q * turn.less_one;
+  const Quat<S> dq = start.q * turn.minus_one;
   return {start.L + turn.dw_B,
           normalised(Quat<S>{start.q.w + dq.w, start.q.x + dq.x, start.q.y + dq.y, start.q.z + dq.z})};
 }
@@ -140,7 +140,7 @@ TEST_CASE("a step of the discrete Lagrangian top solves its equation") {
   const Quad h = Quad(1) / 10, J[3] = {(I.y + I.z - I.x) / 2, (I.z + I.x - I.y) / 2, (I.x + I.y - I.z) / 2};
   FreeTurn<Quad> turn;
   REQUIRE(implicit_turn(FreeTop::moser_veselov, I, h, L, turn));
-  const Quat<Quad> q{1 + turn.less_one.w, turn.less_one.x, turn.less_one.y, turn.less_one.z};
+  const Quat<Quad> q{1 + turn.minus_one.w, turn.minus_one.x, turn.minus_one.y, turn.minus_one.z};
   Vec3<Quad> column[3];
   for (int k = 0; k < 3; ++k) {
     Vec3<Quad> e;

@@ -45,9 +45,9 @@ template <class S> void check_so3() {
     CHECK(size(rotate(so3_exp(s), x) - series(s, x, 0)) < series_round);
     CHECK(size(left_jacobian(s, x) - series(s, x, 1)) < series_round);
     CHECK(size(inverse_left_jacobian(s, left_jacobian(s, x)) - x) < 20 * round);
-    const Quat<S> less_one = so3_exp_minus_one(s);
-    CHECK(std::fabs(static_cast<double>(less_one.w + S(2) * real::sin(S(angle) / S(4)) * real::sin(S(angle) / S(4)))) <=
-          round * angle * angle / 8);
+    const Quat<S> minus_one = so3_exp_minus_one(s);
+    CHECK(std::fabs(static_cast<double>(minus_one.w + S(2) * real::sin(S(angle) / S(4)) *
+                                                          real::sin(S(angle) / S(4)))) <= round * angle * angle / 8);
     if (angle > 3.14) continue;
     const Quat<S> q = so3_exp(s), opposite{-q.w, -q.x, -q.y, -q.z};
     CHECK(size(so3_log(q) - s) <= round * angle);

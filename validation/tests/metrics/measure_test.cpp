@@ -369,10 +369,11 @@ TEST_CASE("measure: how the solvers of a run ended, each by its name and all tog
     CHECK(of(rows, "solver-capped", "implicit-stages").value == 2);
     CHECK(of(rows, "solver-iterations-max", "own-solver").value == 7);
     CHECK(of(rows, "solver-residual-max", "own-solver").value == 1e-4);
-    CHECK(of(rows, "solver-residual-max", "own-solver").reason == "as the engine scales it");
+    CHECK(of(rows, "solver-residual-max", "own-solver").reason == "scaled by the engine; see its documentation");
     CHECK(of(rows, "solver-capped", "").value == 3);
     CHECK(of(rows, "solver-residual-max", "").value == 1e-3);
-    CHECK(of(rows, "solver-residual-max", "").reason.find("implicit-stages: largest change") != std::string::npos);
+    CHECK(of(rows, "solver-residual-max", "").reason.find("implicit-stages: estimated remaining change") !=
+          std::string::npos);
   };
   check(measure(s, truth_of(run), run));
   run.outcome.status = Status::diverged;

@@ -204,7 +204,7 @@ TEST_CASE("refused with the figure") {
       "the velocity of the body `wall` is not 0 for a fixed body");
   refused(with(&Parts::rest,
                wall + "velocity_m_per_s = [1, 1, 0]\nshape.plane = { normal = [0, 1, 0], offset_m = 0 }\n" + bound),
-          "has a component along its normal");
+          "has a component along the plane's normal");
   CHECK(message(
             scene(with(&Parts::rest, wall +
                                          "velocity_m_per_s = [1, 0, 0]\nshape.plane = { normal = [0, 1, 0], offset_m = "

@@ -491,7 +491,7 @@ TEST_CASE("ropes that are none") {
         "reaches as far as they are apart", "a larger distance");
   check(bodies + rope + "over_m = [{ axle_m = [0, 0, 0], radius_m = 0.1, axis = [1, 0, 0] }]\n", "27:10",
         "leaves the plane of a pulley", "both in the plane");
-  check(bodies + rope + "over_m = [{ axle_m = [0, 0, -1], radius_m = 0.1 }]\n", "27:10", "has no side", "`axis`");
+  check(bodies + rope + "over_m = [{ axle_m = [0, 0, -1], radius_m = 0.1 }]\n", "27:10", "undetermined", "`axis`");
   check(bodies + rope + "over_m = [{ axle_m = [0, 0, 0], inertia_kg_m2 = 1 }]\n", "27:10", "an inertia and no radius",
         "a radius above 0");
   check(bodies + rope + "[[rope]]\nbodies = [\"r\", \"m\"]\n[[rope]]\nbodies = [\"m\", \"l\"]\n", "30:10",

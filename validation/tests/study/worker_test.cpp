@@ -45,8 +45,8 @@ TEST_CASE("each fault is named, and the worker answers again after it") {
       FaultyAnswer{"body_missing", Status::crashed, "invalid answer: sample 0 has 0 bodies; the scene has 1"},
       FaultyAnswer{
           "bare_nan", Status::crashed,
-          "invalid answer: not a JSON object: it holds a bare NaN, which JSON has not; numbers that are not finite are "
-          "the strings"},
+          "invalid answer: not a JSON object: it holds a bare NaN, which is not JSON; write non-finite numbers as the "
+          "strings"},
       FaultyAnswer{"steps_negative", Status::crashed, "invalid answer: \"steps_taken\" is negative: -3"},
       FaultyAnswer{"norm_two", Status::crashed,
                    "invalid answer: sample 0: the quaternion of body 0, [2, 0, 0, 0], has norm 2; a unit quaternion"},

@@ -1,7 +1,8 @@
 """The sources are formatted and their constants named alike: format_test.py ROOT. `.clang-format` is checked with
 clang-format 14 (Debian 12's; other versions break lines elsewhere); where it is missing, that part is skipped with a
-word, and 77 is answered if nothing else was wrong. Comments, which clang-format leaves as they are, end at column 120. A constant at namespace scope is named kLikeThis, a trait is_like_this
-or has_like_this; tests name the quantities of their scenes as their formulas do."""
+word, and 77 is answered if nothing else was wrong. Comments, which clang-format leaves as they are, end at column 120.
+A constant at namespace scope is named kLikeThis, a trait is_like_this or has_like_this, a constant inside of a function
+like_this; tests name the quantities of their scenes as their formulas do."""
 import os
 import re
 import shutil
@@ -13,6 +14,8 @@ WIDTH = 120
 ROOT = sys.argv[1]
 FOLDERS = ("engine", "reference", "validation", "benchmarks", "reports")
 CONSTANT = re.compile(r"^(?:template\s*<[^>]*>\s*)?(?:inline |static )*constexpr (?P<rest>[^()]*?(?: =|\{)|[^()]*$)")
+INNER = re.compile(r"^ +(?:static )?constexpr .*?\b(?P<name>k[A-Z]\w*)(?:\[\w*\])*\s*(?:=(?!=)|\{)")
+SCOPE = re.compile(r"^\s*(?:template\s*<.*>\s*)?(?:struct|class|union|namespace)\b")
 NAME = re.compile(r"(\w+)(?:<[^<>]*>)?(?:\[\w*\])*\s*(?:=|\{|$)")
 
 
@@ -31,6 +34,23 @@ def misnamed(path):
             name = constant and NAME.search(constant.group("rest"))
             if name and not re.match(r"k[A-Z]", name.group(1)) and not re.match(r"(is|has)_", name.group(1)):
                 yield f"{os.path.relpath(path, ROOT)}:{number}: the constant `{name.group(1)}` should be named kLikeThis"
+
+
+def misnamed_in_functions(path):
+    """Constants that are named kLikeThis inside of a function: the line before them that is indented less begins neither
+    a class nor a namespace."""
+    with open(path, encoding="utf-8") as file:
+        lines = file.read().split("\n")
+    indents = [len(line) - len(line.lstrip()) for line in lines]
+    for number, line in enumerate(lines):
+        constant = INNER.match(line.split("//")[0])
+        if not constant:
+            continue
+        around = next(lines[i] for i in range(number - 1, -1, -1) if lines[i].strip() and indents[i] < indents[number]
+                      and not re.match(r" *(?:public|private|protected):|#", lines[i]))
+        if not SCOPE.match(around):
+            yield (f"{os.path.relpath(path, ROOT)}:{number + 1}: the constant `{constant.group('name')}` of a function "
+                   "should be named like_this")
 
 
 def too_wide(path):
@@ -54,7 +74,8 @@ def main():
     if len(every) < 500:
         print(f"{len(every)} sources in {ROOT}; expected the tree")
         return 1
-    faults = [fault for path in every if "/tests/" not in path for fault in misnamed(path)]
+    faults = [fault for path in every if "/tests/" not in path for check in (misnamed, misnamed_in_functions)
+              for fault in check(path)]
     faults += [fault for path in every for fault in too_wide(path)]
     print("\n".join(faults), end="\n" if faults else "")
     program = clang_format()
