@@ -5,9 +5,10 @@
 //     log e = c + p log h + a h,      log e = c + p log h + b h^2,      log e = c + p log h + a h + b h^2,
 //
 // p is the slope extrapolated to h = 0. Where half powers describe the deviation better (a singular solution, a switch
-// that steps do not meet), log e = c + p log h + a h^(1/2) + b h as well. A deviation that falls more slowly
-// than any power, as the logarithm of h in h^p |log h|, is not covered. The interval contains the line's slope, the finest local slope and these three,
-// the differences from the line's slope enlarged by Roache's safety factor, and the variation that the bars allow.
+// that steps do not meet), log e = c + p log h + a h^(1/2) + b h as well. A deviation that falls more slowly than any
+// power, as the logarithm of h in h^p |log h|, is not covered. The interval contains the line's slope, the finest local
+// slope and these, the differences from the line's slope enlarged by Roache's safety factor, and the variation that the
+// bars allow.
 //
 // Where the bars are not known (all 0), scatter may be noise: the deviation counts as curvature where all local slopes
 // change in one sense, or if a parabola is significant at the 5 % level; otherwise the interval is Student's t.

@@ -139,7 +139,7 @@ bool stationary(std::span<const double> residual) {
   const double freedom = static_cast<double>(n) - 2 - 4;  // two parameters of the line, and phi and gamma
   const double variance = std::max(yy - phi * ay - gamma * by, 0.0) / freedom;
   const double count = static_cast<double>(n) - 2, critical = -3.4126 - 4.039 / count - 17.83 / (count * count);
-  // phi + gamma >= 1: both roots of z^2 - (1 + phi + gamma) z + gamma are at 1 or beyond, as of a curve that bends away.
+  // phi + gamma >= 1: both roots of z^2 - (1 + phi + gamma) z + gamma are 1 or more, as of a curve that bends away.
   return phi < 0 && phi + gamma < 1 && phi * phi * determinant > critical * critical * variance * bb;
 }
 
