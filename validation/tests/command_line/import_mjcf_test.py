@@ -98,7 +98,7 @@ class NamedFiles(Imports):
         self.refused(model(*(f'<include file="flat{i}.xml"/>' for i in range(300))), "is the 257th file that is included")
         self.refused(model("<asset>", *(f'<mesh name="{i}" file="{i}"/>' for i in range(10001)), "</asset>"), "more than 10000 files")
         self.refused(model(NAMING["mesh"].format("x" * 1025)), "has a path of 1025 bytes; expected at most 1024")
-        self.refused(model("<asset>", *(f'<mesh file="{i:01000}"/>' for i in range(300)), "</asset>"), "more than 262144 bytes")
+        self.refused(model("<asset>", *(f'<mesh file="{i:01000}"/>' for i in range(300)), "</asset>"), "exceed 262144 bytes")
         self.refused(model(*(f'<compiler meshdir="{i}"/>' for i in range(5))), "is one of more than 4 folders")
 
     def test_text_that_parsers_read_in_two_ways(self):

@@ -187,7 +187,7 @@ class Limits(Case):
             self.skipTest("without MuJoCo no MJCF is read")
         model = "<mujoco><asset>{}</asset></mujoco>"
         for text, told in ((model.format("<a/>" * 200_000), "more than 200000 elements"),
-                           (model.format("\n<mesh file='m'/>" * 10_001), ":10002: <mesh> names more than 10000 files"),
+                           (model.format("\n<mesh file='m'/>" * 10_001), ":10002: <mesh>: more than 10000 files"),
                            (model.format("<mesh file='./.././'/>" * 10_000), "outside of the model's folder"),
                            (model.format(("<mesh file='" + "./" * 511 + "x'/>") * 250), "MuJoCo's compiler says"),
                            ("<mujoco>" + " " * 16 * MEBIBYTE, "bytes"),
