@@ -7,6 +7,7 @@
 #include "scene/fluid_fields.hpp"
 #include "scene/fluid_keys.hpp"
 #include "scene/fluid_points.hpp"
+#include "scene/fluid_walls.hpp"
 #include "scene/input_file.hpp"
 
 namespace atwood {
@@ -358,3 +359,5 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
 }
 
 }  // namespace atwood
+  if (const auto beyond = too_many_wall_points(scene, kCountedSpacings * scene.fluids.front().spacing_m))
+    fail(r, location_of((*draft.fluid_boundary->list())[beyond->boundary], "body"), beyond->words);

@@ -249,6 +249,29 @@ TEST_CASE("points of a fluid from a table") {
     INFO(row);
     CHECK_THAT(refused(row), Contains("points.csv:3:1: found `" + std::string(row) + "`; expected 2 finite numbers"));
   }
+TEST_CASE("points of walls are counted before they are made") {
+  const std::string body = "[[body]]\nname = \"wall\"\nfixed = true\n", bound = "[[fluid_boundary]]\nbody = \"wall\"\n";
+  const std::string floor = body + "shape.plane = { normal = [0, 1, 0], offset_m = 0 }\n";
+  // A floor reaches four times the fluid's extent beyond it: 9 million squares of 0.25 m, in four layers.
+  Parts far = with(&Parts::rest, floor + bound);
+  far.run = "spacings_m = [0.25]\nsound_speeds_m_per_s = [10]\n", far.domain = "dimensions = 2\n", far.fluid = "";
+  far.rest +=
+      "[[fluid]]\nname = \"drop\"\ndensity_kg_per_m3 = 1000\nregion.circle = { center_m = [2.5e5, 1], "
+      "radius_m = 0.5 }\n";
+  CHECK_THAT(
+      message(scene(far)),
+      Contains("the wall of the boundary `wall` has 36000104 points at a spacing of 0.25 m; expected at most 4000000"));
+  // The layers of a box are counted with all below them.
+  Parts solid =
+      with(&Parts::rest, body + "position_m = [0, -300, 0]\nshape.box = { half_extents_m = [300, 300, 1] }\n" + bound);
+  solid.domain = "dimensions = 2\n", solid.fluid = "";
+  CHECK_THAT(message(scene(solid)), Contains("has 5760000 points at a spacing of 0.25 m"));
+  // A finer spacing of the ladder.
+  solid.rest = body + "position_m = [0, -200, 0]\nshape.box = { half_extents_m = [200, 200, 1] }\n" + bound;
+  const Scenario s = read(scene(solid));
+  CHECK_THROWS_WITH(at_resolution(s, 0.125, 10), Contains("has 10240000 points at a spacing of 0.125 m"));
+}
+
   CHECK_THAT(refused("2.6e8,0"), Contains("expected coordinates up to 10^9 spacings of 0.25 m"));
   write("");
   CHECK_THAT(message(scene(parts), folder), Contains("found no point"));
