@@ -229,6 +229,15 @@ body = "slab"
         self.ask("describe", "scene.toml", told=["`water`: 16 particles on a disturbed lattice", "starts as `taylor-green`",
                                                  "period 1 m along x"])
 
+    def test_describe_asks_foreign_engines_whether_they_take_the_scene(self):
+        self.path("scene.toml", SCENE)
+        self.assertRegex(self.ask("describe", "scene.toml", "--engine", ENGINE).stdout, r"runs in .*\bknown\b")
+        with open(ENGINE) as file:
+            picky = file.read().replace('request["request"] == "run"', "False").replace("runs alone", "takes no vortices")
+        told = self.ask("describe", "scene.toml", "--engine", self.path("picky.py", picky, 0o755)).stdout
+        self.assertNotRegex(told, r"runs in .*\bknown\b")
+        self.assertRegex(told, r"not in +known: takes no vortices")
+
 
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
