@@ -127,6 +127,15 @@ reason = "0.125^2 x 1.125 = 0.0176 is above it"
         self.assertAlmostEqual(float(rows[1][2]), -0.5, delta=0.03)  # -rho U^2 / 4 (1 + 1)
         self.assertEqual(rows[1][3], "Pa")
 
+    def test_a_probe_without_particles_around_it_says_so(self):
+        far = SCENE.replace("periodic_m = [1, 1]", "periodic_m = [0, 0]").replace("position_m = [0.5, 0.5]", "position_m = [0.5, 50]")
+        self.path("scene.toml", far.replace('[truth]\nkind = "closed-form"\nsolution = "taylor-green"', '[truth]\nkind = "none"')
+                  .replace('initial = "taylor-green"\n', ""))
+        told = self.ask("trace", "scene.toml", "--engine", ENGINE, "--method", "known/vortices", "--probes", "--spacing", "0.25")
+        self.assertEqual([r.split(",")[2] for r in told.stdout.splitlines()[1:]], [""] * 3)
+        self.assertIn("the probe `pressure` has no value at 3 of 3 samples: no particle is within 0.75 m of [0.5, 50] m",
+                      told.stderr)
+
     def test_files_for_paraview(self):
         self.trace("-o", "vtk:pv", "--spacing", "0.25")
         self.assertEqual(sorted(os.listdir(self.path("pv"))),
