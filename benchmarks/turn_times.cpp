@@ -5,8 +5,6 @@
 namespace atwood {
 namespace {
 
-constexpr int kPairs = 15;
-
 double rung_seconds(const std::vector<Row>& rows, const Cell& cell) {
   for (const Row& row : rows) {
     if (row.metric == "run-time" && row.scenario == cell.scenario->id && row.method == cell.method &&
@@ -42,12 +40,12 @@ const TurnTimes::Turns& TurnTimes::measured(const Cell& a, const Cell& b, double
   return place->second;
 }
 
-void TurnTimes::settle(Contest& contest, const std::string& scenario, bool of_error) {
+void TurnTimes::settle(Contest& contest, const std::string& scenario, bool of_error, double most_s) {
   if (contest.ranked.size() < 2) return;
   const Cell *a = find_cell(scenario, contest.ranked[0]), *b = find_cell(scenario, contest.ranked[1]);
   if (a == nullptr || b == nullptr) return;
   const double a_s = rung_seconds(rows_, *a), b_s = rung_seconds(rows_, *b);
-  if (!(a_s > 0) || !(b_s > 0) || a_s + b_s > 1) return;  // thirty runs of more than a second would take too long
+  if (!(a_s > 0) || !(b_s > 0) || a_s + b_s > most_s) return;
   const Turns& turns = measured(*a, *b, a_s, b_s);
   if (turns.first.size() < 5) return;
   PairedRatio ratio = paired_ratio(turns.second, turns.first);

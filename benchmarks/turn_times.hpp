@@ -23,8 +23,12 @@ class TurnTimes {
             double limit_s)
       : cells_(cells), workers_(workers), rows_(rows), stopwatch_(limit_s) {}
 
-  // Leaves a contest as it is where one of the two cannot be timed. Throws Interrupted.
-  void settle(Contest& contest, const std::string& scenario, bool of_error);
+  static constexpr int kPairs = 15;
+  static constexpr double kPair_s = 1;  // a pair of longer runs is not timed: thirty would take too long
+
+  // Leaves a contest as it is where one of the two cannot be timed, or a pair takes longer than `most_s`. Throws
+  // Interrupted.
+  void settle(Contest& contest, const std::string& scenario, bool of_error, double most_s = kPair_s);
 
  private:
   struct Turns {

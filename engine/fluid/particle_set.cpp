@@ -1,6 +1,7 @@
 #include "fluid/particle_set.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace atwood::fluid {
 
@@ -13,6 +14,16 @@ std::string period_fault(const Scene& scene, double support, const std::string& 
              ": a particle would have another as a neighbour twice; take a smaller spacing or smoothing";
   }
   return "";
+}
+
+std::string float_fault(const Scene& scene, double support) {
+  constexpr double kLargest = 1e31;  // FLT_MAX times the rounding unit, and the inverse of FLT_MIN over it
+  const int power = scene.domain.dimensions + 2;
+  const double factor = std::pow(support, -power);
+  if (factor <= kLargest && factor >= 1 / kLargest) return "";
+  return "the kernel's support of " + format_double(support) + " m leaves the range of @float: 1 / support^" +
+         std::to_string(power) + ", in the gradient of the kernel, is " + format_double(factor) +
+         "; take another scalar, or a unit of length that is nearer to the spacing (expected 1e-31 to 1e+31)";
 }
 
 template <class S> ParticleSet<S> make_particle_set(const Scene& scene, bool density, int body_scalars) {

@@ -26,6 +26,8 @@ template <class S> ParticleSet<S> make_particle_set(const Scene& scene, bool den
 
 // Message if a period is too short for unique neighbours within `support` [m]; else empty. `what` names the support.
 std::string period_fault(const Scene& scene, double support, const std::string& what);
+// Message if float cannot hold the kernel's constants with all of its digits; else empty.
+std::string float_fault(const Scene& scene, double support_m);
 
 // The particles' part of the state at t = 0.
 template <class S> void initial_particles(const ParticleSet<S>& set, const Scene& scene, S* y);

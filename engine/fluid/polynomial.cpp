@@ -81,6 +81,9 @@ PolynomialOptions resolved(PolynomialOptions options, bool free_surface) {
 template <class S>
 Polynomial<S>::Polynomial(const Scene& scene, const PolynomialOptions& options)
     : scene_(scene), options_(resolved_for(scene, options)), unsupported_(scene_fault(scene, options_)) {
+  if (std::is_same_v<S, float> && unsupported_.empty())
+    unsupported_ =
+        float_fault(scene, support_ratio(options_.kernel) * options_.smoothing * scene.fluids.front().spacing_m);
   if (!unsupported_.empty()) return;
   if (!scene.bodies.empty()) {
     bodies_ = std::make_unique<RigidModel<S>>(scene);

@@ -45,6 +45,9 @@ template <class S>
 Sph<S>::Sph(const Scene& scene, const SphOptions& asked)
     : scene_(scene), options_(resolved(asked, scene)), unsupported_(scene_fault(scene, options_)) {
   const SphOptions& options = options_;
+  if (std::is_same_v<S, float> && unsupported_.empty())
+    unsupported_ =
+        float_fault(scene, support_ratio(options.kernel) * options.smoothing * scene.fluids.front().spacing_m);
   if (!unsupported_.empty()) return;
   if (!scene.bodies.empty()) {
     bodies_ = std::make_unique<RigidModel<S>>(scene);

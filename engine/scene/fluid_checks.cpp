@@ -7,6 +7,7 @@
 #include "scene/fluid_fields.hpp"
 #include "scene/fluid_keys.hpp"
 #include "scene/fluid_points.hpp"
+#include "scene/fluid_walls.hpp"
 #include "scene/input_file.hpp"
 
 namespace atwood {
@@ -54,6 +55,11 @@ void check_field(Reading& r, const Value& table, const char* key, const Fluid& f
 }
 
 // ---- regions -----------------------------------------------------------------------------------------------------
+bool within_period(double x_m, double period_m) {
+  const double slack = 1e-12 * period_m;
+  return x_m >= -slack && x_m <= period_m + slack;
+}
+
 void check_region(Reading& r, const Value& table, Fluid& fluid) {
   const SourceLocation location = location_of(table, "region");
   const auto d = static_cast<std::size_t>(r.scene->domain.dimensions);
@@ -75,8 +81,8 @@ void check_region(Reading& r, const Value& table, Fluid& fluid) {
       fail(r, location,
            "the region of " + r.where + " reaches from " + number_words(bounds.min_m[i]) + " to " +
                number_words(bounds.max_m[i]) + " m along " + axis + "; expected a positive extent");
-    const double period = r.scene->domain.periodic_m[i], slack = 1e-12 * period;
-    if (period > 0 && (bounds.min_m[i] < -slack || bounds.max_m[i] > period + slack))
+    const double period = r.scene->domain.periodic_m[i];
+    if (period > 0 && !(within_period(bounds.min_m[i], period) && within_period(bounds.max_m[i], period)))
       fail(r, location,
            "the region of " + r.where + " reaches from " + number_words(bounds.min_m[i]) + " to " +
                number_words(bounds.max_m[i]) + " m along " + axis +
@@ -85,13 +91,14 @@ void check_region(Reading& r, const Value& table, Fluid& fluid) {
 }
 
 // x_m,y_m (z_m in three dimensions) under a header of these names.
-std::vector<Real3> read_points(Reading& r, const std::string& path, int dimensions, double spacing_m) {
+std::vector<Real3> read_points(Reading& r, const std::string& path, double spacing_m) {
   constexpr double max_spacings = 1e9;  // beyond, a double knows a place to less than 10^-7 of a spacing
   std::string whole = read_input_file(path, "tables of points (CSV)", largest::kPoints - r.point_bytes);
   r.point_bytes += whole.size();
   CsvReader table(std::move(whole), path);
   std::vector<std::string> header{"x_m", "y_m"}, cells;
-  if (dimensions == 3) header.push_back("z_m");
+  const Domain& domain = r.scene->domain;
+  if (domain.dimensions == 3) header.push_back("z_m");
   const auto joined = [](const std::vector<std::string>& all) {
     std::string text;
     for (const std::string& one : all) text += (text.empty() ? "" : ",") + one;
@@ -113,6 +120,9 @@ std::vector<Real3> read_points(Reading& r, const std::string& path, int dimensio
         refuse(std::to_string(header.size()) + " finite numbers");
       if (std::abs(x[i]) > max_spacings * spacing_m)
         refuse("coordinates up to 10^9 spacings of " + number_words(spacing_m) + " m");
+      const double period = domain.periodic_m[i];
+      if (period > 0 && !within_period(x[i], period))
+        refuse(std::string(1, "xyz"[i]) + " from 0 to " + number_words(period) + " m, within the period");
     }
     if (points.size() > kMaxParticles) refuse("at most " + std::to_string(kMaxParticles) + " points");
   }
@@ -164,6 +174,19 @@ void check_ladders(Reading& r, const Value& run, const Scenario& scenario) {
 }
 
 // ---- walls -------------------------------------------------------------------------------------------------------
+// Keys by which one would ask for what no boundary does.
+void refuse_open_boundary(Reading& r, const Value& table) {
+  for (const char* key : {"kind", "type", "open", "inflow", "outflow", "inlet", "outlet", "velocity_profile",
+                          "velocity_m_per_s", "pressure_Pa"})
+    if (const Value* found = table.find(key))
+      fail(r, found->location,
+           std::string("found `") + key + "` in " + r.where +
+               "; open boundaries (inflow, outflow) are not simulated; expected a wall, `body` and `slip`" +
+               (std::string(key).starts_with("velocity_")
+                    ? ", and the velocity of the wall in its [[body]], `velocity_m_per_s`"
+                    : ""));
+}
+
 void check_walls(Reading& r, const Value* boundaries, const Scene& scene) {
   for (std::size_t i = 0; i < scene.fluid_boundaries.size(); ++i)
     if (const std::string leak = leaking(scene, i); !leak.empty())
@@ -203,13 +226,20 @@ void check_boundary(Reading& r, const Value& table, const FluidBoundary& boundar
     fail(r, location_of(table, "heat_flux_W_per_m2"),
          "found `heat_flux_W_per_m2` beside `temperature_K` in " + r.where + "; expected at most one");
   const auto& fluids = r.scene->fluids;
-  if (std::none_of(fluids.begin(), fluids.end(), [](const Fluid& f) { return f.heat_capacity_J_per_kg_K > 0; }))
-    for (const auto& [heat, given] : {std::pair("temperature_K", boundary.temperature_K.has_value()),
-                                      std::pair("heat_flux_W_per_m2", boundary.heat_flux_W_per_m2.has_value())})
-      if (given)
-        fail(r, location_of(table, heat),
-             std::string("`") + heat + "` in " + r.where +
-                 " is given, and no fluid has a temperature; expected a fluid with `heat_capacity_J_per_kg_K` above 0");
+  const auto no_fluid_has = [&](double Fluid::*member) {
+    return std::none_of(fluids.begin(), fluids.end(), [&](const Fluid& f) { return f.*member > 0; });
+  };
+  const bool cold = no_fluid_has(&Fluid::heat_capacity_J_per_kg_K);
+  const auto refuse_heat = [&](const char* heat) {
+    fail(r, location_of(table, heat),
+         std::string("`") + heat + "` in " + r.where + " is given, and no fluid " +
+             (cold ? "has a temperature; expected a fluid with `heat_capacity_J_per_kg_K` above 0"
+                   : "conducts heat; expected a fluid with `conductivity_W_per_m_K` above 0"));
+  };
+  const bool insulating = cold || no_fluid_has(&Fluid::conductivity_W_per_m_K);
+  if (boundary.temperature_K && insulating) refuse_heat("temperature_K");
+  if (boundary.heat_flux_W_per_m2 && (cold || (insulating && *boundary.heat_flux_W_per_m2 != 0)))
+    refuse_heat("heat_flux_W_per_m2");
   for (const FluidBoundary& earlier : r.scene->fluid_boundaries)
     if (earlier.body == boundary.body)
       fail(r, location_of(table, "body"),
@@ -219,6 +249,14 @@ void check_boundary(Reading& r, const Value& table, const FluidBoundary& boundar
   if (std::holds_alternative<std::monostate>(body.shape))
     fail(r, location_of(table, "body"),
          "the body `" + body.name + "` in " + r.where + " has no shape; expected one whose surface bounds the fluid");
+  if (const auto* plane = std::get_if<Plane>(&body.shape)) {
+    const Real3& n = plane->normal;
+    if (std::none_of(n.begin(), n.end(), [](double x) { return std::abs(x) == 1; }))
+      fail(r, location_of(table, "body"),
+           "the plane of the body `" + body.name + "` in " + r.where + " is across no axis: its normal is [" +
+               number_words(n[0]) + ", " + number_words(n[1]) + ", " + number_words(n[2]) +
+               "]; expected a normal along an axis: no method fills a tilted wall");
+  }
 }
 
 void check_probe(Reading& r, const Value& table, const FluidProbe& probe) {
@@ -323,7 +361,7 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
     take_ladder(r, table, "sound_speed_m_per_s", scenario.sound_speeds_m_per_s, "sound_speeds_m_per_s",
                 &Fluid::sound_speed_m_per_s, fluid);
     if (const auto* points = std::get_if<PointsRegion>(&fluid.region))
-      fluid.particles.position_m = read_points(r, points->file, scene.domain.dimensions, fluid.spacing_m);
+      fluid.particles.position_m = read_points(r, points->file, fluid.spacing_m);
     check_fluid(r, table, fluid);
     if (const std::string gap = unfilled(fluid, scene.domain.dimensions, fluid.spacing_m);
         !gap.empty() && scenario.spacings_m.empty())
@@ -334,6 +372,7 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
   });
   each_table(r, draft.fluid_boundary, "[[fluid_boundary]]", [&](const Value& table) {
     FluidBoundary boundary;
+    refuse_open_boundary(r, table);
     read_table(r, table, fluid_boundary_keys(), {}, boundary);
     check_boundary(r, table, boundary);
     scene.fluid_boundaries.push_back(boundary);
@@ -355,6 +394,8 @@ void resolve_fluids(Reading& r, const Value& document, FileDraft& draft) {
   } catch (const InputError& error) {
     fail(r, draft.fluid->list()->front().location, error.what());
   }
+  if (const auto beyond = too_many_wall_points(scene, kCountedSpacings * scene.fluids.front().spacing_m))
+    fail(r, location_of((*draft.fluid_boundary->list())[beyond->boundary], "body"), beyond->words);
 }
 
 }  // namespace atwood

@@ -345,6 +345,8 @@ Scene at_resolution(const Scenario& scenario, double spacing_m, double sound_spe
   for (std::size_t i = 0; i < scene.fluid_boundaries.size(); ++i)
     if (const std::string leak = leaking(scene, i); !leak.empty()) throw InputError(leak);
   place_particles(scene);
+  if (const auto beyond = too_many_wall_points(scene, kCountedSpacings * scene.fluids.front().spacing_m))
+    throw InputError(beyond->words);
   return scene;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
@@ -65,33 +66,37 @@ Real3 to_body(const Body& body, const Real3& x) {
 namespace {
 
 // first, first + pitch, ... while below last.
-std::vector<double> ticks(double first, double pitch, double last) {
+struct Ticks {
+  double first = 0, pitch = 1, last = 1;
+  double count() const { return std::max(0.0, std::ceil((last - first) / pitch)); }  // to one, by round-off
+};
+std::vector<double> values_of(const Ticks& ticks) {
   std::vector<double> at;
-  for (int i = 0; first + i * pitch < last; ++i) at.push_back(first + i * pitch);
+  for (int i = 0; ticks.first + i * ticks.pitch < ticks.last; ++i) at.push_back(ticks.first + i * ticks.pitch);
   return at;
 }
 
-// Returns the area of a point's square (in two dimensions its length) in the plane.
-double fill_plane(const Scene& scene, const Body& body, const Plane& plane, double max_depth,
-                  std::vector<Real3>& points) {
+// The lattice of a plane. Along its normal the ticks are depths, in spacings.
+struct PlaneLattice {
+  int normal = 0;
+  std::array<Ticks, 3> along{};
+  double area = 1;  // of a point's square (in two dimensions its length) in the plane
+};
+
+PlaneLattice lattice_of(const Scene& scene, const Plane& plane, double max_depth) {
   const int normal = axis_of(plane), d = scene.domain.dimensions;
-  if (normal < 0 || normal >= d)
-    throw std::invalid_argument("the plane of the boundary `" + body.name +
-                                "` is not perpendicular to a coordinate axis; walls of particles require it");
-  const double spacing = scene.fluids.front().spacing_m, sign = plane.normal[normal];
+  const double spacing = scene.fluids.front().spacing_m;
   const Extent all = extent_of(scene, scene.fluids.size()), first = extent_of(scene, 1);
-  std::array<std::vector<double>, 3> at{std::vector<double>{0}, {0}, {0}};
-  double widest = 0, area = 1;
+  PlaneLattice lattice{normal};
+  double widest = 0;
   for (int c = 0; c < d; ++c) widest = std::max(widest, all.max_m[c] - all.min_m[c]);
   for (int c = 0; c < d; ++c) {
     if (c == normal) {
-      at[c].clear();
-      for (int layer = 0; layer * spacing < max_depth; ++layer)
-        at[c].push_back(sign * (plane.offset_m - (layer + 0.5) * spacing));
+      lattice.along[c] = {0, 1, max_depth / spacing};
     } else if (const double period = scene.domain.periodic_m[c]; period > 0) {
       const double pitch = period / std::max(1.0, std::round(period / spacing));
-      at[c] = ticks(pitch / 2, pitch, period);
-      area *= pitch;
+      lattice.along[c] = {pitch / 2, pitch, period};
+      lattice.area *= pitch;
     } else {
       double low = all.min_m[c], high = all.max_m[c];
       for (const FluidBoundary& boundary : scene.fluid_boundaries)
@@ -102,21 +107,39 @@ double fill_plane(const Scene& scene, const Body& body, const Plane& plane, doub
       const double beyond = kBeyond * widest + max_depth;
       const double anchor = lattice_corner(scene.fluids.front(), first)[c];
       const double steps = std::ceil((anchor - (low - beyond)) / spacing);
-      at[c] = ticks(anchor + (0.5 - steps) * spacing, spacing, high + beyond);
-      area *= spacing;
+      lattice.along[c] = {anchor + (0.5 - steps) * spacing, spacing, high + beyond};
+      lattice.area *= spacing;
     }
   }
+  return lattice;
+}
+
+// Returns the area of a point's square (in two dimensions its length) in the plane.
+double fill_plane(const Scene& scene, const Body& body, const Plane& plane, double max_depth,
+                  std::vector<Real3>& points) {
+  const double spacing = scene.fluids.front().spacing_m;
+  if (const int normal = axis_of(plane); normal < 0 || normal >= scene.domain.dimensions)
+    throw std::invalid_argument("the plane of the boundary `" + body.name +
+                                "` is across no axis; walls of particles need a normal along an axis");
+  const PlaneLattice lattice = lattice_of(scene, plane, max_depth);
+  std::array<std::vector<double>, 3> at;
+  for (int c = 0; c < 3; ++c) at[c] = values_of(lattice.along[c]);
+  at[lattice.normal].clear();
+  for (int layer = 0; layer * spacing < max_depth; ++layer)
+    at[lattice.normal].push_back(plane.normal[lattice.normal] * (plane.offset_m - (layer + 0.5) * spacing));
   for (const double x : at[0])
     for (const double y : at[1])
       for (const double z : at[2]) points.push_back({x, y, z});
-  return area;
+  return lattice.area;
 }
+
+double cells_along(double edge, double spacing) { return std::max(1.0, std::round(edge / spacing)); }
 
 // Points in the body's axes.
 void fill_box(const Box& box, int d, double spacing, std::vector<Real3>& points) {
   std::array<std::vector<double>, 3> at{std::vector<double>{0}, {0}, {0}};
   for (int c = 0; c < d; ++c) {
-    const double edge = 2 * box.half_extents_m[c], cells = std::max(1.0, std::round(edge / spacing));
+    const double edge = 2 * box.half_extents_m[c], cells = cells_along(edge, spacing);
     at[c].clear();
     for (int i = 0; i < cells; ++i) at[c].push_back((i + 0.5) * (edge / cells) - box.half_extents_m[c]);
   }
@@ -125,9 +148,9 @@ void fill_box(const Box& box, int d, double spacing, std::vector<Real3>& points)
       for (const double z : at[2]) points.push_back({x, y, z});
 }
 
-void fill_ball(const Sphere& ball, int d, double spacing, std::vector<Real3>& points) {
+Box around(const Sphere& ball, double spacing) {
   const double half = std::ceil(ball.radius_m / spacing) * spacing;
-  fill_box({{half, half, half}}, d, spacing, points);
+  return {{half, half, half}};
 }
 
 double depth_in_box(const Box& box, int d, const Real3& x) {
@@ -174,9 +197,40 @@ bool covered(const Scene& scene, std::size_t b, Real3 world, double depth) {
 
 }  // namespace
 
+std::optional<WallCount> too_many_wall_points(const Scene& scene, double max_depth) {
+  const int d = scene.domain.dimensions;
+  double total = 0;
+  for (std::size_t b = 0; b < scene.fluid_boundaries.size(); ++b) {
+    const Body& body = scene.bodies[scene.fluid_boundaries[b].body];
+    const double spacing = scene.fluids.front().spacing_m;
+    double points = 1;
+    if (const auto* plane = std::get_if<Plane>(&body.shape)) {
+      if (const int normal = axis_of(*plane); normal < 0 || normal >= d) continue;
+      for (const Ticks& ticks : lattice_of(scene, *plane, max_depth).along) points *= ticks.count();
+    } else {
+      const auto* box = std::get_if<Box>(&body.shape);
+      const auto* ball = std::get_if<Sphere>(&body.shape);
+      if (!box && !ball) continue;
+      const Box filled = box ? *box : around(*ball, spacing);
+      for (int c = 0; c < d; ++c) points *= cells_along(2 * filled.half_extents_m[c], spacing);
+    }
+    total += points;
+    if (total > kMaxWallPoints) {
+      char figure[32];
+      std::snprintf(figure, sizeof figure, total < 1e15 ? "%.0f" : "%.3g", total);
+      return WallCount{b, "the wall of the boundary `" + body.name + "`" +
+                              (b > 0 ? " and those before it have " : " has ") + figure + " points at a spacing of " +
+                              describe(Value(spacing)) + " m; expected at most " + std::to_string(kMaxWallPoints) +
+                              ": a coarser spacing, or fluids and planes that lie nearer to each other"};
+    }
+  }
+  return std::nullopt;
+}
+
 std::vector<WallPoint> wall_points(const Scene& scene, double max_depth) {
   const int d = scene.domain.dimensions;
   const double spacing = scene.fluids.front().spacing_m;
+  if (const auto beyond = too_many_wall_points(scene, max_depth)) throw std::invalid_argument(beyond->words);
   std::vector<WallPoint> walls;
   for (std::size_t b = 0; b < scene.fluid_boundaries.size(); ++b) {
     const Body& body = scene.bodies[scene.fluid_boundaries[b].body];
@@ -185,7 +239,7 @@ std::vector<WallPoint> wall_points(const Scene& scene, double max_depth) {
     double area = 0;  // of each point at the surface
     if (plane) area = fill_plane(scene, body, std::get<Plane>(body.shape), max_depth, points);
     else if (const auto* box = std::get_if<Box>(&body.shape)) fill_box(*box, d, spacing, points);
-    else if (const auto* ball = std::get_if<Sphere>(&body.shape)) fill_ball(*ball, d, spacing, points);
+    else if (const auto* ball = std::get_if<Sphere>(&body.shape)) fill_box(around(*ball, spacing), d, spacing, points);
     else
       throw std::invalid_argument("the boundary `" + body.name +
                                   "` is neither a plane nor a box nor a ball; walls of particles fill no other shape");

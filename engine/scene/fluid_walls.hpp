@@ -14,6 +14,7 @@
 // have no area, nor have deeper ones.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,21 @@ struct WallPoint {
   double area_m2{};  // of the surface that the point stands for; in two dimensions for a metre of depth
 };
 
+inline constexpr int kMaxWallPoints = 4'000'000;
+// The depth in spacings at which a scene's wall points are counted when it is read: no method knows its own by then.
+inline constexpr double kCountedSpacings = 4;
+
+// The first boundary with which the wall points are more than kMaxWallPoints, and a sentence with the figure. They are
+// counted before any is made: all points of a plane's lattice, all cells of a box, of a ball those of the cube around
+// it. Fluids must have their particles.
+struct WallCount {
+  std::size_t boundary = 0;  // index into Scene::fluid_boundaries
+  std::string words;
+};
+std::optional<WallCount> too_many_wall_points(const Scene& scene, double max_depth_m);
+
 // Fluids must have their particles. Throws std::invalid_argument with the reason for a shape or a plane that it does
-// not fill.
+// not fill, and for more than kMaxWallPoints.
 std::vector<WallPoint> wall_points(const Scene& scene, double max_depth_m);
 
 // A point of the world in axes of the body at its initial pose, from its centre of mass.

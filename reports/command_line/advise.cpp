@@ -27,7 +27,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kMinLimit_s = 0.05;  // of a run, however short the search
-constexpr int kMaxAtOnce = 4;         // methods between two checks of the time
+constexpr const char* kMoreTime = " (--time SECONDS gives the search more)";
+constexpr int kMaxAtOnce = 4;  // methods between two checks of the time
 
 class AdviceSearch {
  public:
@@ -47,6 +48,7 @@ class AdviceSearch {
   bool run_round(const Candidates& candidates);
   bool run_some(const std::vector<std::string>& ids);
   bool run_cells(const std::vector<std::string>& ids);
+  bool of_fluids() const { return !scenario_.scene.fluids.empty(); }
   bool over() const;  // no time is left to begin another method
   bool had_turn(const std::string& engine) const;
   std::string refusal(const std::string& engine) const;
@@ -103,6 +105,11 @@ bool AdviceSearch::run_cells(const std::vector<std::string>& ids) {
   StudyOptions how = study_options(place_, options_);
   how.purpose = "advise";
   how.cell_limit_s = run_limit_s_;
+  if (of_fluids()) {
+    how.until = start_ + std::chrono::duration_cast<Clock::duration>(
+                             std::chrono::duration<double>(std::max(options_.search_s, kMinLimit_s)));
+    how.parts = advice_.metric == "space-error" || advice_.metric == "time-error";
+  }
   how.progress = progress_printer(options_);
   const StudyResult result = run_study(cells, workers_, how);
   end_progress();
@@ -124,7 +131,10 @@ bool AdviceSearch::over() const {
 std::string AdviceSearch::why_no_figure() const {
   for (const char* metric : {"status", "truth"})
     for (const Row& row : rows_)
-      if (row.metric == metric && row.status != Status::ok) return to_string(row.status) + ": " + row.reason;
+      if (row.metric == metric && row.status != Status::ok)
+        return to_string(row.status) + ": " + row.reason + (of_fluids() && over() ? kMoreTime : "");
+  if (over())
+    return fmt::format("the {:g} s of the search were over (--time SECONDS gives it more)", options_.search_s);
   return "no run gave " + (advice_.metric.empty() ? std::string("an error of a field") : advice_.metric);
 }
 
@@ -192,7 +202,8 @@ bool AdviceSearch::run(const Candidates& candidates) {
   return true;
 }
 
-// Every engine's first method that it supports is tried, whatever the time. A ladder takes at most about three limits
+// Every engine's first method that it supports is tried, whatever the time; of fluids, whose runs and truths take
+// seconds, the very first method alone, and the time ends runs that go on. A ladder takes at most about three limits
 // (its rungs double, and the first that hangs ends it), so that with a limit of an engine's share of the time they end
 // within twice of it.
 bool AdviceSearch::run_round(const Candidates& candidates) {
@@ -206,8 +217,8 @@ bool AdviceSearch::run_round(const Candidates& candidates) {
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const bool solver = engine_of(ids[i]) == "arkode" || engine_of(ids[i]) == "odeint";
     if (truth_failed_) break;
-    const bool owed =
-        first_round_ && (i < candidates.firsts || (i < candidates.short_list && !had_turn(engine_of(ids[i]))));
+    const bool owed = first_round_ && !of_fluids() &&
+                      (i < candidates.firsts || (i < candidates.short_list && !had_turn(engine_of(ids[i]))));
     if (!owed && over()) {
       const std::string at = spacing_words(at_);
       leave(fmt::format("not tried{}: the {:g} s of the search were over (--time SECONDS gives it more)",
@@ -335,7 +346,9 @@ bool AdviceSearch::decide() {
                              : contest_of_budget(all, advice_.budget_s, Cost::seconds);
   const InterruptGuard guard;
   try {
-    TurnTimes(cells_, workers_, rows, options_.cell_limit_s).settle(contest, scenario_.id, by_error);
+    const double most_s =
+        of_fluids() ? std::min(TurnTimes::kPair_s, options_.search_s / TurnTimes::kPairs) : TurnTimes::kPair_s;
+    TurnTimes(cells_, workers_, rows, options_.cell_limit_s).settle(contest, scenario_.id, by_error, most_s);
   } catch (const Interrupted&) {
     return false;
   }
@@ -433,7 +446,7 @@ int command_advise(const Place& place, const Options& options) {
   if (fluids && advice.scenario.truth.kind == TruthKind::none)
     advice.truth = "none: " + advice.metric + " needs no truth";
   if (advice.scenario.truth.kind != TruthKind::none || fluids) {
-    search.emplace(place, options, workers, advice.scenario, start, advice);
+    search.emplace(place, options, workers, advice.scenario, fluids ? Clock::now() : start, advice);
     if (!search->run(candidates)) return interrupted();
   }
   if (fluids && search->truth_failed())

@@ -279,7 +279,10 @@ void declare_commands(Parser& p) {
       "--same-rate", o.same_rate,
       "Only methods that evaluate the reference's right-hand side: ours and those of odeint, ARKODE, CVODE");
   p.other_engines(advise);
-  advise->add_option("--time", o.search_s, "Seconds after which no further method is started")->capture_default_str();
+  advise
+      ->add_option("--time", o.search_s,
+                   "Seconds after which no further method is started; of fluids what runs ends, too")
+      ->capture_default_str();
   p.shown_progress(advise);
   advise->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
   advise->add_option("-j,--jobs", o.jobs, "Cells run at once (default: one per core)");

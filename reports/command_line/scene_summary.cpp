@@ -21,6 +21,7 @@ namespace {
 constexpr double kMaxPairs = 1e7;   // in quad, 5 s
 constexpr std::size_t kMany = 500;  // with more bodies no engine is asked
 constexpr double kAskLimit_s = 5;
+constexpr std::size_t kManyParticles = 100'000;
 
 double norm(const Real3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
@@ -247,6 +248,23 @@ void ask_engines(const Scenario& scenario, const std::vector<Worker>& workers, b
   }
 }
 
+// A foreign engine of fluids is asked for one step, of few particles, where that takes no time. Only a refusal says
+// that it does not run the scene: an engine that compiles its code first takes longer than it is asked. Ours runs every
+// fluid by one of its responses.
+void ask_fluid_engines(const Scenario& scenario, const std::vector<Worker>& workers, Answers& out) {
+  std::size_t particles = 0;
+  for (const Fluid& fluid : scenario.scene.fluids) particles += fluid.particles.position_m.size();
+  const double h_s = scenario.t_end_s / static_cast<double>(std::max<std::int64_t>(1, scenario.steps.back()));
+  for (const Worker& worker : workers) {
+    if (worker.status != Status::ok || !worker.engine.fluids) continue;
+    Outcome outcome;
+    if (worker.engine.name != "atwood" && !worker.engine.methods.empty() && particles <= kManyParticles)
+      outcome = run_once(worker, worker.engine.methods.front().id, scenario.scene, {h_s, 1, 1}, kAskLimit_s).outcome;
+    if (outcome.status != Status::unsupported) out.runs.push_back(worker.engine.name);
+    else out.refuses.push_back(fmt::format("{}: {}", worker.engine.name, outcome.reason));
+  }
+}
+
 std::string truth_answer(const Place& place, const Scenario& scenario) {
   const std::string words = truth_words(scenario.truth);
   if (scenario.truth.kind == TruthKind::none) return "none is named: engines can be compared with each other alone";
@@ -359,6 +377,7 @@ std::string scene_summary(const Place& place, const Scenario& scenario, const st
     }
   }
   if (small) ask_engines(scenario, workers, motion.contacts, answers);
+  if (fluid) ask_fluid_engines(scenario, workers, answers);
   std::string text = wrapped(scenario.id + ": " + scenario.title, 0, width);
   const auto line = [&](const std::string& name, const std::string& words) {
     if (!words.empty()) text += item(name, words, width);
@@ -385,12 +404,10 @@ std::string scene_summary(const Place& place, const Scenario& scenario, const st
     for (const std::string& refusal : answers.refuses) line("not in", refusal);
     line("truth", truth_answer(place, scenario));
   } else {
-    std::string takers;
-    for (const Worker& worker : workers)
-      if (worker.status == Status::ok && worker.engine.fluids)
-        takers += (takers.empty() ? "" : ", ") + worker.engine.name;
-    line("runs in", fluid ? (takers.empty() ? "no engine that is here simulates fluids" : takers)
-                          : fmt::format("not asked of the engines: {} bodies", scene.bodies.size()));
+    line("runs in", !fluid                 ? fmt::format("not asked of the engines: {} bodies", scene.bodies.size())
+                    : answers.runs.empty() ? "no engine that is here simulates this fluid"
+                                           : fmt::format("{}", fmt::join(answers.runs, ", ")));
+    for (const std::string& refusal : answers.refuses) line("not in", refusal);
     line("truth", truth_words(scenario.truth));
   }
   std::vector<std::string> warnings = scene_warnings(scenario);

@@ -1,5 +1,6 @@
 #include "reports/command_line/trace_fluid.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -7,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "reports/command_line/table.hpp"
+#include "scene/printable.hpp"
 #include "validation/metrics/fluid.hpp"
 #include "validation/study/write_file.hpp"
 
@@ -128,6 +130,15 @@ void print_probes(const Scene& scene, const SampleSeries& values, bool as_json) 
                             quoted(scene.probes[n].name), std::isnan(value) ? std::string() : format_double(value),
                             probe_unit(scene.probes[n])));
     }
+  for (std::size_t n = 0; n < scene.probes.size(); ++n) {
+    const FluidProbe& probe = scene.probes[n];
+    const std::ptrdiff_t first = probe.kind == ProbeKind::force_on_body && !of_probe[n].empty();  // that one has none
+    const auto gaps =
+        std::count_if(of_probe[n].begin() + first, of_probe[n].end(), [](double x) { return std::isnan(x); });
+    if (gaps > 0)
+      fmt::print(stderr, "atwood: warning: the probe `{}` has no value at {} of {} samples: {}\n",
+                 printable(probe.name), gaps, of_probe[n].size(), probe_gap(scene, probe));
+  }
 }
 
 void write_vtk(const std::string& folder, const std::string& id, const Scene& scene, const SampleSeries& values) {

@@ -1,8 +1,10 @@
 #include "fluid_table.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -66,8 +68,33 @@ std::array<std::string, 11> cells_of(const FluidLine& l) {
 constexpr const char* kLegend =
     "Errors of the velocity (l1 norm, over that of the exact field) at the finest steps. As signed differences total = "
     "model + space + time: model is the error of the Mach number, space that of the particles, time that of the steps. `in "
-    "space`: the error of the steps was not measured apart and is part of space. Orders are observed ones; `?` is an "
+    "space`: the error of the steps was not measured apart and is part of space. Scenes whose parts were all measured "
+    "stand first. Orders are observed ones; `?` is an "
     "inconclusive one. Not kept: relative changes of momenta and energy.";
+
+constexpr const char* kParts[] = {"model-error", "space-error", "time-error"};
+bool in_all_parts(const Finest& cell) {
+  return std::all_of(std::begin(kParts), std::end(kParts),
+                     [&](const char* part) { return cell.figures.contains(part); });
+}
+
+// "taylor-green-parts, atwood/rk4+sph, spacing 0.05 m, c 10 m/s: of 0.083 in total 0.009 to the Mach number, ..."
+std::string parts_words(const FluidLine& line) {
+  return fmt::format("{}, {}, spacing {} m, c {} m/s: of {} in total {} to the Mach number, {} to space, {} to time",
+                     line.scenario, line.method, line.spacing, line.sound_speed, line.total, line.model, line.space,
+                     line.time);
+}
+
+// The first lines that separate the losses, in words; empty: none does.
+std::string losses(const std::vector<FluidLine>& lines) {
+  constexpr int kShown = 4;
+  std::string words;
+  int found = 0;
+  for (const FluidLine& line : lines)
+    if (line.in_parts && ++found <= kShown) words += (words.empty() ? "" : "; ") + parts_words(line);
+  if (found > kShown) words += fmt::format("; {} lines more", found - kShown);
+  return words.empty() ? "" : " What is lost to what: " + words + ".";
+}
 
 }  // namespace
 
@@ -89,6 +116,11 @@ std::vector<FluidLine> fluid_lines(const std::vector<Row>& rows) {
     if (row.steps > place->second.steps) place->second = {row.steps, {}};
     place->second.figures[row.metric] = &row;
   }
+  // A scene with a line in parts before those without; else the order of the rows.
+  std::set<std::string> whole;
+  for (const Key& key : order)
+    if (in_all_parts(cells[key])) whole.insert(std::get<0>(key));
+  std::stable_partition(order.begin(), order.end(), [&](const Key& key) { return whole.contains(std::get<0>(key)); });
   std::vector<FluidLine> lines;
   for (const Key& key : order) {
     const Finest& cell = cells[key];
@@ -96,7 +128,7 @@ std::vector<FluidLine> fluid_lines(const std::vector<Row>& rows) {
     lines.push_back({scenario, method, fmt::format("{:.4g}", spacing), fmt::format("{:.4g}", speed),
                      std::to_string(cell.steps), value_words(cell, "velocity-l1"), value_words(cell, "model-error"),
                      value_words(cell, "space-error"), time_words_of(cell),
-                     order_words(orders[{scenario, method}], spacing, speed), kept_words(cell)});
+                     order_words(orders[{scenario, method}], spacing, speed), kept_words(cell), in_all_parts(cell)});
   }
   return lines;
 }
@@ -132,13 +164,13 @@ std::string fluid_text(const std::vector<Row>& rows) {
     }
     print(cells_of(line));
   }
-  return out + "  " + kLegend + "\n";
+  return out + "  " + kLegend + losses(lines) + "\n";
 }
 
 std::string fluid_markdown(const std::vector<Row>& rows) {
   const std::vector<FluidLine> lines = fluid_lines(rows);
   if (lines.empty()) return "";
-  std::string out = "## Fluids\n\n" + std::string(kLegend) + "\n\n|", rule = "|";
+  std::string out = "## Fluids\n\n" + std::string(kLegend) + escape_markdown_cell(losses(lines)) + "\n\n|", rule = "|";
   for (std::size_t i = 0; i < kHeads.size(); ++i) {
     out += fmt::format(" {} |", kHeads[i]);
     rule += i >= 2 && i <= 8 ? " ---: |" : " --- |";
@@ -156,7 +188,8 @@ std::string fluid_html(const std::vector<Row>& rows) {
   const std::vector<FluidLine> lines = fluid_lines(rows);
   if (lines.empty()) return "";
   std::string out =
-      "<div class=\"page\"><section id=\"fluids\"><h2>Fluids</h2><p class=\"hint\">" + escape_html(kLegend) +
+      "<div class=\"page\"><section id=\"fluids\"><h2>Fluids</h2><p class=\"hint\">" +
+      escape_html(kLegend + losses(lines)) +
       "</p><div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Fluids\"><table class=\"fluids\"><thead><tr>";
   for (const char* head : kHeads) out += fmt::format("<th>{}</th>", head);
   out += "</tr></thead><tbody>";

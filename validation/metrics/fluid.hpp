@@ -107,6 +107,8 @@ double probe_value(const Scene& scene, const FluidProbe& probe, const SampleView
 // momentum, beside gravity and point forces that are always on. On a fixed body that is the only fixed boundary: of the
 // fluid's momentum, beside gravity and the forces on the other bodies. NaN where other forces, joints or ropes act.
 std::vector<double> probe_values(const Scene& scene, const FluidProbe& probe, const SampleSeries& samples);
+// Why a probe has no value where it is NaN, in words.
+std::string probe_gap(const Scene& scene, const FluidProbe& probe);
 const char* probe_unit(const FluidProbe& probe);
 const char* probe_kind(const FluidProbe& probe);
 

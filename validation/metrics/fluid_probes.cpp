@@ -199,6 +199,18 @@ std::vector<double> probe_values(const Scene& scene, const FluidProbe& probe, co
   return values;
 }
 
+std::string probe_gap(const Scene& scene, const FluidProbe& probe) {
+  if (probe.kind == ProbeKind::force_on_body)
+    return "the mean force since the sample before, of a body on which nothing but the fluid, gravity and constant forces act";
+  const bool column = probe.kind == ProbeKind::column_height;
+  const double reach = (column ? 1 : kReachSpacings) * coarsest_spacing(scene);
+  std::string place;
+  for (int i = 0; i < scene.domain.dimensions; ++i)
+    place += (place.empty() ? "[" : ", ") + format_measure(probe.position_m[static_cast<std::size_t>(i)], 0);
+  return "no particle is within " + format_measure(reach, 0) + " m of " + (column ? "the line through " : "") + place +
+         "] m";
+}
+
 const char* probe_unit(const FluidProbe& probe) {
   switch (probe.kind) {
     case ProbeKind::pressure: return "Pa";
@@ -393,7 +405,8 @@ void append_probes(const Scenario& scenario, const FieldAtParticles& exact, cons
       const double scale = std::fabs(truth);
       if (!(scale > 0)) continue;
       Row one = row(of_front ? "front-error" : "probe-error", (value - truth) / scale, bar / scale,
-                    "of " + format_measure(truth, 0) + " " + probe_unit(probes[n]));
+                    std::isnan(value) ? probe_gap(scenario.scene, probes[n])
+                                      : "of " + format_measure(truth, 0) + " " + probe_unit(probes[n]));
       one.body = of_front ? "" : probes[n].name;
       if (k + 1 == run.values.size()) rows.push_back(one);
       one.t_s = t_s;

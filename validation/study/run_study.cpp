@@ -6,6 +6,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <memory>
 #include <set>
@@ -37,6 +38,8 @@ namespace atwood {
 namespace {
 
 constexpr std::size_t kMaxDamagedNamed = 20;
+constexpr double kShortest_s = 1e-3;  // limit of a truth for which no time is left
+constexpr const char* kNoTimeLeft = "not tried: the time was over";
 
 Outcome outcome_of(Status status, const std::string& reason) {
   Outcome outcome;
@@ -81,6 +84,23 @@ std::size_t StudyRun::find_truth(const Scenario& scenario) {
   return place->second;
 }
 
+namespace {
+
+// Of rows that lack the parts of a fluid's error.
+std::string without_parts(const std::string& basis) { return content_hash({basis, "without parts"}); }
+
+}  // namespace
+
+// Rows with all parts serve where none are asked for.
+bool StudyRun::is_measured(const Cell& cell, const std::string& basis, const StoreOverview* overview) const {
+  const CellKeys keys = campaigns_.keys(cell);
+  const auto from = [&](const std::string& known) {
+    return overview != nullptr ? overview->measured_from(keys.measured, known)
+                               : store_.measured_basis(keys.measured) == known;
+  };
+  return from(basis) || (!options_.parts && !cell.scenario->scene.fluids.empty() && from(without_parts(basis)));
+}
+
 void StudyRun::plan_cell(const Cell& cell, const StoreOverview* overview) {
   if (cell.worker < 0) return;
   const std::size_t truth = truth_index(*cell.scenario);
@@ -88,14 +108,13 @@ void StudyRun::plan_cell(const Cell& cell, const StoreOverview* overview) {
   const std::string& basis = truths_[truth].basis;
   if (overview != nullptr && !options_.fresh) {
     const StoreOverview::Run* known = overview->run(keys.accuracy);
-    if (known != nullptr && settled(*known, limit_of(cell, options_)) && overview->measured_from(keys.measured, basis))
-      return;
+    if (known != nullptr && settled(*known, limit_of(cell, options_)) && is_measured(cell, basis, overview)) return;
   }
   std::optional<RunRecord> run = store_.run(keys.accuracy);
   if (run && (options_.fresh ||
               !settled({run->outcome.status, run->killed_from_outside, run->limit_s}, limit_of(cell, options_))))
     run.reset();
-  if (run && store_.measured_basis(keys.measured) == basis) return;
+  if (run && is_measured(cell, basis, nullptr)) return;
   // A probe keeps no samples to measure again, nor does a cell whose recording was dropped (--keep).
   if (run && (cell.probe != Probe::none || !store_.keeps_recording(keys.accuracy))) run.reset();
   if (!run) ran_[index_of(cell)] = true;
@@ -140,11 +159,17 @@ bool StudyRun::is_known(const TruthWork& work) {
   return !options_.fresh && store_.has_truth(work.hash);
 }
 
+double StudyRun::left_s() const {
+  if (!options_.until) return std::numeric_limits<double>::infinity();
+  return std::chrono::duration<double>(*options_.until - std::chrono::steady_clock::now()).count();
+}
+double StudyRun::truth_limit_s() const { return std::min(options_.truth_limit_s, left_s()); }
+
 RunRecord StudyRun::new_run(const Cell& cell) const {
   RunRecord run;
   run.provenance = options_.provenance;
   run.provenance.engine_version = workers_[static_cast<std::size_t>(cell.worker)].engine.version;
-  run.limit_s = limit_of(cell, options_);
+  run.limit_s = std::max(0.0, std::min(limit_of(cell, options_), left_s()));
   run.scenario = cell.scenario->id;
   run.method = cell.method;
   run.steps = cell.plan.steps;
@@ -236,8 +261,9 @@ StudyRun::Task StudyRun::next() {
 
 void StudyRun::solve_truth(TruthWork& work, WorkerClient& client) {
   const Scenario& scenario = *work.scenario;
-  auto truth = std::make_shared<Truth>(client.truth(scenario_to_json(scenario), sampled_bodies(scenario.scene),
-                                                    scenario.t_end_s, scenario.samples, options_.truth_limit_s));
+  auto truth =
+      std::make_shared<Truth>(client.truth(scenario_to_json(scenario), sampled_bodies(scenario.scene), scenario.t_end_s,
+                                           scenario.samples, std::max(truth_limit_s(), kShortest_s)));
   truth->outcome.reason = shortened(truth->outcome.reason, kLongestReason);
   const Status status = truth->outcome.status;
   if (status != Status::ok) truth->values.clear(), truth->bars.clear();  // a study needs the truth of the whole run
@@ -290,7 +316,7 @@ Truth StudyRun::semi_discrete(const Cell& cell, const std::string& hash, const s
     if (auto stored = store_.truth(key)) return std::move(*stored);
   const Scenario& scenario = *cell.scenario;
   Truth truth = client.truth(scenario_to_json(scenario), sampled_bodies(scenario.scene), scenario.t_end_s,
-                             scenario.samples, options_.truth_limit_s, response);
+                             scenario.samples, std::max(truth_limit_s(), kShortest_s), response);
   truth.outcome.reason = shortened(truth.outcome.reason, kLongestReason);
   if (truth.outcome.status != Status::ok) truth.values.clear(), truth.bars.clear();
   else store_.put_truth(key, scenario.id, truth);
@@ -300,16 +326,33 @@ Truth StudyRun::semi_discrete(const Cell& cell, const std::string& hash, const s
 MeasuredRecord StudyRun::measured_fluid(const Cell& cell, const std::string& hash, const Recording& recording,
                                         WorkerClient& client) {
   const std::string response = response_text(cell.method, workers_[static_cast<std::size_t>(cell.worker)]);
+  const TruthSpec& spec = cell.scenario->truth;
+  const bool stepping = spec.kind == TruthKind::semi_discrete && (options_.parts || spec.solution.empty());
+  bool late = false;
   const FluidTruths truths = fluid_truths(
       *cell.scenario, recording,
       [&](TruthKind kind, const std::vector<Wide>& t_s, const std::vector<std::vector<FieldPosition>>& positions) {
         Scenario asked = *cell.scenario;
+        FieldAtParticles field;
+        const bool part = kind == TruthKind::weakly_compressible && asked.truth.kind != kind;
+        if (part && !options_.parts) field.outcome = outcome_of(Status::unsupported, "not asked for");
+        else if (!(truth_limit_s() > 0)) field.outcome = outcome_of(Status::timeout, kNoTimeLeft);
+        if (field.outcome.status != Status::ok) return field;
         asked.truth.kind = kind;
-        return client.field(scenario_to_json(asked), response, t_s, positions, options_.truth_limit_s);
+        field = client.field(scenario_to_json(asked), response, t_s, positions, truth_limit_s());
+        late = late || (options_.until && field.outcome.status == Status::timeout);
+        return field;
       },
-      [&] { return semi_discrete(cell, hash, response, client); });
+      [&] {
+        if (stepping) return semi_discrete(cell, hash, response, client);
+        Truth truth;
+        truth.outcome = outcome_of(Status::unsupported, "not asked for");
+        return truth;
+      });
   MeasuredRecord record;
-  record.basis = content_hash({hash, kMetricsVersion});
+  record.basis = late             ? content_hash({hash, kMetricsVersion, "late"})  // like no other: measured again
+                 : options_.parts ? content_hash({hash, kMetricsVersion})
+                                  : without_parts(content_hash({hash, kMetricsVersion}));
   record.rows = measure_fluid(*cell.scenario, truths, recording);
   record.picture = picture_of(*cell.scenario, truths.exact, recording);
   const Settings settings =
@@ -321,7 +364,6 @@ MeasuredRecord StudyRun::measured_fluid(const Cell& cell, const std::string& has
        neighbour_rows(scene, recording, kernel_support_m(settings, scene.fluids.front().spacing_m, free_surface)))
     record.rows.push_back(std::move(row));
   for (Row& row : fluid_work_rows(scene, recording, response)) record.rows.push_back(std::move(row));
-  const bool stepping = cell.scenario->truth.kind == TruthKind::semi_discrete;
   const Outcome& outcome = stepping ? truths.semi_discrete.outcome : truths.exact.outcome;
   if (outcome.status != Status::ok && cell.scenario->truth.kind != TruthKind::none &&
       recording.outcome.status == Status::ok) {
@@ -411,6 +453,7 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
   std::shared_ptr<const Truth> truth = truth_of(work);
   const std::string scene_json = scene_to_json(ladder.todo.front().cell->scenario->scene);
   std::int64_t hung_at = 0;
+  std::optional<RunRecord> ended;  // the rung before
   for (const Todo& todo : ladder.todo) {
     const Cell& cell = *todo.cell;
     const CellKeys keys = campaigns_.keys(cell);
@@ -430,7 +473,16 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
     }
     RunRecord run = new_run(cell);
     Recording recording;
-    if (hung_at > 0) {
+    const double expected_s = ended ? 1e-9 * static_cast<double>(ended->wall_ns) *
+                                          static_cast<double>(cell.plan.steps) / static_cast<double>(ended->steps)
+                                    : 0;
+    if (const double left = left_s(); options_.until && hung_at == 0 && !(left > expected_s)) {
+      recording.outcome =
+          outcome_of(Status::timeout, left > 0 ? std::string("not tried: the coarser rung shows that it "
+                                                             "takes longer than the time that is left")
+                                               : kNoTimeLeft);
+      run.limit_s = 0;  // any limit tries it again
+    } else if (hung_at > 0) {
       recording.outcome = outcome_of(Status::timeout, "not tried: " + std::to_string(hung_at) +
                                                           " steps of the same ladder already reached the time limit");
     } else {
@@ -440,6 +492,7 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
       run.killed_from_outside = client.killed_from_outside() || recording.outcome.status == Status::not_built ||
                                 loads_more(cell.worker, client);
       if (recording.outcome.status == Status::timeout) hung_at = cell.plan.steps;
+      if (recording.outcome.status == Status::ok) ended = run;
     }
     recording.outcome.reason = shortened(recording.outcome.reason, kLongestReason);
     run.outcome = recording.outcome;

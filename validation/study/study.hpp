@@ -2,6 +2,7 @@
 // engines are reached by the worker protocol.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
@@ -149,6 +150,11 @@ struct StudyOptions {
   int jobs = 2;
   double cell_limit_s = 20;
   double truth_limit_s = 120;  // truths are solved several times in quad
+  // Of fluids: what space, time and the Mach number lose, whose truths take minutes. False: errors of the fields alone.
+  bool parts = true;
+  // Set: no run and no truth begins afterwards or goes on; a run that its ladder's coarser rung shows to be too long is
+  // not begun. What ended before is still timed.
+  std::optional<std::chrono::steady_clock::time_point> until = {};
   bool timing = true;
   bool fresh = false;           // run every cell again, also those in the store
   bool reuse = false;           // campaigns: reuse cells of the last completed one

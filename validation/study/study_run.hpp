@@ -80,6 +80,9 @@ class StudyRun {
   std::size_t find_truth(const Scenario& scenario);
   bool is_known(const TruthWork& work);
   RunRecord new_run(const Cell& cell) const;
+  bool is_measured(const Cell& cell, const std::string& basis, const StoreOverview* overview) const;
+  double left_s() const;         // of StudyOptions::until
+  double truth_limit_s() const;  // of a truth that is asked for now
   bool loads_more(int worker, const WorkerClient& client);
   Task next();
   void work();

@@ -65,6 +65,27 @@ class Questions(Case):
         self.assertIn("dx 0.125, c 10", self.advise("--error", "5%").stdout)
         self.advise("--error", "1e-9", code=1, told=["no rung has that error"])
 
+    def test_the_time_of_advice_bounds_its_truths_too(self):
+        # Without a temperature the parts of the error have a truth, which at this Mach number takes minutes a run.
+        barotropic = SCENE.replace("heat_capacity_J_per_kg_K = 1\n", "").replace("t_end_s = 0.1", "t_end_s = 10")
+        self.path("scene.toml", barotropic.replace("[10, 20]", "[1000]").replace("spacings_m = [0.25, 0.125", "spacings_m = [0.125"))
+        told = json.loads(self.advise("--error", "0.05", "--time", "2", "--json", timeout=60).stdout)
+        self.assertAlmostEqual(told["advice"]["error"], 0.125**2 * 1.125, delta=1e-7)
+        told = self.advise("--metric", "space-error", "--error", "0.05", "--time", "2", timeout=60).stdout
+        self.assertIn("the 2 s of the search were over", " ".join(told.split()))
+
+    def test_what_advice_measured_is_measured_whole_by_a_run(self):
+        barotropic = SCENE.replace("heat_capacity_J_per_kg_K = 1\n", "").replace(", 0.125, 0.0625, 0.03125]", "]")
+        self.path("scene.toml", barotropic.replace("[10, 20]", "[10]"))
+        run = ("run", "--scenario", "scene.toml", "--engine", ENGINE, "--method", COARSE, "--steps", "10", "--no-timing", "--json")
+        model = []
+        for _ in range(2):
+            self.advise("--error", "0.2")
+            rows = json.loads(self.ask(*run, code=[0, 1]).stdout)["rows"]
+            model.append([r["value"] for r in rows if r["metric"] == "model-error"])
+        self.assertEqual(len(model[0]), 3)
+        self.assertEqual(model[0], model[1])
+
     def test_advice_at_one_spacing(self):
         told = json.loads(self.advise("--error", "0.1", "--spacing", "0.0625", "--json").stdout)
         self.assertEqual(told["advice"]["spacing_m"], 0.0625)

@@ -127,6 +127,15 @@ reason = "0.125^2 x 1.125 = 0.0176 is above it"
         self.assertAlmostEqual(float(rows[1][2]), -0.5, delta=0.03)  # -rho U^2 / 4 (1 + 1)
         self.assertEqual(rows[1][3], "Pa")
 
+    def test_a_probe_without_particles_around_it_says_so(self):
+        far = SCENE.replace("periodic_m = [1, 1]", "periodic_m = [0, 0]").replace("position_m = [0.5, 0.5]", "position_m = [0.5, 50]")
+        self.path("scene.toml", far.replace('[truth]\nkind = "closed-form"\nsolution = "taylor-green"', '[truth]\nkind = "none"')
+                  .replace('initial = "taylor-green"\n', ""))
+        told = self.ask("trace", "scene.toml", "--engine", ENGINE, "--method", "known/vortices", "--probes", "--spacing", "0.25")
+        self.assertEqual([r.split(",")[2] for r in told.stdout.splitlines()[1:]], [""] * 3)
+        self.assertIn("the probe `pressure` has no value at 3 of 3 samples: no particle is within 0.75 m of [0.5, 50] m",
+                      told.stderr)
+
     def test_files_for_paraview(self):
         self.trace("-o", "vtk:pv", "--spacing", "0.25")
         self.assertEqual(sorted(os.listdir(self.path("pv"))),
@@ -228,6 +237,15 @@ body = "slab"
         self.path("scene.toml", SCENE)
         self.ask("describe", "scene.toml", told=["`water`: 16 particles on a disturbed lattice", "starts as `taylor-green`",
                                                  "period 1 m along x"])
+
+    def test_describe_asks_foreign_engines_whether_they_take_the_scene(self):
+        self.path("scene.toml", SCENE)
+        self.assertRegex(self.ask("describe", "scene.toml", "--engine", ENGINE).stdout, r"runs in .*\bknown\b")
+        with open(ENGINE) as file:
+            picky = file.read().replace('request["request"] == "run"', "False").replace("runs alone", "takes no vortices")
+        told = self.ask("describe", "scene.toml", "--engine", self.path("picky.py", picky, 0o755)).stdout
+        self.assertNotRegex(told, r"runs in .*\bknown\b")
+        self.assertRegex(told, r"not in +known: takes no vortices")
 
 
 if __name__ == "__main__":

@@ -240,6 +240,41 @@ TEST_CASE("what cannot be kept is refused by name") {
   CHECK_THAT(reason("rk4+sph", still), Catch::Contains("sound speed"));
 }
 
+TEST_CASE("a scene whose kernel leaves the range of float is refused in float alone") {
+  // Times and viscosity in proportion to lengths, at equal speeds. Just within the range a run ends as in double.
+  const auto scaled = [](int dimensions, double spacing) {
+    Scene scene = block_scene({.dimensions = dimensions, .spacing_m = spacing, .disturbance = 0.1});
+    scene.fluids[0].viscosity_m2_per_s = 0.08 * spacing;
+    return scene;
+  };
+  struct Case {
+    int dimensions;
+    double inside, outside;
+  };
+  for (const Case& one : {Case{2, 2e-8, 5e-9}, Case{2, 1e7, 5e7}, Case{3, 1e-6, 1e-7}, Case{3, 2e5, 2e6}})
+    for (const std::string response : {"+sph", "+polynomial@{degree=2}"}) {
+      const auto id = [&](const std::string& scalar) {
+        const std::size_t at = response.find('@');
+        return at == std::string::npos ? "rk4+sph" + scalar : "rk4+polynomial" + scalar + "{degree=2}";
+      };
+      INFO(id("@float") << " in " << one.dimensions << " dimensions");
+      const Recorded refused = try_run(id("@float"), scaled(one.dimensions, one.outside), 0.4 * one.outside, 20);
+      CHECK(refused.outcome.status == Status::unsupported);
+      CHECK_THAT(refused.outcome.reason,
+                 Catch::Contains("leaves the range of @float: 1 / support^" + std::to_string(one.dimensions + 2)));
+      const Scene scene = scaled(one.dimensions, one.inside);
+      const Recorded rough = try_run(id("@float"), scene, 0.4 * one.inside, 20),
+                     fine = try_run(id(""), scene, 0.4 * one.inside, 20);
+      REQUIRE(rough.outcome.status == Status::ok);
+      REQUIRE(fine.outcome.status == Status::ok);
+      const auto& exact = fine.samples.back().particles;
+      for (std::size_t i = 0; i < exact.size(); ++i)
+        for (int c = 0; c < 3; ++c)
+          CHECK(static_cast<double>(rough.samples.back().particles[i].v_m_per_s[c]) ==
+                Approx(static_cast<double>(exact[i].v_m_per_s[c])).margin(1e-3));
+    }
+}
+
 TEST_CASE("equal steps beyond the limit are refused with it, and a step below it is stable") {
   Scene scene = block_scene();
   scene.fluids[0].viscosity_m2_per_s = 0;
@@ -256,6 +291,7 @@ TEST_CASE("equal steps beyond the limit are refused with it, and a step below it
   const Recorded viscous = try_run("rk4+sph", scene, 1, 200);
   CHECK(viscous.outcome.status == Status::unsupported);
   CHECK_THAT(viscous.outcome.reason, Catch::Contains("by viscosity"));
+  CHECK_THAT(viscous.outcome.reason, Catch::Contains("(of all effects together; each alone: by sound 0."));
 }
 
 TEST_CASE("a run that goes wrong says which particle, where and when") {

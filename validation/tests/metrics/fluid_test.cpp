@@ -477,6 +477,7 @@ TEST_CASE("probes: exact for linear fields, in a corner and across a period") {
   probe.kind = ProbeKind::pressure;
   probe.position_m = {0, 20, 0};
   CHECK(std::isnan(probe_value(scene, probe, sample)));
+  CHECK_THAT(probe_gap(scene, probe), Catch::Contains(" m of [0, 20"));
 }
 
 // A floor under a fluid of 4 kg and a ball of 3 kg, g = 10 m/s^2, samples .5 s apart.

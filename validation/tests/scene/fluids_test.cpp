@@ -196,6 +196,26 @@ TEST_CASE("refused with the figure") {
     refused(
         with(&Parts::rest, wall + "shape.plane = { normal = [0, 1, 0], offset_m = 0 }\n" + bound + heat + " = 300\n"),
         "`" + heat + "` in [[fluid_boundary]] is given, and no fluid has a temperature");
+  const std::string floor = wall + "shape.plane = { normal = [0, 1, 0], offset_m = 0 }\n" + bound;
+  for (const std::string open : {"kind = \"inflow\"", "inflow = true", "outflow = true", "type = \"outlet\"",
+                                 "inlet = true", "velocity_profile = [1, 0]"})
+    refused(with(&Parts::rest, floor + open + "\n"),
+            "found `" + open.substr(0, open.find(' ')) +
+                "` in [[fluid_boundary]]; open boundaries (inflow, outflow) are not simulated");
+  refused(with(&Parts::rest, floor + "velocity_m_per_s = [1, 0]\n"), "and the velocity of the wall in its [[body]]");
+  refused(with(&Parts::rest, wall + "shape.plane = { normal = [0.6, 0.8, 0], offset_m = -1 }\n" + bound),
+          "the plane of the body `wall` in [[fluid_boundary]] is across no axis: its normal is [0.6, 0.8, 0]");
+  const std::string warm = "heat_capacity_J_per_kg_K = 1\n";
+  for (const std::string heat : {"temperature_K", "heat_flux_W_per_m2"}) {
+    Parts p = with(&Parts::rest, floor + heat + " = 300\n");
+    p.fluid += warm;
+    refused(p, "`" + heat + "` in [[fluid_boundary]] is given, and no fluid conducts heat");
+    p.fluid += "conductivity_W_per_m_K = 1\n";
+    CHECK(message(scene(p)) == "no error");
+  }
+  Parts insulated = with(&Parts::rest, floor + "heat_flux_W_per_m2 = 0\n");
+  insulated.fluid += warm;
+  CHECK(message(scene(insulated)) == "no error");
   refused(with(&Parts::run, "spacings_m = [1e-7]\nsound_speeds_m_per_s = [10]\n"), "has 1e+14 particles");
   refused(with(&Parts::rest, wall + "shape.plane = { normal = [0, 1, 0], offset_m = 0 }\n" + bound + bound),
           "a second [[fluid_boundary]] of the body `wall`");
@@ -229,6 +249,29 @@ TEST_CASE("planes at the edges of a wall's region let the fluid be; finite bodie
   for (const Real3& x : water.particles.position_m) REQUIRE(std::hypot(x[0] - 0.5, x[1] - 0.5) > 0.26);
 }
 
+TEST_CASE("points of walls are counted before they are made") {
+  const std::string body = "[[body]]\nname = \"wall\"\nfixed = true\n", bound = "[[fluid_boundary]]\nbody = \"wall\"\n";
+  const std::string floor = body + "shape.plane = { normal = [0, 1, 0], offset_m = 0 }\n";
+  // A floor reaches four times the fluid's extent beyond it: 9 million squares of 0.25 m, in four layers.
+  Parts far = with(&Parts::rest, floor + bound);
+  far.run = "spacings_m = [0.25]\nsound_speeds_m_per_s = [10]\n", far.domain = "dimensions = 2\n", far.fluid = "";
+  far.rest +=
+      "[[fluid]]\nname = \"drop\"\ndensity_kg_per_m3 = 1000\nregion.circle = { center_m = [2.5e5, 1], "
+      "radius_m = 0.5 }\n";
+  CHECK_THAT(
+      message(scene(far)),
+      Contains("the wall of the boundary `wall` has 36000104 points at a spacing of 0.25 m; expected at most 4000000"));
+  // The layers of a box are counted with all below them.
+  Parts solid =
+      with(&Parts::rest, body + "position_m = [0, -300, 0]\nshape.box = { half_extents_m = [300, 300, 1] }\n" + bound);
+  solid.domain = "dimensions = 2\n", solid.fluid = "";
+  CHECK_THAT(message(scene(solid)), Contains("has 5760000 points at a spacing of 0.25 m"));
+  // A finer spacing of the ladder.
+  solid.rest = body + "position_m = [0, -200, 0]\nshape.box = { half_extents_m = [200, 200, 1] }\n" + bound;
+  const Scenario s = read(scene(solid));
+  CHECK_THROWS_WITH(at_resolution(s, 0.125, 10), Contains("has 10240000 points at a spacing of 0.125 m"));
+}
+
 TEST_CASE("points of a fluid from a table") {
   const auto folder = std::filesystem::temp_directory_path() / "atwood-points-test";
   std::filesystem::create_directories(folder);
@@ -250,6 +293,11 @@ TEST_CASE("points of a fluid from a table") {
     CHECK_THAT(refused(row), Contains("points.csv:3:1: found `" + std::string(row) + "`; expected 2 finite numbers"));
   }
   CHECK_THAT(refused("2.6e8,0"), Contains("expected coordinates up to 10^9 spacings of 0.25 m"));
+  parts.domain = "dimensions = 2\nperiodic_m = [0, 1]\n";
+  CHECK_THAT(refused("5,1.25"),
+             Contains("points.csv:3:1: found `5,1.25`; expected y from 0 to 1 m, within the period"));
+  CHECK(refused("5,1") == "no error");
+  parts.domain = "dimensions = 2\n";
   write("");
   CHECK_THAT(message(scene(parts), folder), Contains("found no point"));
   write("x,y\n0,0\n");
