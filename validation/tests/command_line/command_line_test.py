@@ -507,6 +507,21 @@ class Tracing(Case):
             objects = json.loads(self.expect(self.run_in(*words, *more, "--json"), 0).stdout, parse_float=str, parse_int=str)
             self.assertEqual(table, objects)
 
+    def test_every_column_of_json_has_one_type(self):
+        """Whatever the digits of its values are: 0.0027046041799436774 has 20 with its zeros; a truth's have up to 36."""
+        scene = self.path("mine.toml", SCENE.replace('"stone"', '"1"'))
+        for words in (("trace", "double-pendulum-regular", "--method", "atwood/rk4"),
+                      ("trace", "double-pendulum-regular", "--method", "truth"), ("trace", scene, "--method", "truth"),
+                      ("trace", "double-pendulum-regular", "--method", "atwood/rk4", "--joints"),
+                      ("trace", "double-pendulum-regular", "--method", "truth", "--joints"),
+                      ("derivatives", "double-pendulum-regular"), ("derivatives", "double-pendulum-regular", "--ladder")):
+            rows = json.loads(self.expect(self.run_in(*words, "--json"), 0).stdout, parse_int=float)
+            for column in rows[0]:
+                text = column in ("body", "joint", "source", "of", "by", "by_name", "from")
+                for row in rows:
+                    if row[column] != "" or text:  # a value that is not reported
+                        self.assertIs(type(row[column]), str if text else float, (words, column, row[column]))
+
     def test_a_scene_of_ones_own(self):
         for kind in ("extended", "cvode"):
             path = self.path("mine.toml", SCENE.replace("extended", kind))
