@@ -494,6 +494,18 @@ class Tracing(Case):
         self.assertLess(abs(float(run[-1]["px_m"]) - float(truth[-1]["px_m"])), 1e-7)
         self.assertNotEqual(run[-1]["px_m"], truth[-1]["px_m"])
 
+    def test_a_truth_takes_any_number_of_samples(self):
+        """It has no steps that they would have to divide."""
+        rows = list(csv.DictReader(io.StringIO(
+            self.expect(self.run_in("trace", "pendulum-1", "--method", "truth", "--samples", "7"), 0).stdout)))
+        self.assertEqual(len(rows), 8)
+        self.assertAlmostEqual(float(rows[1]["t_s"]) * 7, float(rows[7]["t_s"]), delta=1e-14)
+        self.expect(self.run_in("trace", "pendulum-1", "--method", "atwood/rk4", "--samples", "7", "--steps", "160"), 2,
+                    "--steps 160: expected a multiple of the 7 samples")
+        for method in ("truth", "atwood/rk4"):
+            self.expect(self.run_in("trace", "pendulum-1", "--method", method, "--samples", "1000001", "--steps", "1000001"), 2,
+                        "--samples 1000001: expected at most 1000000")
+
     def test_events(self):
         events = list(csv.DictReader(io.StringIO(
             self.expect(self.run_in("trace", "bounce-e0.5", "--method", "truth", "--events"), 0).stdout)))
