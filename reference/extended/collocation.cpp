@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace atwood::extended {
@@ -68,6 +69,9 @@ const NarrowTableau& narrow_tableau() {
   return made;
 }
 
+constexpr double kNotableLoss = 1e4;  // four digits: without them the usual tolerances hold
+constexpr double kWholeLoss = 1e14;   // double has next to no digits left
+
 // The larger of both; NaN when x is, and from then on.
 double larger(double largest, double x) { return x <= largest || std::isnan(largest) ? largest : x; }
 
@@ -89,6 +93,25 @@ Collocation::Collocation(const Problem& problem, Wide tolerance, double stage_re
   for (auto* in_double : {&y_, &f_, &d_, &rates_at_guess_, &stage_shift_}) in_double->resize(all);
 }
 
+void Collocation::measure_loss(Wide t, const Wide* y, double h) {
+  const int n = problem_.size;
+  std::vector<double> narrow(n), at(n);
+  for (int k = 0; k < n; ++k) at[k] = static_cast<double>(y[k]);
+  std::vector<Wide> same(at.begin(), at.end());
+  const auto narrow_t = static_cast<double>(t);
+  problem_.rate(Wide(narrow_t), same.data(), rate_.data());
+  ++evaluations;
+  problem_.narrow_rate(narrow_t, at.data(), narrow.data());
+  double apart = 0, size = 0;
+  for (int k = 0; k < n; ++k) {
+    apart = std::max(apart, magnitude(static_cast<double>(Wide(narrow[k]) - rate_[k])) / scale_double_[k]);
+    size = std::max(size, magnitude(narrow[k]) / scale_double_[k]);
+  }
+  // Of rates that change the state by less than a thousandth of its scale, round-off matters less.
+  const double found = h * apart / std::max(h * size, 1e-3) / std::numeric_limits<double>::epsilon();
+  if (found > kNotableLoss) loss_ = std::max(loss_, found);
+}
+
 // f_ holds a first approximation of the stage rates. Fixed-point iteration F <- f(y + h A F) in double. False: it did
 // not converge in 60 iterations.
 bool Collocation::solve_narrow(double t, double h) {
@@ -108,6 +131,7 @@ bool Collocation::solve_narrow(double t, double h) {
     for (int i = 0; i < kStages; ++i) problem_.narrow_rate(t + tableau.c[i] * h, &y_[i * n], &f_[i * n]);
     if (!std::isfinite(change)) return false;
     if (change < 1e-14 || (round > 20 && change < 1e-11)) return true;
+    if (loss_ > 1 && round > 12 && change > 0.1 * last && change < 1e-15 * loss_) return true;
     if (round > 12 && change > last && change > 1e-10) return false;
     last = change;
   }
@@ -131,7 +155,7 @@ void Collocation::correct(double t, double h, const std::vector<double>& residua
         stage_shift_[i * n + k] = h * sum;
         largest_shift = std::max(largest_shift, magnitude(stage_shift_[i * n + k]) / scale_double_[k]);
       }
-      const double difference_step = largest_shift > 0 ? 1e-7 / largest_shift : 0;
+      const double difference_step = largest_shift > 0 ? 1e-7 * std::sqrt(loss_) / largest_shift : 0;
       for (int k = 0; k < n; ++k) probe[k] = y_[i * n + k] + difference_step * stage_shift_[i * n + k];
       problem_.narrow_rate(t + tableau.c[i] * h, probe.data(), rate.data());
       for (int k = 0; k < n; ++k) {
@@ -180,8 +204,8 @@ bool Collocation::solve_stages(Wide t, const Wide* y, Wide h) {
       }
     }
     if (!std::isfinite(size)) return false;
-    // Converged, or stagnated at the round-off of the 10 x 10 sums.
-    if (size < stage_residual_ || (size < 1e-28 && size > 0.1 * last)) return true;
+    // Converged, or stagnated at the round-off of the 10 x 10 sums or of the rates.
+    if (size < stage_residual_ || (size < std::max(1e-28, 1e-32 * loss_) && size > 0.1 * last)) return true;
     last = size;
     correct(narrow_t, narrow_h, residual);
     for (int i = 0; i < kStages; ++i)
@@ -228,6 +252,8 @@ Wide Collocation::step(Wide t, Wide* y, Wide limit) {
   for (int tries = 0; tries < 60; ++tries) {
     const Wide h = proposal_ >= limit ? limit : (2 * proposal_ > limit ? limit / 2 : proposal_);
     const bool solved = solve_stages(t, y, h);
+    if (!solved) measure_loss(t, y, static_cast<double>(h));
+    if (!(loss_ < kWholeLoss)) return 0;
     // Coefficients below the round-off of double carry no information: 1e-32 is their square.
     const double found = solved ? std::max(error(static_cast<double>(h)), 1e-36) : HUGE_VAL;
     const double factor = solved ? 0.9 * std::pow(found / allowed, -1.0 / 20) : 0.4;

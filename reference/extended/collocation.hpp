@@ -23,6 +23,11 @@ const GaussTableau& gauss_tableau();
 // double, then by iterative refinement, in which the residual is computed in quad and the linearised equations are
 // solved in double with a difference quotient for the derivative. Each pass gains about eight digits. A step whose
 // stage equations do not converge is rejected and repeated with a smaller step.
+//
+// A system may be so conditioned that its rates lose digits: a light body between heavy ones, in maximal coordinates,
+// loses as many as the ratio of the masses has. The stage equations then stagnate above the round-off of their
+// arithmetic. When a step is rejected, the loss is measured on the rates in double, and iterations that stagnate at the
+// round-off that follows from it count as converged.
 class Collocation : public Stepper<Wide> {
  public:
   // stage_residual: relative to the state's scale, at which the stage equations count as solved. Each power of 1e-8
@@ -35,10 +40,12 @@ class Collocation : public Stepper<Wide> {
   bool solve_stages(Wide t, const Wide* y, Wide h);
   void correct(double t, double h, const std::vector<double>& residual);
   double error(double h) const;
+  void measure_loss(Wide t, const Wide* y, double h);
 
   Problem problem_;
   Wide tolerance_;
   double stage_residual_;
+  double loss_ = 1;  // round-off of the rates in double, relative to the largest, in units of that of double; 1: little
   Wide proposal_ = 0;
   Scale<Wide> scale_;
   std::vector<Wide> Y_, F_, rate_;                                     // stages x size

@@ -21,6 +21,7 @@ constexpr double kContradiction = 1e-11;  // of the size: redundant constraints 
 constexpr double kShortStep = 1e-15;      // of the run
 constexpr int kMaxShortSteps = 40;
 constexpr std::int64_t kMaxRateWork = 400'000'000;  // evaluations of the rates, times the size of the state
+constexpr double kLargestMassRatio = 1e13;          // rates in double then keep a digit or two
 constexpr double kAtStop = 1e-26;                   // of the coordinate's scale: a stop's gap at a located impact
 
 struct Integration {
@@ -57,7 +58,21 @@ struct Integration {
     path.end_s = t_s;
     return false;
   }
+  // The largest mass of a body that moves over the smallest.
+  double mass_ratio() const {
+    double least = HUGE_VAL, most = 0;
+    for (const Body& body : run.scene.bodies) {
+      if (body.fixed) continue;
+      least = std::min(least, body.mass_kg);
+      most = std::max(most, body.mass_kg);
+    }
+    return most / least;
+  }
   bool fail_singular() {
+    if (const double ratio = mass_ratio(); ratio > kLargestMassRatio)
+      return fail("the bodies' masses differ by a factor of " + format_double(ratio) +
+                      ", at which the solution in maximal coordinates is not certified,",
+                  t);
     return fail("the mechanism is not certified past a singular configuration, or its motion is singular,", t);
   }
   std::string name(int joint) const { return "joint `" + run.scene.joints[joint].name + "`"; }

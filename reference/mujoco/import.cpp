@@ -9,6 +9,7 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "mujoco/import_notes.hpp"
 #include "mujoco/model.hpp"
 #include "protocol/sample.hpp"
 #include "rivals/vector.hpp"
@@ -50,8 +51,15 @@ std::string in_quotes(const std::string& name) {
 }
 
 std::string one_line(std::string message) {
-  std::replace(message.begin(), message.end(), '\n', ' ');
+  std::replace_if(
+      message.begin(), message.end(), [](char c) { return static_cast<unsigned char>(c) < 32; }, ' ');
   return message;
+}
+
+// The first warning of a load: MuJoCo's handlers take no argument of the caller's.
+std::string warning;
+void hear(const char* text) {
+  if (warning.empty()) warning = one_line(text);
 }
 
 [[noreturn]] void refuse(const std::string& reason) { throw std::invalid_argument(reason); }
@@ -62,11 +70,13 @@ class Importer {
 
   ImportedScene run() {
     place_bodies();
+    if (std::all_of(owner_.begin(), owner_.end(), [](int owner) { return owner == 0; }))
+      refuse("found no body that moves; expected a <body> with a mass and a joint");
     world();
     for (int b = 1; b < m_.nbody; ++b) body(b);
     for (int b = 1; b < m_.nbody; ++b) joints(b);
     closings();
-    remaining_notes();
+    remaining();
     return {header() + out_, notes_};
   }
 
@@ -75,12 +85,12 @@ class Importer {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
   template <class... Args> void note(fmt::format_string<Args...> format, Args&&... args) {
-    notes_.push_back(fmt::format(format, std::forward<Args>(args)...));
+    notes_.push_back(one_line(fmt::format(format, std::forward<Args>(args)...)));
   }
-  std::string name_of(int type, int id, const char* kind) const {
-    const char* name = mj_id2name(&m_, type, id);
-    return name && *name ? name : fmt::format("{}{}", kind, id);
+  void note_all(const std::vector<std::string>& notes) {
+    for (const std::string& each : notes) note("{}", each);
   }
+  std::string name_of(int type, int id, const char* kind) const { return mujoco::name_of(m_, type, id, kind); }
   std::string body_word(int b) const {
     return owner_[static_cast<std::size_t>(b)] == 0 ? "world" : body_name(owner_[static_cast<std::size_t>(b)]);
   }
@@ -110,7 +120,7 @@ class Importer {
   }
 
   std::string header() const {
-    std::string lines = fmt::format("# Imported from {} through MuJoCo {}.\n", file_, mj_versionString());
+    std::string lines = fmt::format("# Imported from {} through MuJoCo {}.\n", one_line(file_), mj_versionString());
     if (!notes_.empty()) lines += "# Not taken, or changed:\n";
     for (const std::string& line : notes_) lines += "#   " + line + "\n";
     return lines;
@@ -124,7 +134,8 @@ class Importer {
     out("id = {}\ntitle = {}\nclaim = \"An imported mechanism.\"\nsource = {}\n\n",
         in_quotes(id.empty() ? "imported" : id), in_quotes("Imported from " + file_), in_quotes(file_));
     out("[run]\nt_end_s = 1.0\nsteps = [250, 500, 1000, 2000, 4000]\nsamples = 50\n\n[truth]\nkind = \"extended\"\n\n");
-    out("[world]\ngravity_m_per_s2 = {}\n\n", text(real3(m_.opt.gravity)));
+    const bool weightless = disabled(m_, mjDSBL_GRAVITY);
+    out("[world]\ngravity_m_per_s2 = {}\n\n", text(weightless ? Real3{} : real3(m_.opt.gravity)));
   }
 
   void body(int b) {
@@ -192,6 +203,7 @@ class Importer {
   void joints(int b) {
     if (owner_[static_cast<std::size_t>(b)] != b) return;
     const Found found = kind_of(b);
+    for (const int j : found.joints) note_all(joint_notes(m_, j, found.joints.size() == 1));
     if (found.kind == "free") return;
     const std::string joint =
         found.joints.empty() ? "fixed-" + body_name(b) : name_of(mjOBJ_JOINT, found.joints[0], "joint");
@@ -236,24 +248,18 @@ class Importer {
   }
 
   void ranges(const Found& found) {
-    for (const int j : found.joints) {
-      const std::string name = name_of(mjOBJ_JOINT, j, "joint");
-      if (m_.jnt_limited[j]) {
-        if (found.kind == "hinge" || found.kind == "slider")
-          out("limits_{} = {}\n", found.kind == "hinge" ? "rad" : "m",
-              text(Real2{m_.jnt_range[2 * j], m_.jnt_range[2 * j + 1]}));
-        else note("the range of joint {}: only hinges and sliders have stops", name);
-      }
-      const int dof = m_.jnt_dofadr[j];
-      if (m_.dof_armature[dof] != 0) note("the armature of joint {}", name);
-      if (m_.dof_frictionloss[dof] != 0) note("the frictionloss of joint {}", name);
-    }
+    if (found.kind != "hinge" && found.kind != "slider") return;
+    const int j = found.joints[0];
+    if (!m_.jnt_limited[j] || disabled(m_, mjDSBL_LIMIT)) return;
+    ++stops_;
+    out("limits_{} = {}\n", found.kind == "hinge" ? "rad" : "m",
+        text(Real2{m_.jnt_range[2 * j], m_.jnt_range[2 * j + 1]}));
   }
 
   void passive(const Found& found, const std::string& joint, std::size_t k) {
     const int j = found.joints[k], type = m_.jnt_type[j];
     const double stiffness = m_.jnt_stiffness[j], damping = m_.dof_damping[m_.jnt_dofadr[j]];
-    if (type == mjJNT_BALL && stiffness != 0) note("the stiffness of the ball joint {}", joint);
+    if (disabled(m_, mjDSBL_PASSIVE)) return;
     if (damping == 0 && (stiffness == 0 || type == mjJNT_BALL)) return;
     const bool slide = type == mjJNT_SLIDE;
     out("[[force]]\nkind = \"joint-spring\"\njoint = {}\n", in_quotes(joint));
@@ -267,6 +273,7 @@ class Importer {
   }
 
   void closings() {
+    if (disabled(m_, mjDSBL_EQUALITY)) return;
     for (int e = 0; e < m_.neq; ++e) {
       const std::string name = name_of(mjOBJ_EQUALITY, e, "equality");
       const int type = m_.eq_type[e];
@@ -296,26 +303,21 @@ class Importer {
       const Real4 frame = rivals::product(first.q, rivals::product(turn, rivals::conjugate(second.q)));
       if (weld && frame != Real4{1, 0, 0, 0}) out("frame_wxyz = {}\n", text(frame));
       out("\n");
+      ++closings_;
     }
   }
 
-  void remaining_notes() {
-    const auto counted = [&](int count, const char* what) {
-      if (count > 0) note("{} {}", count, what);
-    };
-    counted(m_.ngeom, "geoms: bodies have no shapes and do not collide");
-    counted(turned_inertias_,
-            "inertias about turned axes: MuJoCo finds the principal axes of a `fullinertia`, or of geoms, to "
-            "some 1e-8 of the largest moment");
-    counted(m_.nu, "actuators");
-    counted(m_.ntendon, "tendons");
-    counted(m_.nkey, "keyframes: the start is qpos0, at rest");
-    counted(m_.nmocap, "mocap bodies: they stand still");
-    if (m_.opt.density != 0 || m_.opt.viscosity != 0) note("density and viscosity of the medium");
-    if (m_.opt.disableflags != 0) note("the flags of <option> that disable parts of MuJoCo");
-    if (std::any_of(m_.jnt_limited, m_.jnt_limited + m_.njnt, [](mjtByte limited) { return limited != 0; }))
-      note("MuJoCo's soft limits became stops without restitution");
-    if (m_.neq > 0) note("MuJoCo's soft equality constraints became joints that close loops exactly");
+  void remaining() {
+    if (turned_inertias_ > 0)
+      note(
+          "{} inertias about turned axes: MuJoCo finds the principal axes of a `fullinertia`, or of geoms, to "
+          "some 1e-8 of the largest moment",
+          turned_inertias_);
+    note_all(remaining_notes(m_));
+    note_all(flag_notes(m_));
+    if (!warning.empty()) note("MuJoCo's parser warns: {}", warning);
+    if (stops_ > 0) note("MuJoCo's soft limits became stops without restitution");
+    if (closings_ > 0) note("MuJoCo's soft equality constraints became joints that close loops exactly");
   }
 
   const mjModel& m_;
@@ -323,19 +325,27 @@ class Importer {
   std::vector<std::string> notes_;
   std::vector<int> owner_;
   std::vector<Frame> frame_;
-  int turned_inertias_ = 0;
+  int turned_inertias_ = 0, stops_ = 0, closings_ = 0;
 };
+
+// An attribute that is NaN counts for MuJoCo as one that is not given, so that the model need not show it.
+void require_finite(const mjModel& model) {
+  if (const std::string bad = not_finite(model); !bad.empty()) refuse(bad + "; expected a finite number");
+  if (warning.find("NaN") != std::string::npos) refuse("MuJoCo's parser warns: " + warning);
+}
 
 }  // namespace
 
 Result<ImportedScene> import_model(const std::string& path) {
   if (!std::filesystem::is_regular_file(path)) return Fault{Blame::input, path + ": no such file"};
-  mju_user_warning = [](const char*) {};  // MuJoCo's own handlers write a file, and end the process
+  warning.clear();
+  mju_user_warning = hear;  // MuJoCo's own handlers write a file, and end the process
   mju_user_error = [](const char* message) { refuse(std::string("MuJoCo gave up: ") + message); };
   char error[1000] = "";
   try {
     const Model model(mj_loadXML(path.c_str(), nullptr, error, sizeof error));
     if (!model) return Fault{Blame::input, path + ": MuJoCo's compiler says: " + one_line(error)};
+    require_finite(*model);
     return Importer(*model, std::filesystem::path(path).filename().string()).run();
   } catch (const std::invalid_argument& refused) {
     return Fault{Blame::input, path + ": " + refused.what()};

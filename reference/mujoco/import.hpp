@@ -5,7 +5,8 @@
 // of orthogonal axes through one point as a universal joint, a hinge and a slide of one axis as a cylindrical one;
 // ranges of hinges and slides as stops; stiffness, springref and damping; the equality constraints connect and weld as
 // joints that close loops. A body without joints is fixed to its parent; one without mass becomes a part of its parent;
-// bodies fixed to the world are the world.
+// bodies fixed to the world are the world. What a flag of <option> disables is not taken: gravity, ranges, springs and
+// dampers, equality constraints.
 #pragma once
 
 #include <string>
@@ -20,8 +21,9 @@ struct ImportedScene {
   std::vector<std::string> notes;  // what is not taken or changed, in sentences
 };
 
-// The input is to blame for a file that MuJoCo's compiler refuses, and for a model that cannot be a scene: other
-// combinations of joints on one body, equality constraints between joints or tendons.
+// The input is to blame for a file that MuJoCo's compiler refuses, for numbers that are not finite, and for a model
+// that cannot be a scene: other combinations of joints on one body, equality constraints between joints or tendons, no
+// body that moves.
 Result<ImportedScene> import_model(const std::string& path);
 
 }  // namespace atwood::mujoco

@@ -5,11 +5,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <map>
 #include <set>
+#include <sstream>
 #include <vector>
 
 #include <fmt/format.h>
@@ -44,6 +48,25 @@ Kind kind_of(std::string_view element) {
   if (element == "texture") return Kind::texture;
   if (element == "mesh" || element == "hfield" || element == "skin") return Kind::mesh;
   return Kind::any;
+}
+
+// Attributes of numbers that a scene is made of; none of them is a name in any element. MuJoCo takes NaN for an
+// attribute that is not given.
+constexpr std::array<std::string_view, 27> kNumbers{
+    "anchor",       "armature",    "axis",         "axisangle",    "boundinertia", "boundmass",   "damping",
+    "density",      "diaginertia", "euler",        "frictionloss", "fromto",       "fullinertia", "gravity",
+    "margin",       "mass",        "pos",          "quat",         "range",        "ref",         "relpose",
+    "settotalmass", "size",        "springdamper", "springref",    "stiffness",    "viscosity"};
+
+// The first word of a list of numbers that is one and is not finite; empty: none.
+std::string not_finite(const std::string& list) {
+  std::istringstream words(list);
+  for (std::string word; words >> word;) {
+    char* end = nullptr;
+    const double number = std::strtod(word.c_str(), &end);
+    if (*end == 0 && !std::isfinite(number)) return word;
+  }
+  return "";
 }
 
 struct NamedFile {
@@ -130,6 +153,7 @@ class Model {
             fmt::format("{}:{}: found a <!DOCTYPE>; expected a model without", name, lines.of(node.offset_debug())));
       if (std::string_view(node.name()) == "compiler") take_folders(node, where);
       for (const pugi::xml_attribute attribute : node.attributes()) {
+        require_finite(attribute, node, where);
         if (!std::string_view(attribute.name()).starts_with("file") || *attribute.value() == 0) continue;
         NamedFile file{kind_of(node.name()), attribute.value(), where(), beside};
         if (++named_ > kMaxNamed)
@@ -181,6 +205,17 @@ class Model {
     if (name_bytes_ > kMaxNameBytes)
       throw InputError(fmt::format("{}: the paths of the named files exceed {} bytes in total; expected fewer", where,
                                    kMaxNameBytes));
+  }
+
+  template <class Where>
+  static void require_finite(pugi::xml_attribute attribute, pugi::xml_node node, const Where& where) {
+    if (std::find(kNumbers.begin(), kNumbers.end(), attribute.name()) == kNumbers.end()) return;
+    const std::string bad = not_finite(attribute.value());
+    if (bad.empty()) return;
+    const std::string name = node.attribute("name").value();
+    throw InputError(fmt::format("{}{}: `{}` holds {}; expected finite numbers", where(),
+                                 name.empty() ? "" : " `" + printable(name.substr(0, 200)) + "`", attribute.name(),
+                                 printable(bad)));
   }
 
   template <class Where> void take_folders(pugi::xml_node compiler, const Where& where) {

@@ -1,7 +1,8 @@
 #include "reports/command_line/table.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -24,13 +25,19 @@ std::vector<std::string> split(const std::string& line) {
   return fields;
 }
 
-std::string as_json(const std::string& field) {
-  const auto parsed = nlohmann::json::parse(field, nullptr, false);
-  const auto digits =
-      std::count_if(field.begin(), field.begin() + static_cast<std::ptrdiff_t>(std::min(field.find('e'), field.size())),
-                    [](char c) { return c >= '0' && c <= '9'; });
-  if (parsed.is_number() && std::isfinite(parsed.get<double>()) && digits <= 18) return field;
-  return nlohmann::json(field).dump();
+// The columns of names and words in all tables; the others are of numbers.
+constexpr std::array<std::string_view, 14> kTextColumns{"body",  "body_a", "body_b", "by",   "by_name",
+                                                        "fluid", "from",   "joint",  "kind", "of",
+                                                        "probe", "rope",   "source", "unit"};
+bool holds_text(const std::string& column) {
+  return std::find(kTextColumns.begin(), kTextColumns.end(), column) != kTextColumns.end();
+}
+
+// A number keeps its digits, however many: JSON bounds them no more than CSV does. What no double can hold, as `nan`,
+// is its text, and so are words in place of a number.
+std::string as_json(const std::string& field, bool text) {
+  const bool number = !text && nlohmann::json::parse(field, nullptr, false).is_number();
+  return number ? field : nlohmann::json(field).dump();
 }
 
 }  // namespace
@@ -59,7 +66,8 @@ void Table::row(const std::string& line) {
   const auto fields = split(line);
   std::string text = first_ ? "\n" : ",\n";
   for (std::size_t i = 0; i < fields.size(); ++i) {
-    text += fmt::format("{}\"{}\":{}", i == 0 ? "{" : ",", columns_.at(i), as_json(unguarded_cell(fields[i])));
+    text += fmt::format("{}\"{}\":{}", i == 0 ? "{" : ",", columns_.at(i),
+                        as_json(unguarded_cell(fields[i]), holds_text(columns_.at(i))));
   }
   fmt::print("{}}}", text);
   first_ = false;

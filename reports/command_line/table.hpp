@@ -10,8 +10,9 @@ namespace atwood {
 // it for a formula.
 std::string quoted(const std::string& text);
 
-// CSV lines, or with `json` one array of objects with the columns as keys. Numbers wider than double, and those that
-// are not finite, are strings there.
+// CSV lines, or with `json` one array of objects with the columns as keys. A column of names or words holds strings; in
+// the others a number is a JSON number with all its digits (of a truth up to 36), and what is no number that a double
+// can hold is the string that CSV has: `nan`, `inf`, `not unique`, nothing.
 class Table {
  public:
   Table(const std::string& columns, bool json);

@@ -23,6 +23,8 @@ namespace atwood {
 
 namespace {
 
+constexpr std::int64_t kMaxSamples = 1'000'000;  // as in [run] of a scene
+
 constexpr const char* kMotionColumns =
     "t_s,body,px_m,py_m,pz_m,qw,qx,qy,qz,vx_m_per_s,vy_m_per_s,vz_m_per_s,wx_rad_per_s,wy_rad_per_s,wz_rad_per_s";
 constexpr const char* kBarColumns =
@@ -187,9 +189,14 @@ int command_trace(const Place& place, const Options& options) {
   const std::string& method = options.methods.front();
   const std::int64_t samples = options.samples.value_or(scenario.samples);
   if (samples <= 0) throw InputError(fmt::format("--samples {}: expected a positive count", samples));
+  if (samples > kMaxSamples) throw InputError(fmt::format("--samples {}: expected at most {}", samples, kMaxSamples));
   scenario.samples = samples;
   take_resolution(options, scenario);
   set_frequency(scenario, options.hz);
+  if (method == "truth") {  // a motion, or a field, without steps: any number of samples divides it
+    scenario.steps = {samples};
+    scenario.frame_ends_s.clear();
+  }
   require_mechanism(scenario.scene, scenario.id, options.joints, options.ropes);
   if (options.events && (options.joints || options.ropes))
     throw InputError("--events prints contacts and stops; expected it without --joints and --ropes");

@@ -494,6 +494,18 @@ class Tracing(Case):
         self.assertLess(abs(float(run[-1]["px_m"]) - float(truth[-1]["px_m"])), 1e-7)
         self.assertNotEqual(run[-1]["px_m"], truth[-1]["px_m"])
 
+    def test_a_truth_takes_any_number_of_samples(self):
+        """It has no steps that they would have to divide."""
+        rows = list(csv.DictReader(io.StringIO(
+            self.expect(self.run_in("trace", "pendulum-1", "--method", "truth", "--samples", "7"), 0).stdout)))
+        self.assertEqual(len(rows), 8)
+        self.assertAlmostEqual(float(rows[1]["t_s"]) * 7, float(rows[7]["t_s"]), delta=1e-14)
+        self.expect(self.run_in("trace", "pendulum-1", "--method", "atwood/rk4", "--samples", "7", "--steps", "160"), 2,
+                    "--steps 160: expected a multiple of the 7 samples")
+        for method in ("truth", "atwood/rk4"):
+            self.expect(self.run_in("trace", "pendulum-1", "--method", method, "--samples", "1000001", "--steps", "1000001"), 2,
+                        "--samples 1000001: expected at most 1000000")
+
     def test_events(self):
         events = list(csv.DictReader(io.StringIO(
             self.expect(self.run_in("trace", "bounce-e0.5", "--method", "truth", "--events"), 0).stdout)))
@@ -506,6 +518,21 @@ class Tracing(Case):
             table = list(csv.DictReader(io.StringIO(self.expect(self.run_in(*words, *more), 0).stdout)))
             objects = json.loads(self.expect(self.run_in(*words, *more, "--json"), 0).stdout, parse_float=str, parse_int=str)
             self.assertEqual(table, objects)
+
+    def test_every_column_of_json_has_one_type(self):
+        """Whatever the digits of its values are: 0.0027046041799436774 has 20 with its zeros; a truth's have up to 36."""
+        scene = self.path("mine.toml", SCENE.replace('"stone"', '"1"'))
+        for words in (("trace", "double-pendulum-regular", "--method", "atwood/rk4"),
+                      ("trace", "double-pendulum-regular", "--method", "truth"), ("trace", scene, "--method", "truth"),
+                      ("trace", "double-pendulum-regular", "--method", "atwood/rk4", "--joints"),
+                      ("trace", "double-pendulum-regular", "--method", "truth", "--joints"),
+                      ("derivatives", "double-pendulum-regular"), ("derivatives", "double-pendulum-regular", "--ladder")):
+            rows = json.loads(self.expect(self.run_in(*words, "--json"), 0).stdout, parse_int=float)
+            for column in rows[0]:
+                text = column in ("body", "joint", "source", "of", "by", "by_name", "from")
+                for row in rows:
+                    if row[column] != "" or text:  # a value that is not reported
+                        self.assertIs(type(row[column]), str if text else float, (words, column, row[column]))
 
     def test_a_scene_of_ones_own(self):
         for kind in ("extended", "cvode"):

@@ -129,6 +129,27 @@ class NamedFiles(Imports):
         self.refused("<mujoco><worldbodies/></mujoco>", "atwood: m/model.xml: MuJoCo's compiler says: ")
 
 
+class Numbers(Imports):
+    def test_numbers_that_are_not_finite(self):
+        """NaN counts for MuJoCo as an attribute that is not given: some of these leave no trace in its model."""
+        body = ('<body name="b" {}>\n<joint name="j" {}/>\n<inertial {}/>\n<geom size=".1" {}/></body>')
+        usual = 'pos="0 0 0" mass="1" diaginertia="1 1 1"'
+        for words, said in ((("pos='0 nan 0'", "", usual, ""), 'm/model.xml:1: <body> `b`: `pos` holds nan; expected finite numbers'),
+                            (("", "axis='nan 0 0'", usual, ""), "m/model.xml:2: <joint> `j`: `axis` holds nan"),
+                            (("", "damping='-INF'", usual, ""), "m/model.xml:2: <joint> `j`: `damping` holds -INF"),
+                            (("", "range='0 1e999'", usual, ""), "m/model.xml:2: <joint> `j`: `range` holds 1e999"),
+                            (("", "", usual + " euler='nan 0 0'", ""), "m/model.xml:3: <inertial>: `euler` holds nan"),
+                            (("", "", usual, "mass='NaN'"), "m/model.xml:4: <geom>: `mass` holds NaN")):
+            with self.subTest(words=words):
+                self.refused(f"<mujoco><worldbody>{body.format(*words)}</worldbody></mujoco>", said)
+        named = body.format("childclass='inf'", "", usual, "").replace('"j"', '"nan"')
+        self.path("m/model.xml", f'<mujoco><default><default class="inf"/></default><worldbody>{named}</worldbody></mujoco>')
+        self.assertIn('name = "nan"', self.ask("import", "m/model.xml").stdout)
+
+    def test_no_body(self):
+        self.refused("<mujoco/>", "atwood: m/model.xml: found no body that moves")
+
+
 class Limits(Imports):
     def test_memory(self):
         """A texture of 1.2 GB, which MuJoCo makes twice."""

@@ -81,3 +81,33 @@ TEST_CASE("the condition of a mechanism's motion is the growth of perturbations 
   CHECK(truth.condition > 0.5 * grown);
   CHECK(truth.condition < 2 * (grown + std::cosh(w)));
 }
+
+// Two links of a double pendulum, of which the upper one has next to no mass: in maximal coordinates the rates lose as
+// many digits as the ratio of the masses has, in double and in quad.
+namespace {
+
+Scenario with_light_link(double light_kg) {
+  Scenario made = mechanism_scenario(2);
+  made.scene.bodies = {solid("upper", light_kg, 0.1 * light_kg), solid("lower", 1, 0.1)};
+  made.scene.joints = {hinge(-1, 0, {}, {0, 0, 0.5}, 1.2, 0), hinge(0, 1, {0, 0, -0.5}, {0, 0, 0.5}, -0.7, 0.4)};
+  return made;
+}
+
+}  // namespace
+
+TEST_CASE("the truth of a mechanism with a very light link") {
+  for (const double light_kg : {1e-6, 1e-9, 1e-12}) {
+    const Truth truth = mechanism_truth(with_light_link(light_kg), 4);
+    INFO(light_kg << " kg: " << truth.outcome.reason << " " << truth.note);
+    REQUIRE(truth.outcome.status == Status::ok);
+    REQUIRE(truth.values.size() == 5);
+    const auto bar = static_cast<double>(truth.bars.back().bodies[1].p_m[0]);
+    INFO(bar);
+    CHECK(bar > 0);
+    CHECK(bar < 1e-21);
+  }
+  const Truth lost = mechanism_truth(with_light_link(1e-16), 4);
+  CHECK(lost.outcome.status == Status::unsupported);
+  INFO(lost.outcome.reason);
+  CHECK(lost.outcome.reason.find("the bodies' masses differ by a factor of 1e+16, at which") == 0);
+}

@@ -104,12 +104,100 @@ TEST_CASE("what is not taken is said, in the file and beside it") {
     <geom type="sphere" size=".1"/></body></worldbody><actuator><motor joint="a"/></actuator></mujoco>)");
   const auto imported = mujoco::import_model(path);
   REQUIRE(imported);
-  for (const char* word : {"armature of joint a", "frictionloss of joint a", "1 geoms", "1 actuators", "soft limits"})
+  for (const char* word : {"the armature of the joint a\n", "the frictionloss of the joint a\n", "1 geoms",
+                           "1 actuators: actuator0\n", "soft limits"})
     CHECK_THAT(imported->toml, Catch::Contains(word));
   CHECK(imported->notes.size() == 5);
   const Scene scene = scene_of(imported->toml, "import-notes");
   REQUIRE(scene.joints[0].limits);
   CHECK(scene.joints[0].limits->upper == Approx(10 * M_PI / 180).epsilon(1e-15));
+}
+
+namespace {
+
+const char* const kArm = R"(<body name="arm"><joint name="a" type="hinge" limited="true" range="-10 10" stiffness="2"
+    frictionloss="1"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body>)";
+
+// The notes on a model of these elements.
+std::vector<std::string> notes_on(const std::string& name, const std::string& inside) {
+  const auto imported = mujoco::import_model(written(name, "<mujoco>" + inside + "</mujoco>"));
+  INFO((imported ? "" : imported.fault().reason));
+  REQUIRE(imported);
+  return imported->notes;
+}
+
+}  // namespace
+
+TEST_CASE("the forces of a free joint are named, also those of the defaults") {
+  const std::string body = R"(<worldbody><body><joint name="f" type="free" STATED/>
+    <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody>)";
+  const auto with = [&](const std::string& stated) {
+    return std::string(body).replace(body.find("STATED"), 6, stated);
+  };
+  const std::string forces = R"( stiffness="3" damping="2" armature="0.1" frictionloss="0.3")";
+  const std::vector<std::string> expected{"the stiffness of the free joint f", "the damping of the free joint f",
+                                          "the armature of the free joint f", "the frictionloss of the free joint f"};
+  CHECK(notes_on("import-free", with(forces)) == expected);
+  CHECK(notes_on("import-free-default", "<default><joint" + forces + "/></default>" + with("")) == expected);
+  CHECK(notes_on("import-freejoint", with("")).empty());
+}
+
+TEST_CASE("what flags disable is not in the scene, and each is named") {
+  const std::string world = std::string("<worldbody>") + kArm + "</worldbody>" +
+                            R"(<equality><connect name="pin" body1="arm" anchor="0 0 0"/></equality>)";
+  const auto with = [&](const std::string& flags) {
+    return mujoco::import_model(
+        written("import-flags", "<mujoco><option><flag " + flags + "/></option>" + world + "</mujoco>"));
+  };
+  const auto weightless = with(R"(gravity="disable")");
+  REQUIRE(weightless);
+  CHECK(scene_of(weightless->toml, "import-flags").gravity_m_per_s2 == Real3{});
+  CHECK(weightless->notes == std::vector<std::string>{"the frictionloss of the joint a",
+                                                      "MuJoCo's soft limits became stops without restitution",
+                                                      "MuJoCo's soft equality constraints became joints that close "
+                                                      "loops exactly"});
+  const auto open = with(R"(equality="disable" limit="disable" passive="disable" frictionloss="disable")");
+  REQUIRE(open);
+  const Scene scene = scene_of(open->toml, "import-flags");
+  REQUIRE(scene.joints.size() == 1);
+  CHECK_FALSE(scene.joints[0].limits);
+  CHECK(scene.joint_forces.empty());
+  CHECK(open->notes == std::vector<std::string>{"the flag equality=\"disable\": equality constraints close no loops",
+                                                "the flag frictionloss=\"disable\"",
+                                                "the flag limit=\"disable\": joints have no stops",
+                                                "the flag passive=\"disable\": joints have no springs and dampers"});
+  const auto bare = with(R"(constraint="disable" energy="enable")");
+  REQUIRE(bare);
+  CHECK_FALSE(scene_of(bare->toml, "import-flags").joints[0].limits);
+  CHECK(bare->notes.size() == 2);
+  CHECK(bare->notes[1] == "the flag energy=\"enable\"");
+}
+
+TEST_CASE("notes are of what was made, and name each element") {
+  const std::string ball = R"(<worldbody><body name="b"><joint name="x" type="ball" limited="true" range="0 50"/>
+    <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><site name="tip"/><site/></body></worldbody>)";
+  CHECK(notes_on("import-ball", ball + R"(<equality><connect name="pin" body1="b" anchor="0 0 0" active="false"/>
+    </equality>)") == std::vector<std::string>{"the range of the ball joint x: only hinges and sliders have stops",
+                                               "the equality constraint pin, which is not active",
+                                               "2 sites: tip, site1"});
+  const std::string arm =
+      std::string("<option><flag frictionloss=\"disable\" limit=\"disable\"/></option><worldbody>") + kArm +
+      "</worldbody>";
+  const auto notes = notes_on("import-tendon", arm + R"(<tendon><fixed name="t" stiffness="3" damping="1">
+    <joint joint="a" coef="1"/></fixed><fixed><joint joint="a" coef="2"/></fixed></tendon>
+    <sensor><jointpos name="angle" joint="a"/></sensor>)");
+  REQUIRE(notes.size() == 5);
+  CHECK(notes[0] == "the tendon t, with its stiffness, damping");
+  CHECK(notes[1] == "the tendon tendon1");
+  CHECK(notes[2] == "1 sensors: angle");
+}
+
+TEST_CASE("a name cannot end a note's line") {
+  const auto imported = mujoco::import_model(written("import-lines", R"(<mujoco><worldbody><body><inertial pos="0 0 0"
+    mass="1" diaginertia="1 1 1"/><joint armature="1" name="a&#10;id = 3"/></body></worldbody></mujoco>)"));
+  REQUIRE(imported);
+  CHECK(imported->notes == std::vector<std::string>{"the armature of the joint a id = 3"});
+  scene_of(imported->toml, "import-lines");
 }
 
 TEST_CASE("connect and weld become joints that close loops") {
@@ -160,7 +248,43 @@ TEST_CASE("models that are no scene are refused with a reason") {
                                              <equality><joint joint1="j"/></equality>)"),
              Catch::Contains("couples joints"));
   CHECK_THAT(reason("import-broken", "<worldbody><bodies/></worldbody>"), Catch::Contains("MuJoCo's compiler says"));
+  CHECK_THAT(reason("import-empty", ""), Catch::Contains("no body that moves"));
+  CHECK_THAT(reason("import-still", "<worldbody><body>" + inertial + "</body></worldbody>"),
+             Catch::Contains("no body that moves"));
   CHECK_THAT(mujoco::import_model("/nowhere/model.xml").fault().reason, Catch::Contains("no such file"));
+}
+
+TEST_CASE("numbers that are not finite are refused with their element's name") {
+  struct Bad {
+    const char *option, *body, *joint, *inertial, *words;
+  };
+  const char* const inertial = R"(pos="0 0 0" mass="1" diaginertia="1 1 1")";
+  for (const Bad& bad :
+       {Bad{"gravity=\"0 0 -inf\"", "", "", inertial, "the gravity of <option> is -inf"},
+        Bad{"", "pos=\"inf 0 0\"", "", inertial, "the position of the body `b` is inf"},
+        Bad{"", "euler=\"0 nan 0\"", "", inertial, "the orientation of the body `b` is nan"},
+        Bad{"", "", "", R"(pos="0 inf 0" mass="1" diaginertia="1 1 1")", "the centre of mass of the body `b`"},
+        Bad{"", "", "", R"(pos="0 0 0" mass="inf" diaginertia="1 1 1")", "the mass of the body `b` is inf"},
+        Bad{"", "", "", R"(pos="0 0 0" mass="1" diaginertia="inf inf inf")", "the inertia of the body `b`"},
+        Bad{"", "", "", R"(pos="0 0 0" euler="nan 0 0" mass="1" diaginertia="1 1 1")", "XML contains a 'NaN'"},
+        Bad{"", "", "axis=\"nan 0 0\"", inertial, "the axis of the joint `j` is nan"},
+        Bad{"", "", "pos=\"0 inf 0\"", inertial, "the position of the joint `j` is inf"},
+        Bad{"", "", "limited=\"true\" range=\"-inf 1\"", inertial, "the range of the joint `j` is -inf"},
+        Bad{"", "", "ref=\"nan\"", inertial, "the ref of the joint `j` is nan"},
+        Bad{"", "", "springref=\"inf\"", inertial, "the springref of the joint `j` is inf"},
+        Bad{"", "", "stiffness=\"nan\"", inertial, "the stiffness of the joint `j` is nan"},
+        Bad{"", "", "damping=\"inf\"", inertial, "the damping of the joint `j` is inf"},
+        Bad{"", "", "armature=\"nan\"", inertial, "the armature of the joint `j` is nan"},
+        Bad{"", "", "frictionloss=\"nan\"", inertial, "the frictionloss of the joint `j` is nan"}}) {
+    INFO(bad.words);
+    const auto imported = mujoco::import_model(
+        written("import-finite", std::string("<mujoco><option ") + bad.option + "/><worldbody><body name=\"b\" " +
+                                     bad.body + "><joint name=\"j\" " + bad.joint + "/><inertial " + bad.inertial +
+                                     "/></body></worldbody></mujoco>"));
+    REQUIRE_FALSE(imported);
+    CHECK(imported.fault().blame == Blame::input);
+    CHECK_THAT(imported.fault().reason, Catch::Contains(bad.words));
+  }
 }
 
 }  // namespace atwood::test

@@ -1,4 +1,5 @@
 """The wrapper script as a new user meets it, on a machine whose apt, sudo and cmake only record their calls."""
+import fcntl
 import os
 import pathlib
 import pty
@@ -106,6 +107,35 @@ class Wrapper(unittest.TestCase):
         self.assertEqual(self.machine.run("bench", "--help").stdout, f"program: {called}: bench --help\n")
         self.assertEqual(self.machine.run().stdout, f"program: {called}: --help\n")
         self.assertEqual(self.machine.recorded(), "")
+
+    def test_another_build_is_waited_for_only_where_this_call_needs_a_build(self):
+        """Another process holds the lock of the build until the test lets it go."""
+        machine = self.machine
+        machine.with_packages()
+        machine.script("ninja", f'echo "ninja $*" >> "{machine.calls}"\n')
+        machine.script("sleep", "exec /bin/sleep 0.01\n")
+        program = machine.folder / "build/release/bin/atwood"
+        program.parent.mkdir(parents=True)
+        program.write_text('#!/bin/bash\necho "ran: $*"\n')
+        program.chmod(0o755)
+        for name in ("engine", "reference", "validation", "benchmarks", "reports", "packaging"):
+            (machine.folder / name).mkdir()
+        (machine.folder / "CMakeLists.txt").write_text("")
+        for _ in range(2):  # the first call configures, the second finds it done
+            self.assertEqual(machine.run("run", "x").stdout, "ran: run x\n")
+        with open(machine.folder / "build/release/.atwood-build.lock", "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            built = machine.recorded()
+            ended = machine.run("run", "y")
+            self.assertEqual((ended.stdout, ended.stderr), ("ran: run y\n", ""))
+            self.assertEqual(machine.recorded(), built)
+            (machine.folder / "engine/new.cpp").write_text("")
+            waiting = subprocess.Popen([str(machine.folder / "atwood"), "run", "z"], env=machine.environment(), cwd="/", text=True,
+                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL)
+            self.assertEqual(waiting.stderr.readline(), "atwood: waiting for another build of this tree\n")
+            self.assertEqual(machine.recorded(), built)
+        self.assertEqual(waiting.communicate(timeout=60)[0], "ran: run z\n")
+        self.assertEqual(machine.recorded().count("ninja"), built.count("ninja") + 1)
 
     def test_on_a_terminal_it_asks_before_root_rights_are_used(self):
         code, text = self.machine.run_on_terminal("n", "run")
