@@ -253,8 +253,9 @@ void check_boundary(Reading& r, const Value& table, const FluidBoundary& boundar
     const Real3& n = plane->normal;
     if (std::none_of(n.begin(), n.end(), [](double x) { return std::abs(x) == 1; }))
       fail(r, location_of(table, "body"),
-           "the plane of the body `" + body.name + "` in " + r.where + " is across no axis: its normal is [" +
-               number_words(n[0]) + ", " + number_words(n[1]) + ", " + number_words(n[2]) +
+           "the plane of the body `" + body.name + "` in " + r.where +
+               " is not perpendicular to a coordinate axis: its normal is [" + number_words(n[0]) + ", " +
+               number_words(n[1]) + ", " + number_words(n[2]) +
                "]; expected a normal along an axis: no method fills a tilted wall");
   }
 }

@@ -120,7 +120,7 @@ double fill_plane(const Scene& scene, const Body& body, const Plane& plane, doub
   const double spacing = scene.fluids.front().spacing_m;
   if (const int normal = axis_of(plane); normal < 0 || normal >= scene.domain.dimensions)
     throw std::invalid_argument("the plane of the boundary `" + body.name +
-                                "` is across no axis; walls of particles need a normal along an axis");
+                                "` is not perpendicular to a coordinate axis; walls of particles require it");
   const PlaneLattice lattice = lattice_of(scene, plane, max_depth);
   std::array<std::vector<double>, 3> at;
   for (int c = 0; c < 3; ++c) at[c] = values_of(lattice.along[c]);

@@ -203,8 +203,9 @@ TEST_CASE("refused with the figure") {
             "found `" + open.substr(0, open.find(' ')) +
                 "` in [[fluid_boundary]]; open boundaries (inflow, outflow) are not simulated");
   refused(with(&Parts::rest, floor + "velocity_m_per_s = [1, 0]\n"), "and the velocity of the wall in its [[body]]");
-  refused(with(&Parts::rest, wall + "shape.plane = { normal = [0.6, 0.8, 0], offset_m = -1 }\n" + bound),
-          "the plane of the body `wall` in [[fluid_boundary]] is across no axis: its normal is [0.6, 0.8, 0]");
+  refused(
+      with(&Parts::rest, wall + "shape.plane = { normal = [0.6, 0.8, 0], offset_m = -1 }\n" + bound),
+      "the plane of the body `wall` in [[fluid_boundary]] is not perpendicular to a coordinate axis: its normal is [0.6, 0.8, 0]");
   const std::string warm = "heat_capacity_J_per_kg_K = 1\n";
   for (const std::string heat : {"temperature_K", "heat_flux_W_per_m2"}) {
     Parts p = with(&Parts::rest, floor + heat + " = 300\n");
