@@ -236,7 +236,7 @@ std::vector<Settings> tune_trials(const TuneRanges& ranges, int count, std::uint
 const std::vector<std::string>& primary_metrics(rivals::SceneClass scene_class) {
   using rivals::SceneClass;
   static const std::vector<std::string> flight{"error-position-max", "error-attitude-max", "energy-max"},
-      bounce{"apex-error", "error-position-max", "error-position-end", "penetration-max", "energy-gain"},
+      bounce{"apex-error", "error-position-max", "error-position-end", "energy-gain"},
       friction{"error-position-max", "error-attitude-max", "error-velocity-rms", "energy-max", "penetration-max"},
       stack{"error-position-max", "penetration-max", "penetration-rms", "energy-gain"},
       heap{"penetration-max", "penetration-rms", "energy-gain", "energy-rise"},

@@ -53,7 +53,7 @@ def verdicts_of_study(folder):
 
 def refusals():
     for words, expected in [(("describe", "kepler-e0.6", "--program"), "library's method"),
-                            (("describe", "atwood/rk4", "--program"), "no method of ARKODE or odeint"),
+                            (("describe", "atwood/rk4", "--program"), "is not a method of ARKODE or odeint"),
                             (("describe", "odeint/controlled/runge_kutta_dopri5", "--program"), "chooses its steps"),
                             (("describe", "odeint/runge_kutta4", "--program", "--scenario", "pleiades"), "one moving point mass"),
                             (("describe", "odeint/runge_kutta5"), "nearest")]:
