@@ -88,8 +88,9 @@ bool wanders(std::span<const double> t, std::span<const double> e, const metrics
 }
 
 // The rate of an exponential from a line in the logarithms. An error e^{kt} - 1, or of two exponentials, bends at the
-// beginning: the interval contains the rate extrapolated to late times as well, by log e = c + k t + a e^{-k t / 2} with the
-// line's k in the last term, enlarged by Roache's safety factor (as order_interval.hpp does for h).
+// beginning: the interval contains the rate extrapolated to late times as well, by
+// log e = c + k t + a e^{-k t / 2} with the line's k in the last term, enlarged by Roache's safety factor (as
+// order_interval.hpp does for h).
 struct Rate {
   double value = 0, half_width = 0;
 };

@@ -233,7 +233,7 @@ TEST_CASE("A field that does not cover a scene says why") {
   CHECK_THAT(why(scenario), Catch::Contains("face the same way"));
   scenario = fluid_scenario("taylor-green");
   scenario.truth.kind = TruthKind::none;
-  CHECK_THAT(why(scenario), Catch::Contains("no field"));
+  CHECK_THAT(why(scenario), Catch::Contains("not a field"));
   const FluidField field = fluid_field_of(fluid_scenario("taylor-green"));
   CHECK_THROWS_WITH(field.at(-1, {}), Catch::Contains("before 0"));
 }

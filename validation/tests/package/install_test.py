@@ -71,7 +71,7 @@ class Installation(unittest.TestCase):
             self.assertRegex(said, f"atwood-{engine} .*not built: .* the package {package} brings it")
         refused = self.prefix.run("bench")
         self.assertEqual(refused.returncode, 2)
-        self.assertIn("in the project's folder", refused.stderr)
+        self.assertIn("in a copy of the sources", refused.stderr)
 
     def test_catalogue_studies_and_gates_are_those_of_the_sources(self):
         for what in ("scenarios", "studies", "gates", "metrics"):

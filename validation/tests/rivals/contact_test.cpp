@@ -46,7 +46,7 @@ TEST_CASE(
     CHECK(plain < 0.15);  // the impact is seen up to a step late
     CHECK(sharp <= plain);
   }
-  CHECK(tuned <= plain);
+  CHECK(tuned <= plain * (1 + 1e-12));  // ODE's tuned solver differs in the last bit
   CHECK(sharp > 1e-6);  // a fixed-step impact can't be exact: an error of zero would mean that we measure nothing
 }
 
