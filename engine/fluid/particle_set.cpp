@@ -17,10 +17,10 @@ std::string period_fault(const Scene& scene, double support, const std::string& 
 }
 
 std::string float_fault(const Scene& scene, double support) {
-  constexpr double kLargest = 1e31;  // FLT_MAX times the rounding unit, and the inverse of FLT_MIN over it
+  constexpr double largest = 1e31;  // FLT_MAX times the rounding unit, and the inverse of FLT_MIN over it
   const int power = scene.domain.dimensions + 2;
   const double factor = std::pow(support, -power);
-  if (factor <= kLargest && factor >= 1 / kLargest) return "";
+  if (factor <= largest && factor >= 1 / largest) return "";
   return "the kernel's support of " + format_double(support) + " m leaves the range of @float: 1 / support^" +
          std::to_string(power) + ", in the gradient of the kernel, is " + format_double(factor) +
          "; take another scalar, or a unit of length that is nearer to the spacing (expected 1e-31 to 1e+31)";

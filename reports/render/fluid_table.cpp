@@ -87,12 +87,12 @@ std::string parts_words(const FluidLine& line) {
 
 // The first lines that separate the losses, in words; empty: none does.
 std::string losses(const std::vector<FluidLine>& lines) {
-  constexpr int kShown = 4;
+  constexpr int max_shown = 4;
   std::string words;
   int found = 0;
   for (const FluidLine& line : lines)
-    if (line.in_parts && ++found <= kShown) words += (words.empty() ? "" : "; ") + parts_words(line);
-  if (found > kShown) words += fmt::format("; {} lines more", found - kShown);
+    if (line.in_parts && ++found <= max_shown) words += (words.empty() ? "" : "; ") + parts_words(line);
+  if (found > max_shown) words += fmt::format("; {} lines more", found - max_shown);
   return words.empty() ? "" : " What is lost to what: " + words + ".";
 }
 

@@ -25,8 +25,8 @@ namespace atwood::event {
 namespace {
 
 // A run may take at most kMaxEventsWithoutProgress events at one instant, and at most kMaxSegments segments that end
-// without an impact while its time advances by less than kMinProgressOfAStep of a step. Impacts at distinct instants have
-// no limit: between bodies that nearly touch there may be millions in a step.
+// without an impact while its time advances by less than kMinProgressOfAStep of a step. Impacts at distinct instants
+// have no limit: between bodies that nearly touch there may be millions in a step.
 constexpr int kMaxEventsWithoutProgress = 10000, kMaxSegments = 100000;
 constexpr double kMinProgressOfAStep = 1e-3;
 constexpr int kMaxFacetChanges = 1000;  // in a step; a ball that rolls over a mesh changes its facet a few times
