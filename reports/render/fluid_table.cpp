@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <set>
 
@@ -78,22 +79,18 @@ bool in_all_parts(const Finest& cell) {
                      [&](const char* part) { return cell.figures.contains(part); });
 }
 
-// "taylor-green-parts, atwood/rk4+sph, spacing 0.05 m, c 10 m/s: of 0.083 in total 0.009 to the Mach number, ..."
-std::string parts_words(const FluidLine& line) {
-  return fmt::format("{}, {}, spacing {} m, c {} m/s: of {} in total {} to the Mach number, {} to space, {} to time",
-                     line.scenario, line.method, line.spacing, line.sound_speed, line.total, line.model, line.space,
-                     line.time);
-}
-
-// The first lines that separate the losses, in words; empty: none does.
+// The most accurate line that separates the losses, in words; empty: none does.
 std::string losses(const std::vector<FluidLine>& lines) {
-  constexpr int max_shown = 4;
-  std::string words;
-  int found = 0;
+  const FluidLine* best = nullptr;
+  const auto total = [](const FluidLine& line) { return std::strtod(line.total.c_str(), nullptr); };
   for (const FluidLine& line : lines)
-    if (line.in_parts && ++found <= max_shown) words += (words.empty() ? "" : "; ") + parts_words(line);
-  if (found > max_shown) words += fmt::format("; {} lines more", found - max_shown);
-  return words.empty() ? "" : " What is lost to what: " + words + ".";
+    if (line.in_parts && total(line) > 0 && (best == nullptr || total(line) < total(*best))) best = &line;
+  if (best == nullptr) return "";
+  return fmt::format(
+      " What is lost to what, for example in {} by {} at a spacing of {} m and c = {} m/s: of the error of {}, the Mach "
+      "number makes {}, space {} and time {}; parts of opposite signs cancel.",
+      best->scenario, best->method, best->spacing, best->sound_speed, best->total, best->model, best->space,
+      best->time);
 }
 
 }  // namespace
