@@ -24,9 +24,7 @@ PolynomialWalls<S>::PolynomialWalls(const Scene& scene, const ParticleSet<S>& se
     }
     Wall wall{};
     wall.body = boundary.body;
-    wall.axis = -1;
-    for (int c = 0; c < dimensions_; ++c)
-      if (std::abs(plane->normal[c]) == 1) wall.axis = c;
+    wall.axis = normal_axis(*plane, dimensions_);
     if (wall.axis < 0) {
       unsupported_ = "the plane of the boundary `" + body.name + "` is not perpendicular to a coordinate axis";
       return;

@@ -53,4 +53,10 @@ template <class S> class ClosingForce final : public ForceTerm<S> {
   JointState last_;
 };
 
+// Of a term among a model's forces; null: it is not a force along a closing joint.
+template <class S> ClosingForce<S>* closing_force(ForceTerm<S>* term) { return dynamic_cast<ClosingForce<S>*>(term); }
+template <class S> const ClosingForce<S>* closing_force(const ForceTerm<S>* term) {
+  return dynamic_cast<const ClosingForce<S>*>(term);
+}
+
 }  // namespace atwood

@@ -29,7 +29,7 @@ template <class S> S RigidModel<S>::potential_energy(const S* y) const {
   if (joint_forces_ == nullptr) return forces;
   S energy = forces + joint_forces_->potential_energy(*tree_, y);
   for (const auto& term : terms_)
-    if (const auto* force = dynamic_cast<const ClosingForce<S>*>(term.get()))
+    if (const ClosingForce<S>* force = closing_force(term.get()))
       energy += force->potential_energy(Motion<S>{S(0), y, slots_.data()});
   return energy;
 }

@@ -27,12 +27,6 @@ template <class S> void take_start(const MechanismStart& start, const RigidModel
   }
 }
 
-// Of a term among a model's forces; null: it is no force along a closing joint.
-template <class S> ClosingForce<S>* closing_force(ForceTerm<S>* term) { return dynamic_cast<ClosingForce<S>*>(term); }
-template <class S> const ClosingForce<S>* closing_force(const ForceTerm<S>* term) {
-  return dynamic_cast<const ClosingForce<S>*>(term);
-}
-
 }  // namespace
 
 template <class S> void RigidModel<S>::build_constraints(const Scene& scene) {

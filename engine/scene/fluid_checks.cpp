@@ -251,7 +251,7 @@ void check_boundary(Reading& r, const Value& table, const FluidBoundary& boundar
          "the body `" + body.name + "` in " + r.where + " has no shape; expected one whose surface bounds the fluid");
   if (const auto* plane = std::get_if<Plane>(&body.shape)) {
     const Real3& n = plane->normal;
-    if (std::none_of(n.begin(), n.end(), [](double x) { return std::abs(x) == 1; }))
+    if (normal_axis(*plane, r.scene->domain.dimensions) < 0)
       fail(r, location_of(table, "body"),
            "the plane of the body `" + body.name + "` in " + r.where +
                " is not perpendicular to a coordinate axis: its normal is [" + number_words(n[0]) + ", " +

@@ -35,12 +35,6 @@ Real3 lattice_corner(const Fluid& fluid, const Extent& particles) {
   return particles.min_m;
 }
 
-int axis_of(const Plane& plane) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (std::abs(plane.normal[axis]) == 1) return axis;
-  return -1;
-}
-
 // v by the quaternion or its conjugate.
 Real3 turned(const Real4& q, double sign, const Real3& v) {
   const Real3 u{sign * q[1], sign * q[2], sign * q[3]};
@@ -57,6 +51,12 @@ Real3 to_world(const Body& body, const Real3& x) {
 }
 
 }  // namespace
+
+int normal_axis(const Plane& plane, int dimensions) {
+  for (int axis = 0; axis < dimensions; ++axis)
+    if (std::abs(plane.normal[axis]) == 1) return axis;
+  return -1;
+}
 
 Real3 to_body(const Body& body, const Real3& x) {
   return turned(body.orientation_wxyz, -1,
@@ -84,7 +84,7 @@ struct PlaneLattice {
 };
 
 PlaneLattice lattice_of(const Scene& scene, const Plane& plane, double max_depth) {
-  const int normal = axis_of(plane), d = scene.domain.dimensions;
+  const int d = scene.domain.dimensions, normal = normal_axis(plane, d);
   const double spacing = scene.fluids.front().spacing_m;
   const Extent all = extent_of(scene, scene.fluids.size()), first = extent_of(scene, 1);
   PlaneLattice lattice{normal};
@@ -100,7 +100,8 @@ PlaneLattice lattice_of(const Scene& scene, const Plane& plane, double max_depth
     } else {
       double low = all.min_m[c], high = all.max_m[c];
       for (const FluidBoundary& boundary : scene.fluid_boundaries)
-        if (const auto* other = std::get_if<Plane>(&scene.bodies[boundary.body].shape); other && axis_of(*other) == c) {
+        if (const auto* other = std::get_if<Plane>(&scene.bodies[boundary.body].shape);
+            other && normal_axis(*other, d) == c) {
           low = std::min(low, other->offset_m * other->normal[c]);
           high = std::max(high, other->offset_m * other->normal[c]);
         }
@@ -118,7 +119,7 @@ PlaneLattice lattice_of(const Scene& scene, const Plane& plane, double max_depth
 double fill_plane(const Scene& scene, const Body& body, const Plane& plane, double max_depth,
                   std::vector<Real3>& points) {
   const double spacing = scene.fluids.front().spacing_m;
-  if (const int normal = axis_of(plane); normal < 0 || normal >= scene.domain.dimensions)
+  if (normal_axis(plane, scene.domain.dimensions) < 0)
     throw std::invalid_argument("the plane of the boundary `" + body.name +
                                 "` is not perpendicular to a coordinate axis; walls of particles require it");
   const PlaneLattice lattice = lattice_of(scene, plane, max_depth);
@@ -205,7 +206,7 @@ std::optional<WallCount> too_many_wall_points(const Scene& scene, double max_dep
     const double spacing = scene.fluids.front().spacing_m;
     double points = 1;
     if (const auto* plane = std::get_if<Plane>(&body.shape)) {
-      if (const int normal = axis_of(*plane); normal < 0 || normal >= d) continue;
+      if (normal_axis(*plane, d) < 0) continue;
       for (const Ticks& ticks : lattice_of(scene, *plane, max_depth).along) points *= ticks.count();
     } else {
       const auto* box = std::get_if<Box>(&body.shape);

@@ -45,6 +45,9 @@ std::optional<WallCount> too_many_wall_points(const Scene& scene, double max_dep
 // not fill, and for more than kMaxWallPoints.
 std::vector<WallPoint> wall_points(const Scene& scene, double max_depth_m);
 
+// The axis of the domain that the plane's normal is along; -1: none.
+int normal_axis(const Plane& plane, int dimensions);
+
 // A point of the world in axes of the body at its initial pose, from its centre of mass.
 Real3 to_body(const Body& body, const Real3& x_m);
 

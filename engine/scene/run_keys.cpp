@@ -117,7 +117,7 @@ const Keys<Scenario>& run_keys() {
   static const Keys<Scenario> keys = {
       required(key<Scenario>("t_end_s", &Scenario::t_end_s, number(positive()), "end of the run [s]")),
       steps_key(),
-      required(key<Scenario>("samples", &Scenario::samples, integer(1, 1'000'000),
+      required(key<Scenario>("samples", &Scenario::samples, integer(1, kMaxSamples),
                              "samples at t_end_s k / samples; divides every step count")),
       frames_key(),
       ladder_key("spacings_m", &Scenario::spacings_m,

@@ -29,6 +29,7 @@ inline constexpr std::size_t kMaxFluids = 64, kMaxTables = 1000;
 inline constexpr std::size_t kMaxMaterials = 256;
 inline constexpr std::int64_t kMaxSteps = 1'000'000'000'000;
 inline constexpr std::size_t kMaxRungs = 64;
+inline constexpr std::int64_t kMaxSamples = 1'000'000;
 inline constexpr std::size_t kMaxFrames = 1'000'000;
 
 const Keys<FileDraft>& file_keys();

@@ -16,14 +16,13 @@
 #include "scene/files.hpp"
 #include "scene/fluid_points.hpp"
 #include "scene/printable.hpp"
+#include "scene/scenario_keys.hpp"
 #include "validation/study/check_fluids.hpp"
 #include "validation/study/worker_client.hpp"
 
 namespace atwood {
 
 namespace {
-
-constexpr std::int64_t kMaxSamples = 1'000'000;  // as in [run] of a scene
 
 constexpr const char* kMotionColumns =
     "t_s,body,px_m,py_m,pz_m,qw,qx,qy,qz,vx_m_per_s,vy_m_per_s,vz_m_per_s,wx_rad_per_s,wy_rad_per_s,wz_rad_per_s";
