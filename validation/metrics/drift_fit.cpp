@@ -145,17 +145,18 @@ DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value) {
     width_scale = std::sqrt((n - 2) / (n - under.parameters));
     r = residual(t_s, value, fit.slope_per_s);
   }
-  const auto [low, high] = std::minmax_element(r.begin(), r.end());
-  fit.oscillation = (*high - *low) / 2;
   fit.stationary = metrics::stationary(noise);
   if (fit.stationary) {
     // 5 % wider: series that pass the test for stationarity tend to have an underestimated correlation.
     fit.half_width_95 = 1.05 * width_scale * metrics::correlated_half_width(t_s, noise, kEfficiency);
-    return fit;
+  } else {
+    fit.half_width_95 = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < noise.size(); ++i) noise[i] += fit.slope_per_s * t_s[i];  // without the oscillation
+    fit_parts(t_s, noise, fit);
+    r = residual(t_s, value, fit.slope_per_s);
   }
-  fit.half_width_95 = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < noise.size(); ++i) noise[i] += fit.slope_per_s * t_s[i];  // without the oscillation
-  fit_parts(t_s, noise, fit);
+  const auto [low, high] = std::minmax_element(r.begin(), r.end());
+  fit.oscillation = (*high - *low) / 2;
   return fit;
 }
 

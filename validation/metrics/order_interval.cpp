@@ -28,7 +28,7 @@ constexpr double kSafety = 1.25;            // Roache 1994
 constexpr double kEvenWeight = 3e-3;        // rungs whose relative bar is larger weigh less, as 1 / bar^2
 constexpr double kMaxUncertaintyRatio = 5;  // estimates with more than this times the line's uncertainty are not used
 constexpr std::size_t kMinRungs = 4;
-constexpr double kClearlyBetter = 0.25;  // of one model's squares to another's
+constexpr double kClearlyBetter = 0.25, kFarBetter = 0.1;  // of one model's squares to another's
 
 // The most by which the rungs' bars can move sum_i weight_i y_i.
 double uncertainty_by_bars(std::span<const double> weight, std::span<const double> bar) {
@@ -144,7 +144,7 @@ OrderInterval order_interval(std::span<const double> x, std::span<const double> 
       const ColumnFit both = fit_columns({p.one, p.h, p.h_squared, p.x}, y, ladder.sqrt_weight);
       take(both.last, both.weight);
       const ColumnFit halves = fit_columns({p.one, p.root, p.h, p.x}, y, ladder.sqrt_weight);
-      if (monotone && halves.squares < 0.1 * both.squares) take(halves.last, halves.weight);
+      if (monotone && halves.squares < kFarBetter * both.squares) take(halves.last, halves.weight);
     }
     std::vector<double> finest(n, 0.0);
     finest[n - 1] = last;
