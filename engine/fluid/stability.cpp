@@ -230,7 +230,7 @@ std::string effects(const StepBounds& bounds) {
   add("viscosity and diffusion of density", bounds.viscosity_s);
   add("conduction", bounds.heat_s);
   add("gravity", bounds.force_s);
-  // A damped oscillation may be stable at longer steps than an undamped one: the limit of all is no least of these.
+  // A damped oscillation may be stable at longer steps than an undamped one: the limit of all may exceed one of these.
   return (found > 1 ? "of all effects together; each alone: by " : "by ") + words;
 }
 

@@ -57,7 +57,7 @@ auto ClosingForce<S>::state_at(S t_s, const TiedBody<S>& parent, const TiedBody<
   coordinates_of(of_, parent, child, now.q.data(), now.u.data());
   if (of_.kind == JointKind::ball || stiffness_ == S(0)) return now;
   const S expected = last_.q[coordinate_] + (t_s - last_.t_s) * (last_.u[coordinate_] + now.u[coordinate_]) / S(2);
-  if (real::abs(expected - now.q[coordinate_]) > S(3)) {  // nearly half a turn; no matter to an offset
+  if (real::abs(expected - now.q[coordinate_]) > S(3)) {  // nearly half a turn; an offset is found again as it was
     now.q[coordinate_] = expected;
     coordinates_of(of_, parent, child, now.q.data(), now.u.data());
   }

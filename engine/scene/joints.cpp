@@ -363,7 +363,7 @@ void start_driven_closings(Scene& scene, const Mechanisms& mechanisms, const Mec
   }
 }
 
-// Driven joints that close loops change places with joints of the tree, which is said.
+// Driven joints that close loops change places with joints of the tree; a note names both.
 void exchange_driven_closings(Reading& r, const Mechanisms& mechanisms, MechanismStart& placed) {
   Scene& scene = *r.scene;
   const std::vector<ExchangedJoints> exchanged = let_driven_joints_place(scene);

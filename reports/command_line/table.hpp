@@ -11,8 +11,8 @@ namespace atwood {
 std::string quoted(const std::string& text);
 
 // CSV lines, or with `json` one array of objects with the columns as keys. A column of names or words holds strings; in
-// the others a number is a JSON number with all its digits (of a truth up to 36), and what is no number that a double
-// can hold is the string that CSV has: `nan`, `inf`, `not unique`, nothing.
+// the others a number is a JSON number with all its digits (of a truth up to 36), and what is not a number within the
+// range of double is the string that CSV has: `nan`, `inf`, `not unique`, nothing.
 class Table {
  public:
   Table(const std::string& columns, bool json);

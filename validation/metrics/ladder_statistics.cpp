@@ -69,8 +69,8 @@ std::string range_text(std::span<const LadderEnd> finest, const Worst& worst) {
   constexpr double min_ratio = 1.3;
   for (std::size_t k = 0; k + 1 < 4; ++k)
     if (const double ratio = finest[k + 1].h_s / finest[k].h_s; !(ratio >= min_ratio * (1 - 1e-9)))
-      return "asymptotic range not tested: two steps differ by a factor of " + format_measure(ratio, 0, 4) +
-             " alone, below " + format_measure(min_ratio, 0);
+      return "asymptotic range not tested: two steps differ only by a factor of " + format_measure(ratio, 0, 4) +
+             ", below " + format_measure(min_ratio, 0);
   const double formal = finest[0].formal_order;
   std::string orders = "orders " + format_measure(worst.grid.order, 0) + " and, from " +
                        steps_text(finest[1], finest[2], finest[3]) + ", " + format_measure(coarser.order, 0);
