@@ -157,18 +157,29 @@ template <class S> S tied_entry(const DirectSolver<S>& d, int i, int j) {
   return sum;
 }
 
+// Calls add(sign, inverse mass, moments of i's rows, rates of j's rows) for each body without joints that points i and j
+// share: what it contributes to the rows of i and columns of j of W.
+template <class S, class Add>
+void over_shared_bodies(const World<S>& world, const DirectSolver<S>& d, int i, int j, const Add& add) {
+  const SolverPoint<S>&p = d.points[static_cast<std::size_t>(i)], &o = d.points[static_cast<std::size_t>(j)];
+  using Row = JacobianRow<S>;
+  const auto over = [&](int of_i, int of_j, S sign, Vec3<S> Row::*moment, Vec3<S> Row::*rate) {
+    if (of_i != of_j || (!d.tied.empty() && is_tied(world, of_i))) return;
+    add(sign, world.bodies.inertia[of_i].at[6], moment, rate);
+  };
+  over(p.a, o.a, S(1), &Row::moment_a, &Row::rate_a);
+  over(p.a, o.b, S(-1), &Row::moment_a, &Row::rate_b);
+  over(p.b, o.a, S(-1), &Row::moment_b, &Row::rate_a);
+  over(p.b, o.b, S(1), &Row::moment_b, &Row::rate_b);
+}
+
 // The part of an entry of W that bodies without joints contribute.
 template <class S> S free_entry(const World<S>& world, const DirectSolver<S>& d, int i, int j) {
-  const SolverPoint<S>&p = d.points[static_cast<std::size_t>(i / 3)], &o = d.points[static_cast<std::size_t>(j / 3)];
   const JacobianRow<S>&row = d.jacobian[static_cast<std::size_t>(i)], &column = d.jacobian[static_cast<std::size_t>(j)];
-  const auto& inertia = world.bodies.inertia;
-  const S linear = dot(row.direction, column.direction);
   S sum{};
-  const auto shared = [&](int of_i, int of_j) { return of_i == of_j && !(!d.tied.empty() && is_tied(world, of_i)); };
-  if (shared(p.a, o.a)) sum += inertia[p.a].at[6] * linear + dot(row.moment_a, column.rate_a);
-  if (shared(p.a, o.b)) sum -= inertia[p.a].at[6] * linear + dot(row.moment_a, column.rate_b);
-  if (shared(p.b, o.a)) sum -= inertia[p.b].at[6] * linear + dot(row.moment_b, column.rate_a);
-  if (shared(p.b, o.b)) sum += inertia[p.b].at[6] * linear + dot(row.moment_b, column.rate_b);
+  over_shared_bodies(world, d, i / 3, j / 3, [&](S sign, S inverse_mass, auto moment, auto rate) {
+    sum += sign * (inverse_mass * dot(row.direction, column.direction) + dot(row.*moment, column.*rate));
+  });
   return sum;
 }
 
@@ -225,12 +236,29 @@ template <class S> bool satisfies_contact_law(World<S>& world, DirectSolver<S>& 
   return solved;
 }
 
+// Adds to the nine entries of W of points i and j what bodies without joints contribute.
+template <class S> void add_free_entries(const World<S>& world, DirectSolver<S>& d, int i, int j) {
+  over_shared_bodies(world, d, i, j, [&](S sign, S inverse_mass, auto moment, auto rate) {
+    for (int r = 3 * i; r < 3 * i + 3; ++r)
+      for (int c = 3 * j; c < 3 * j + 3; ++c) {
+        const JacobianRow<S>&row = d.jacobian[static_cast<std::size_t>(r)],
+              &column = d.jacobian[static_cast<std::size_t>(c)];
+        d.w(r, c) += sign * (inverse_mass * dot(row.direction, column.direction) + dot(row.*moment, column.*rate));
+      }
+  });
+}
+
 // Sets d.W, and d.q to the velocities without contact impulses.
 template <class S> void assemble(const World<S>& world, DirectSolver<S>& d) {
   const int n = d.n();
-  d.W.resize(static_cast<std::size_t>(9 * n * n));
-  for (int i = 0; i < 3 * n; ++i)
-    for (int j = 0; j < 3 * n; ++j) d.w(i, j) = delassus_entry(world, d, i, j);
+  d.W.assign(static_cast<std::size_t>(9 * n * n), S(0));
+  if (d.tied.empty()) {
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) add_free_entries(world, d, i, j);
+  } else {
+    for (int i = 0; i < 3 * n; ++i)
+      for (int j = 0; j < 3 * n; ++j) d.w(i, j) = delassus_entry(world, d, i, j);
+  }
   for (int i = 0; i < 3 * n; ++i)  // u = W l + q, and d.q was u
     for (int j = 0; j < 3 * n; ++j) d.q[i] -= d.w(i, j) * d.l[j];
 }
