@@ -90,7 +90,8 @@ template <class S> bool Stops<S>::first_passage(S t_s, S h_s, Limit& limit, S un
       fraction = S(0);
       return true;
     }
-    for (low = high / S(2); low > high * S(0x1p-50); low = low / S(2)) {
+    const S least = high * S(0x1p-50);
+    for (low = high / S(2); low > least; low = low / S(2)) {
       if (!probe(t_s, h_s, low)) return false;
       gap_low = gap(limit, y_new.data());
       if (gap_low > S(0)) break;
@@ -242,7 +243,9 @@ template <class S> void Stops<S>::settle(S t_s) {
     if (away < S(0)) continue;
     model.system().rate(t_s, y.data(), rates_.data());
     const S pressing = -sign<S>(limit.side == Side::lower) * rates_[stop.u_at];
-    if (!(pressing > S(0)) || away * away > S(4) * pressing * limit.round_off) continue;
+    // A force that begins at zero presses in the step that locate() has tried.
+    const bool pressed_later = limit.reached && away == S(0) && pressing == S(0) && limit.gap_end < -limit.round_off;
+    if (!pressed_later && (!(pressing > S(0)) || away * away > S(4) * pressing * limit.round_off)) continue;
     if (away > S(0) && stop.restitution >= S(1)) continue;
     const S rest_s = away > S(0) ? t_s + S(2) * away / (pressing * (S(1) - stop.restitution)) : t_s;
     if (away > S(0)) {

@@ -140,7 +140,11 @@ struct Integration {
       low = most_x * taken;
       for (int tries = 0;; ++tries) {
         if (tries > 40 || !(low > 0))
-          return cubic.g1 >= -tiny ? true : fail(name(stop.joint) + " is inside its stop", t);
+          return cubic.g1 >= -tiny
+                     ? true
+                     : fail(name(stop.joint) + " is at its stop, and neither its rate nor the force there " +
+                                "decides whether it stays",
+                            t);
         const auto state = state_at(before, low);
         if (!state) return fail_singular();
         if (stop.gap(motion.coordinate(state->data(), stop.joint)) > tiny) break;

@@ -157,8 +157,8 @@ template <class S> S tied_entry(const DirectSolver<S>& d, int i, int j) {
   return sum;
 }
 
-// Calls add(sign, inverse mass, moments of i's rows, rates of j's rows) for each body without joints that points i and j
-// share: what it contributes to the rows of i and columns of j of W.
+// Calls add(sign, inverse mass, moments of the rows of i, rates of the rows of j) for each body without joints that
+// points i and j share: what the body contributes to the rows of i and columns of j of W.
 template <class S, class Add>
 void over_shared_bodies(const World<S>& world, const DirectSolver<S>& d, int i, int j, const Add& add) {
   const SolverPoint<S>&p = d.points[static_cast<std::size_t>(i)], &o = d.points[static_cast<std::size_t>(j)];

@@ -183,6 +183,18 @@ class Joints(Case):
         told = json.loads(self.ask("trace", door, "--method", "truth", "--joints", "--json").stdout)[1]
         self.assertAlmostEqual(float(told["stop0"]), 2 * math.cos(1.4), delta=1e-14)
 
+    def test_a_force_that_begins_at_zero_holds_a_coordinate_at_its_stop(self):
+        """A door at rest at its stop under cos 2t - 1 N m: zero at the start with its rate, and never positive."""
+        force = '[[force]]\nkind = "joint-torque"\njoint = "pin"\ntorque_N_m = '
+        door = PENDULUM.replace("[0, -10, 0]", "[0, 0, 0]").replace("angle_rad = 0.5", "limits_rad = [0, 2]")
+        door = self.path("door.toml", door + force + "1\nangular_frequency_rad_per_s = 2\n" + force + "-1\n")
+        for method in ("atwood/rk4", "atwood/gauss4", "atwood/dop853"):
+            end = list(csv.DictReader(io.StringIO(self.ask("trace", door, "--method", method, "--joints").stdout)))[-1]
+            self.assertEqual((float(end["q0"]), float(end["u0"])), (0, 0), method)
+            self.assertAlmostEqual(float(end["stop0"]), 1 - math.cos(2), delta=1e-14, msg=method)
+        self.ask("trace", door, "--method", "truth", code=1, told=[
+            "unsupported: joint `pin` is at its stop, and neither its rate nor the force there decides whether it stays"])
+
     def test_what_is_not_there_or_not_simulated(self):
         self.trace("--method", "atwood/rk4", "--ropes", code=2, told=["`bar` has no rope"])
         self.ask("trace", "kepler-e0.6", "--method", "atwood/rk4", "--joints", code=2, told=["has no joint"])
