@@ -12,8 +12,9 @@ namespace atwood::metrics {
 namespace {
 
 constexpr std::size_t kPairsFrom = 400;
-constexpr int kGrid = 24;
-constexpr double kMinRho = -0.5, kMaxRho = 0.99;
+constexpr int kRhos = 24, kNoises = 24;
+constexpr double kMinRho = -0.5, kMaxRho = 0.99, kMinNoise = 0.1;
+constexpr double kPriorWalk = 0.75;  // of noise that has a walk in it
 
 double mean_of(std::span<const double> x) {
   return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
@@ -23,33 +24,40 @@ struct Candidate {
   double log_weight = 0, slope_error = 0;
 };
 
-// One rho: y_i - rho y_(i-1) is white; the first sample enters with weight sqrt(1 - rho^2).
-Candidate at_rho(double rho, std::span<const double> centred, double spread, std::span<const double> y) {
+// One rho and one variance of the white noise, in units of that of e: Kalman's filter whitens the series and both
+// columns of the line.
+Candidate at(double rho, double noise, std::span<const double> centred, double spread, std::span<const double> y) {
   const std::size_t n = y.size();
-  double a00 = 0, a01 = 0, a11 = 0, b0 = 0, b1 = 0, c = 0;
-  const auto add = [&](double one, double x, double v) {
-    a00 += one * one;
-    a01 += one * x;
-    a11 += x * x;
-    b0 += one * v;
-    b1 += x * v;
-    c += v * v;
-  };
-  const double first = std::sqrt(1 - rho * rho);
-  add(first, first * centred[0], first * y[0]);
-  for (std::size_t i = 1; i < n; ++i) add(1 - rho, centred[i] - rho * centred[i - 1], y[i] - rho * y[i - 1]);
+  double a00 = 0, a01 = 0, a11 = 0, b0 = 0, b1 = 0, c = 0, log_determinant = 0;
+  const double first = rho < 1 ? 1 / (1 - rho * rho) : 1;  // of a walk the line's level takes the start
+  double variance = first, mean_one = 0, mean_x = 0, mean_y = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double predicted = variance + noise, gain = variance / predicted;
+    const double one = 1 - mean_one, x = centred[i] - mean_x, v = y[i] - mean_y;
+    a00 += one * one / predicted;
+    a01 += one * x / predicted;
+    a11 += x * x / predicted;
+    b0 += one * v / predicted;
+    b1 += x * v / predicted;
+    c += v * v / predicted;
+    log_determinant += std::log(predicted);
+    mean_one = rho * (mean_one + gain * one);
+    mean_x = rho * (mean_x + gain * x);
+    mean_y = rho * (mean_y + gain * v);
+    variance = rho * rho * variance * (1 - gain) + 1;
+  }
   const double determinant = a00 * a11 - a01 * a01;
   const double slope = (a00 * b1 - a01 * b0) / determinant, level = (a11 * b0 - a01 * b1) / determinant;
   const double squares = std::max(c - level * b0 - slope * b1, 1e-30 * c);
   const double freedom = static_cast<double>(n) - 2;
-  double variance = 0, before = 0;  // before: sum over j < i of a_j rho^(i-j-1)
-  for (double x : centred) {
-    const double a = x / spread;
-    variance += a * a + 2 * a * before * rho;
-    before = before * rho + a;
+  double of_slope = 0, after = 0;  // after: sum over j > i of a_j rho^(j-i-1)
+  for (std::size_t i = n; i-- > 0;) {
+    const double a = centred[i] / spread;
+    after = a + rho * after;
+    of_slope += (i > 0 ? 1 : first) * after * after + noise * a * a;
   }
-  return {0.5 * std::log(1 - rho * rho) - 0.5 * std::log(determinant) - 0.5 * freedom * std::log(squares),
-          std::sqrt(squares / freedom / (1 - rho * rho) * variance)};
+  return {-0.5 * log_determinant - 0.5 * std::log(determinant) - 0.5 * freedom * std::log(squares),
+          std::sqrt(squares / freedom * of_slope)};
 }
 
 }  // namespace
@@ -96,11 +104,15 @@ double correlated_half_width(std::span<const double> x, std::span<const double> 
   if (!(spread > 0) || std::all_of(residual.begin(), residual.end(), [](double r) { return r == 0; })) return 0;
   std::vector<Candidate> candidates;
   double best = -1e300, widest = 0;
-  for (int g = 0; g < kGrid; ++g) {
-    const double rho = kMinRho + (kMaxRho - kMinRho) * (g + 0.5) / kGrid;
-    candidates.push_back(at_rho(rho, centred, spread, residual));
-    best = std::max(best, candidates.back().log_weight);
-  }
+  const double n = static_cast<double>(x.size());
+  const auto add = [&](double rho, double noise, double share) {
+    candidates.push_back(at(rho, noise, centred, spread, residual));
+    candidates.back().log_weight += std::log(share);
+  };
+  for (int g = 0; g < kRhos; ++g) add(kMinRho + (kMaxRho - kMinRho) * (g + 0.5) / kRhos, 0, (1 - kPriorWalk) / kRhos);
+  for (int g = 0; g < kNoises; ++g)
+    add(1, kMinNoise * std::pow(n * n / kMinNoise, g / (kNoises - 1.0)), kPriorWalk / kNoises);
+  for (const Candidate& candidate : candidates) best = std::max(best, candidate.log_weight);
   double total = 0;
   for (Candidate& c : candidates) {
     c.log_weight = std::exp(c.log_weight - best);  // from here on the weight, not its logarithm
@@ -108,7 +120,7 @@ double correlated_half_width(std::span<const double> x, std::span<const double> 
   }
   std::erase_if(candidates, [&](const Candidate& c) { return c.log_weight < 1e-6 * total; });
   for (const Candidate& c : candidates) widest = std::max(widest, c.slope_error);
-  const double freedom = static_cast<double>(x.size()) - 2;
+  const double freedom = n - 2;
   const auto above_5_percent = [&](double half) {
     double outside = 0;
     for (const Candidate& c : candidates)

@@ -15,16 +15,18 @@ Line fit_line(std::span<const double> x, std::span<const double> y);
 // The median of the slopes of all pairs (Theil 1950, Sen 1968); of longer series about 400 samples are used.
 double theil_sen(std::span<const double> x, std::span<const double> y);
 
-// 95 % half-width of a line's slope through equally spaced x whose residuals are correlated from one to the next as
-// rho^|i-j|, rho unknown. For each rho on a grid: the innovations' variance s^2 (Prais and Winsten 1954), the exact
-// variance of the slope sum a_i y_i,
+// 95 % half-width of a line's slope through equally spaced x, of residuals that are one of
 //
-//     V(rho) = s^2 / (1 - rho^2) sum_ij a_i a_j rho^|i-j|,      a_i = (x_i - mean) / sum (x - mean)^2,
+//     u_i                  correlated from one to the next, u_i = rho u_(i-1) + e_i with rho from -0.5 to 0.99;
+//     u_i + w_i, rho = 1   a random walk under white noise w, of a variance from 0.1 to n^2 times that of e.
 //
-// and the restricted likelihood of rho (Harville 1974), |R|^-1/2 |X' R^-1 X|^-1/2 RSS^-(n-2)/2. The half-width contains
-// 95 % of the mixture of Student's t_(n-2) with these widths, so the uncertainty of rho widens it; with a single
-// estimate of rho, which is too small in short series, the coverage can be 80 %. `efficiency`: of the slope's estimator
-// relative to least squares.
+// Which one is unknown. For each on a grid: the variance s^2 of e, the exact variance V of the slope sum a_i y_i,
+// a_i = (x_i - mean) / sum (x - mean)^2, and the restricted likelihood (Harville 1974), |R|^-1/2 |X' R^-1 X|^-1/2
+// RSS^-(n-2)/2, by Kalman's filter (Harvey 1989, 3.4). The half-width contains 95 % of the mixture of Student's t_(n-2)
+// with these widths, weighted by likelihood and by the prior of a walk, 3/4. It is wider than white noise alone would
+// need (twice at n = 121), since a walk below the noise that moves the slope as much cannot be excluded. Observed
+// coverage: white and correlated noise 97 to 100 %, a walk under white noise of 0.5 to 30 times its step 90 to 98 %.
+// `efficiency`: of the slope's estimator relative to least squares.
 double correlated_half_width(std::span<const double> x, std::span<const double> residual, double efficiency);
 
 // Whether the residuals of a line through equally spaced samples are stationary. The test of Dickey and Fuller (1981)

@@ -108,11 +108,13 @@ TEST_CASE("coverage: growth exponent of one run's error above the floor") {
   }
 }
 
-TEST_CASE("coverage: drift under white, correlated and periodic noise") {
+TEST_CASE("coverage: drift under white, correlated and periodic noise, of which none knows that it hides no walk") {
   Noise noise(14);
   constexpr double kSlope = 0.01;
-  const auto cover = [&](std::size_t n, double rho, double amplitude, double period, double least) {
+  // `widest`: mean half-width over that of noise known to be white.
+  const auto cover = [&](std::size_t n, double rho, double amplitude, double period, double least, double widest) {
     int covered = 0, stationary = 0;
+    double width = 0;
     std::vector<double> t;
     for (std::size_t i = 0; i < n; ++i) t.push_back(static_cast<double>(i));
     for (int series = 0; series < kSeries; ++series) {
@@ -121,18 +123,50 @@ TEST_CASE("coverage: drift under white, correlated and periodic noise") {
       for (std::size_t i = 0; i < n; ++i)
         v[i] += kSlope * t[i] + amplitude * std::sin(6.283185307179586 * t[i] / period + phase);
       const DriftFit fit = fit_drift(t, v);
-      stationary += fit.stationary;
-      covered += fit.stationary && std::fabs(fit.slope_per_s - kSlope) <= fit.half_width_95;
+      if (!fit.stationary) continue;
+      ++stationary;
+      covered += std::fabs(fit.slope_per_s - kSlope) <= fit.half_width_95;
+      width += fit.half_width_95;
     }
-    CAPTURE(n, rho, amplitude, period, stationary);
-    check_coverage(covered, stationary);
+    const double white = 1.96 * std::sqrt(12 / std::pow(static_cast<double>(n), 3));
+    CAPTURE(n, rho, amplitude, period, stationary, covered, width / stationary / white);
+    CHECK(covered >= 0.93 * stationary);
+    CHECK(width < widest * white * stationary);
     CHECK(stationary >= least * kSeries);
   };
-  cover(61, 0, 0, 1, 0.95);
-  cover(61, 0.5, 0, 1, 0.75);
-  cover(121, 0.5, 0, 1, 0.95);
-  cover(121, 0.8, 0, 1, 0.65);
-  cover(61, 0, 10, 8.7, 0.9);
+  cover(61, 0, 0, 1, 0.95, 3);
+  cover(121, 0, 0, 1, 0.95, 3);
+  cover(61, 0.5, 0, 1, 0.75, 9);
+  cover(121, 0.5, 0, 1, 0.95, 5);
+  cover(121, 0.8, 0, 1, 0.65, 25);
+  cover(61, 0, 10, 8.7, 0.9, 3);
+}
+
+TEST_CASE("coverage: drift of a random walk under white noise, which passes for stationary") {
+  Noise noise(21);
+  constexpr double kSlope = 0.01;
+  constexpr int kWalks = 400;
+  for (const int n : {61, 121})
+    for (const double ratio : {1.0, 5.0, 10.0, 30.0}) {
+      int covered = 0;
+      double width = 0;
+      for (int series = 0; series < kWalks; ++series) {
+        std::vector<double> t, v;
+        double walk = 0;
+        for (int i = 0; i < n; ++i) {
+          t.push_back(i);
+          v.push_back(walk + kSlope * i + ratio * noise());
+          walk += noise();
+        }
+        const DriftFit fit = fit_drift(t, v);
+        covered += std::fabs(fit.slope_per_s - kSlope) <= fit.half_width_95;
+        width += fit.half_width_95;
+      }
+      const double size = std::sqrt(1.2 / n + 12 * ratio * ratio / std::pow(static_cast<double>(n), 3));
+      CAPTURE(n, ratio, covered, width / kWalks / size);
+      CHECK(covered >= 0.88 * kWalks);
+      CHECK(width < 5 * size * kWalks);
+    }
 }
 
 TEST_CASE("coverage: the mean slope of a random walk, whether or not it is seen not to be stationary") {
