@@ -28,13 +28,13 @@ struct BlockTime {
   double evaluations = 0;    // a step
   double neighbours = std::nan("");
   std::string why;  // why there is no figure
+  bool crashed = false;
 };
 
 class FluidBudget {
  public:
   FluidBudget(const Worker& worker, const std::string& method, int dimensions, const FrameBudgetSetup& setup)
-      : worker_(worker), method_(method), dimensions_(dimensions), setup_(setup),
-        client_(worker.command, pinned(method), worker.foreign) {}
+      : worker_(worker), method_(method), dimensions_(dimensions), setup_(setup), client_(worker, pinned(method)) {}
 
   // Particles along an axis of the largest block within each frame; 0: not even the smallest.
   std::array<int, 2> largest() {
@@ -51,6 +51,9 @@ class FluidBudget {
     return at->second;
   }
   const std::string& why() { return block(kMinCells).why; }
+  bool crashed() const {
+    return std::any_of(blocks_.begin(), blocks_.end(), [](const auto& block) { return block.second.crashed; });
+  }
   // Whether the search ended at its own limit and not at the budget.
   bool may_be_larger(int across) const { return across > 0 && blocks_.upper_bound(across) == blocks_.end(); }
 
@@ -65,6 +68,7 @@ class FluidBudget {
         client_.run(method_, scene_to_json(scene), sampled_bodies(scene), plan, kPasses, setup_.limit_s).outcome;
     BlockTime time;
     if (outcome.status != Status::ok) time.why = to_string(outcome.status) + ": " + outcome.reason;
+    time.crashed = outcome.status == Status::crashed;
     if (!time.why.empty() || outcome.busy_ns.empty()) return time;
     std::vector<double> ms;
     for (const std::int64_t ns : outcome.busy_ns) ms.push_back(1e-6 * static_cast<double>(ns) / kSteps);
@@ -175,6 +179,7 @@ FrameBudgetTables measure_fluid_budget(const FrameBudgetSetup& setup) {
       for (const Entry& entry : entries(setup)) {
         FluidBudget measured(*entry.worker, entry.method, dimensions, setup);
         add_row(measured, entry.method, dimensions, table);
+        result.failed = result.failed || measured.crashed();
       }
   } catch (const Interrupted&) {
     result.interrupted = true;

@@ -9,6 +9,7 @@
 inline atwood::Scene fluid_block(int dimensions, int across) {
   atwood::Scene scene;
   scene.materials.push_back({"default", 0, 0, 0});
+  scene.pairs.push_back({0, 0, 0, 0, 0});
   scene.domain.dimensions = dimensions;
   atwood::Fluid fluid;
   atwood::BoxRegion box;

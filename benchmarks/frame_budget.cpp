@@ -58,6 +58,7 @@ struct HeapTime {
   std::map<std::string, std::int64_t> phase_ns;
   std::string why;       // why there is no figure
   bool refused = false;  // the engine refuses: a second measurement would not differ
+  bool crashed = false;
 };
 
 struct Entrant {
@@ -68,8 +69,7 @@ struct Entrant {
 class FrameBudget {
  public:
   FrameBudget(const Entrant& entrant, const Scene& like, const FrameBudgetSetup& setup)
-      : entrant_(entrant), like_(like), setup_(setup),
-        client_(entrant.worker->command, pinned(entrant.method), entrant.worker->foreign) {}
+      : entrant_(entrant), like_(like), setup_(setup), client_(*entrant.worker, pinned(entrant.method)) {}
 
   // Doubles N until both budgets are exceeded, then bisects log N for each budget.
   std::array<int, 2> largest() {
@@ -87,6 +87,9 @@ class FrameBudget {
   }
 
   const std::string& why() { return heap(kMinBodies).why; }
+  bool crashed() const {
+    return std::any_of(heaps_.begin(), heaps_.end(), [](const auto& heap) { return heap.second.crashed; });
+  }
 
   // Why the search ended above this N where it was not by the budget; empty: by the budget.
   std::string ended_by(int largest_held) const {
@@ -107,6 +110,7 @@ class FrameBudget {
                         {static_cast<double>(steps) / kFramesPerSecond, steps, 1}, setup_.limit_s, profile);
     HeapTime time;
     time.refused = outcome.status == Status::unsupported;
+    time.crashed = outcome.status == Status::crashed;
     if (outcome.status == Status::timeout) time.p95_ms = std::numeric_limits<double>::infinity();
     if (outcome.status != Status::ok) time.why = to_string(outcome.status) + ": " + outcome.reason;
     else if (profile.step_ns.empty())
@@ -259,6 +263,7 @@ FrameBudgetTables measure_frame_budget(const FrameBudgetSetup& setup) {
       for (const Entrant& entrant : entrants(setup.workers, setup.methods)) {
         FrameBudget measured(entrant, *scene, setup);
         measure_entrant(measured, entrant, shape, budget, phases);
+        result.failed = result.failed || measured.crashed();
       }
     }
   } catch (const Interrupted&) {

@@ -23,6 +23,7 @@ struct FrameBudgetSetup {
 struct FrameBudgetTables {
   std::vector<BenchTable> tables;
   bool interrupted = false;
+  bool failed = false;  // an engine crashed, or sent an invalid answer
 };
 FrameBudgetTables measure_frame_budget(const FrameBudgetSetup& setup);
 

@@ -134,9 +134,10 @@ int command_frame_budget(const Place& place, const Options& options) {
     const FrameBudgetTables fluids = measure_fluid_budget(setup);
     measured.tables.insert(measured.tables.end(), fluids.tables.begin(), fluids.tables.end());
     measured.interrupted = fluids.interrupted;
+    measured.failed = measured.failed || fluids.failed;
   }
   show_bench_tables(place, options, measured.tables);
-  if (!measured.interrupted) return exit_pass;
+  if (!measured.interrupted) return measured.failed ? exit_cell : exit_pass;
   notice("interrupted; what was not measured yet is left out");
   return 128 + interrupt_signal();
 }

@@ -190,6 +190,14 @@ class FrameBudget(Case):
         self.assertIn("bodies were not stepped within --limit 0.5 (seconds a run)", notes)
         self.assertNotIn("N in 16.7 ms may be larger", notes)
 
+    def test_a_block_of_fluid_is_stepped_and_a_crash_is_no_success(self):
+        words = ("bench", "frame-budget", "--method", "atwood/rk4+sph", "--limit", "0.3", "--json")
+        rows = json.loads(self.expect(self.run_in(*words), 0).stdout)["tables"][0]["rows"]
+        self.assertEqual([row[1] for row in rows], ["2-D", "3-D"])
+        self.assertTrue(all(row[4] >= 64 for row in rows), rows)
+        path = self.path("dies.py", HEAPS.replace("if bodies >= 300: time.sleep(1000)", "sys.exit(1)"), 0o755)
+        self.expect(self.run_in("bench", "frame-budget", "--engine", path, "--method", "odd/one"), 3, "odd/one", "crashed")
+
 
 GATE = """[[gate]]
 scenario = "kepler-e0.6"
