@@ -53,6 +53,34 @@ TEST_CASE("Galperin's billiard of touching balls has all its impacts at once") {
   CHECK(it.v(2)[0] > 0.999);
 }
 
+// The same rule by plain sums: the pair that approaches fastest collides, of several the first.
+TEST_CASE("a row of touching balls follows the law of each of its impacts, however many there are") {
+  constexpr int n = 60;
+  constexpr double restitution = 0.5;
+  Scene scene = world({0, 0, 0}, restitution, 0);
+  for (int i = 0; i < n; ++i)
+    scene.bodies.push_back(ball("b" + std::to_string(i), 1, 0.125, {0.25 * i, 0, 0}, {i == 0 ? 1.0 : 0.0, 0, 0}));
+  const Recorded it = run("atwood/rk4+event", scene, {1, 1, 1});
+
+  std::array<double, n> v{1};
+  int impacts = 0;
+  for (double fastest = 1; fastest > 1e-13;) {
+    int at = 0;
+    fastest = 0;
+    for (int i = 0; i + 1 < n; ++i)
+      if (v[i] - v[i + 1] > fastest + 1e-14) fastest = v[i] - v[i + 1], at = i;
+    const double change = (1 + restitution) / 2 * (v[at] - v[at + 1]);
+    v[at] -= change;
+    v[at + 1] += change;
+    ++impacts;
+  }
+  double energy = 0, expected = 0;
+  for (int i = 0; i < n; ++i) energy += it.v(i)[0] * it.v(i)[0] / 2, expected += v[i] * v[i] / 2;
+  CAPTURE(impacts, it.count(EventKind::impact));
+  CHECK(impacts > 2000);
+  CHECK(energy == Approx(expected).epsilon(1e-9));
+}
+
 // +impulse resolves the impacts of a substep one after another: any number that dissipate nothing.
 TEST_CASE("+impulse: Galperin's billiard has as many impacts as pi has, in steps of any length") {
   const std::string method = "atwood/symplectic-euler+impulse{substeps=1}";
