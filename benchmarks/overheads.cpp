@@ -62,7 +62,7 @@ std::vector<MethodOverhead> measure_overheads(const std::vector<Cell>& cells, co
   std::vector<Contender> contenders;
   for (const Family& chosen : families) {
     overheads.push_back(
-        {chosen.scenario, chosen.family, chosen.cell->method, chosen.cell->plan.steps, chosen.evaluations, {}});
+        {chosen.scenario, chosen.family, chosen.cell->method, chosen.cell->plan.steps, chosen.evaluations, {}, false});
     for (const int repeats : kRepeats) {
       MethodId id = parse_method_id(chosen.cell->method);
       id.overrides["rate_repeats"] = std::int64_t(repeats);
@@ -73,7 +73,9 @@ std::vector<MethodOverhead> measure_overheads(const std::vector<Cell>& cells, co
   }
   Stopwatch stopwatch(limit_s);
   const auto rounds = stopwatch.in_turns(contenders, kRounds);
+  const bool machine_was_busy = busy(stopwatch.take_machine());
   for (std::size_t i = 0; i < overheads.size(); ++i) {
+    overheads[i].busy = machine_was_busy;
     std::vector<std::vector<double>> ns;
     for (const auto& round : rounds) {
       const auto from = round.begin() + static_cast<std::ptrdiff_t>(i * kRepeats.size());

@@ -187,7 +187,8 @@ std::string add_samples(Truth& truth, const Scene& scene, const std::vector<Wide
       places = larger(places, of.p.scale);
       speeds = larger(speeds, of.v.scale);
       rates = larger(rates, of.w.scale);
-      if (jointed) speeds = larger(speeds, rates * places);  // a centre may rest on the axis of a turn
+      if (jointed) speeds = larger(speeds, rates * places);      // a centre may rest on the axis of a turn
+      if (t_s[k] > 0) speeds = larger(speeds, places / t_s[k]);  // samples at whole periods may all find it at rest
       if (!at_start && (!of.p.is_measure(of.v.scale * t_s[k] + noise * places) || !of.q.is_measure(1) ||
                         !of.v.is_measure(of.v.scale + noise * speeds) || !of.w.is_measure(of.w.scale + noise * rates)))
         return scene.bodies[i].name;

@@ -65,8 +65,8 @@ std::vector<Wide> scales(const Layout& layout, const Path<Wide>& path) {
   return made;
 }
 
-// largest: relative to the scale; bounded: number of samples before the first bar above kUselessBar; certified: number
-// of samples before the end.
+// largest: relative to the scale; bounded: number of samples before the bars above kUselessBar that last to the end;
+// certified: number of samples before the end.
 struct Bars {
   RaggedArray<Wide> values;
   std::vector<double> events_s;
@@ -119,11 +119,14 @@ Bars compare(const Scene& scene, double t_end_s, const Layout& layout, const Tri
       made.certified = k;
       break;
     }
+    bool bounded = true;
     for (int i = 0; i < layout.size; ++i) {
       const Wide bar = made.values[k][i];
       made.largest = std::max(made.largest, static_cast<double>(bar / scale[i]));
-      if (!(bar <= Wide(kUselessBar) * scale[i])) made.bounded = std::min(made.bounded, k);
+      bounded = bounded && bar <= Wide(kUselessBar) * scale[i];
     }
+    if (!bounded) made.bounded = std::min(made.bounded, k);
+    else made.bounded = trial.tight.states.size();  // before it, the velocity's jump at an impact
   }
   return made;
 }

@@ -131,9 +131,14 @@ std::string overhead_text(const std::vector<MethodOverhead>& overheads, const st
     const auto estimate = [](const Estimate& e) {
       return fmt::format("{:.3g} ns [{:.3g}, {:.3g}]", e.value, e.low, e.high);
     };
-    text += fmt::format("    {}, {}:\n      {}; the rate {}{}\n", one.family.substr(0, 50),
-                        rung_words(one.method, one.steps), estimate(one.fit.overhead_ns), estimate(one.fit.rate_ns),
-                        one.fit.straight ? "" : "\n      (the times lie on no line: no constant overhead)");
+    text += fmt::format("    {}, {}:\n      ", one.family.substr(0, 50), rung_words(one.method, one.steps));
+    if (!one.fit.possible) {
+      text += "not measured: longer runs were slowed down more (measure on an idle machine)\n";
+      continue;
+    }
+    text += fmt::format("{}; the rate {}{}{}\n", estimate(one.fit.overhead_ns), estimate(one.fit.rate_ns),
+                        one.fit.straight ? "" : "\n      (the times lie on no line: no constant overhead)",
+                        one.busy ? "\n      (the machine was busy)" : "");
   }
   return text;
 }

@@ -154,6 +154,7 @@ void append_overheads(JsonText& json, const std::vector<MethodOverhead>& overhea
     json.begin_object().member("scenario", one.scenario).member("family", one.family).member("method", one.method);
     json.member_integer("steps", one.steps).member_number("evaluations", one.evaluations);
     json.member_integer("rounds", one.fit.rounds).key("straight").boolean(one.fit.straight);
+    json.key("possible").boolean(one.fit.possible).key("busy").boolean(one.busy);
     estimate("overhead_ns", one.fit.overhead_ns);
     estimate("rate_ns", one.fit.rate_ns);
     json.end_object();

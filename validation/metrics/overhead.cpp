@@ -50,6 +50,7 @@ OverheadFit fit_overhead(std::span<const int> repeats, const std::vector<std::ve
   if (fit.rounds == 0) return fit;
   fit.overhead_ns = metrics::median_interval(overheads);
   fit.rate_ns = metrics::median_interval(rates);
+  fit.possible = fit.overhead_ns.high >= 0;
   if (bends.size() < 6) return fit;
   const Estimate bend = metrics::median_interval(bends);
   fit.straight = !((bend.low > 1 && bend.value > 1.1) || (bend.high < 1 && bend.value < 0.9));

@@ -23,6 +23,9 @@ struct OverheadFit {
   // False: the four times do not lie on a line (the interval of the slopes' ratio excludes 1, and the slopes differ by
   // more than 10 %), so that the overhead is only an extrapolated figure.
   bool straight = true;
+  // False: the interval of the overhead is below zero, which no cost is: other load lengthened the longer runs more. The
+  // overhead is then not known.
+  bool possible = true;
 };
 
 // ns[round][i]: nanoseconds per evaluation with each rate repeated repeats[i] times; at least two different repeats. A
@@ -38,6 +41,7 @@ struct MethodOverhead {
   std::int64_t steps = 0;
   double evaluations = 0;
   OverheadFit fit;
+  bool busy = false;  // the machine, while it was measured
 };
 
 }  // namespace atwood

@@ -138,6 +138,17 @@ TEST_CASE("Equilibrium at its limits is refused: a slope beside the friction ang
   CHECK_THAT(closed_form_truth(given, 4).outcome.reason, Catch::Contains("`ball`"));
 }
 
+TEST_CASE("An oscillator that every sample finds at rest is answered") {
+  Scenario given = scenario("oscillator", 3);
+  given.samples = 3;
+  given.scene.bodies = {point("bob", 1, {1, 0, 0}, {0, 0, 0})};
+  given.scene.forces = {Spring{{0}, {0, 0, 0}, 39.47841760435743, 0, 0, {}}};
+  const Truth truth = closed_form_truth(given, 3);
+  REQUIRE(truth.outcome.reason == "");
+  CHECK(truth.values[3].bodies[0].p_m[0] == Approx(1).epsilon(1e-14));
+  CHECK(truth.bars[3].bodies[0].v_m_per_s[0] < 1e-29);
+}
+
 TEST_CASE("Beside resonance, where long double sees resonance and quad does not, an oscillator is refused") {
   for (int e = 21; e <= 52; ++e) {
     const double part = std::ldexp(1.0, -e);

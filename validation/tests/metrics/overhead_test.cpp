@@ -74,3 +74,14 @@ TEST_CASE("rounds with a failed run are left out; without rounds there is no fig
   CHECK(fit_overhead(kRepeats, {{nan, nan, nan, nan}}).rounds == 0);
   CHECK(fit_overhead(kRepeats, {}).rounds == 0);
 }
+
+TEST_CASE("overhead: no cost is below zero; longer runs that other load slows down more give none") {
+  SplitMix64 random{11};
+  std::vector<std::vector<double>> slowed = timings(5, 42, 15, random);
+  CHECK(fit_overhead(kRepeats, slowed).possible);
+  for (std::vector<double>& round : slowed)
+    for (std::size_t i = 0; i < round.size(); ++i) round[i] *= 1 + 0.3 * static_cast<double>(i);
+  const OverheadFit fit = fit_overhead(kRepeats, slowed);
+  CHECK(fit.overhead_ns.high < 0);
+  CHECK_FALSE(fit.possible);
+}
