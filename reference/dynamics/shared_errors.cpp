@@ -83,21 +83,35 @@ class ErrorPropagation {
     }
   }
 
+  // The sum of the sizes of the pair's coordinates.
+  double size_of_positions(const ContactPair& pair, const std::vector<Wide>& state) const {
+    double size = 0;
+    for (const int body : {pair.a, pair.b})
+      if (const int at = layout_.slots[body].position; at >= 0)
+        for (int k = 0; k < 3; ++k) size += std::fabs(static_cast<double>(state[at + k]));
+    return size;
+  }
+  // What rounding the normal of a tilted plane to double changes of the gap: its length is 1 to round-off only.
+  double input_round_off(const ContactPair& pair, const std::vector<Wide>& state) const {
+    const int body = plane_of(scene_, pair);
+    if (body < 0) return 0;
+    const Real3& normal = std::get<Plane>(scene_.bodies[body].shape).normal;
+    const bool tilted = std::count(normal.begin(), normal.end(), 0.0) < 2;
+    return tilted ? 0x1p-52 * size_of_positions(pair, state) : 0;
+  }
+
   // At a closest approach without contact: is it certain that the pair does not touch?
   void check_passage(const Instant<Wide>& now) {
     const Gap<Wide> least = dynamics::gap(scene_, layout_, *now.passage, now.after.data());
-    double size = 0;
-    for (const int body : {now.passage->a, now.passage->b})
-      if (const int at = layout_.slots[body].position; at >= 0)
-        for (int k = 0; k < 3; ++k) size += std::fabs(static_cast<double>(now.after[at + k]));
-    const double bar =
-        growth_.gap_bound(*now.passage, now.after) + run_gap_difference(*now.passage) + kPositionResolution * size;
+    const double bar = growth_.gap_bound(*now.passage, now.after) + run_gap_difference(*now.passage) +
+                       kPositionResolution * size_of_positions(*now.passage, now.after);
     if (magnitude(least.gap_m) > Wide(bar)) return;
     end(now.t, names(*now.passage) + " pass each other" + at_time(now.t) +
                    " so closely that whether they touch is not decided within the bars");
   }
 
-  // Coupled contacts whose impact could have come first within the half-widths of the time: the order is not decided.
+  // Coupled contacts whose impact could have come first within the half-widths of the time, or by the rounding of a
+  // normal: the order is not decided.
   void check_order(const Instant<Wide>& now, const Impact<Wide>& impact, double bar_s) {
     for (const ContactPair& other : pairs_) {
       bool in_group = false, acts = false;
@@ -108,7 +122,9 @@ class ErrorPropagation {
       if (!acts) continue;
       const Gap<Wide> there = gap(scene_, layout_, other, impact.before.data());
       const Wide way = there.rate_m_per_s < 0 ? -there.rate_m_per_s * Wide(2 * bar_s) : Wide(0);
-      const Wide bar = growth_.gap_bound(other, impact.before) + run_gap_difference(other) + way;
+      double round_off = input_round_off(other, impact.before);
+      for (const ContactPair& pair : impact.pairs) round_off += input_round_off(pair, impact.before);
+      const Wide bar = growth_.gap_bound(other, impact.before) + run_gap_difference(other) + way + Wide(round_off);
       if (there.gap_m > bar) continue;
       end(now.t, "the impacts of " + names(impact.pairs.front()) + " and of " + names(other) + at_time(now.t) +
                      " are closer in time than their bars, and the motion depends on their order");
