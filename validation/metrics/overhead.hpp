@@ -23,8 +23,8 @@ struct OverheadFit {
   // False: the four times do not lie on a line (the interval of the slopes' ratio excludes 1, and the slopes differ by
   // more than 10 %), so that the overhead is only an extrapolated figure.
   bool straight = true;
-  // False: the interval of the overhead is below zero, which no cost is: other load lengthened the longer runs more, and
-  // the overhead is not known.
+  // False: the interval of the overhead is below zero, which no cost is: other load lengthened the longer runs more,
+  // and the overhead is not known.
   bool possible = true;
 };
 
