@@ -117,8 +117,8 @@ template <class S> bool resolved_trial_step(EventRun<S>& run, Stepper<S>& steppe
   return refuse_at(run.report, static_cast<double>(t_s), solved ? kSingularSlip : kUnsolvedSlip);
 }
 
-// Of kMaxEventsWithoutProgress events at one instant. Where a slip dies out at a point beside another that touches, as of
-// a board on its edge near a Painleve configuration, the direction of friction turns at once and each point's impact
+// Of kMaxEventsWithoutProgress events at one instant. Where a slip dies out at a point beside another that touches, as
+// of a board on its edge near a Painleve configuration, the direction of friction turns at once and each point's impact
 // lifts the other: the response has no rule for that motion.
 template <class S> bool refuse_stall(EventRun<S>& run, S t_s) {
   const bool friction =
