@@ -146,8 +146,8 @@ TEST_CASE("a change of units changes no digit of a motion with contacts") {
 }
 
 // Beyond the table's end, the box lies on more contacts, of vertices and of crossing edges, than determine its forces:
-// they agree only where the box lies flat, which the stages of an implicit method do not keep to the last digit. A whole
-// step has no solution then, a shorter one has.
+// they agree only where the box lies flat, which the stages of an implicit method do not keep to the last digit. A
+// whole step has no solution then, a shorter one has.
 TEST_CASE("an implicit step with redundant contacts is halved until it is solved") {
   const Case it = elastic_box();
   const Recorded implicit = run("atwood/gauss6+event", it.scene, {it.t_end_s, 512, 512}),
