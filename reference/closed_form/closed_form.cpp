@@ -359,13 +359,15 @@ Truth closed_form_truth(const Scenario& scenario, std::int64_t samples) {
     impacts = {};
     add_events(truth, scenario, wide, narrow, end_of(ending), impacts);
   }
-  while (ending && t_s.size() > 1 && t_s.back() >= ending->t_s * (1 - Wide(kEndMargin))) t_s.pop_back();
+  const auto is_certified = [&](Wide t) { return !ending || t < ending->t_s * (1 - Wide(kEndMargin)); };
+  while (t_s.size() > 1 && !is_certified(t_s.back())) t_s.pop_back();
   SpreadSoFar so_far(scenario.scene, wide);
   while (!t_s.empty()) {
     if (const std::string body = add_samples(truth, scenario.scene, t_s, wide, narrow, impacts, so_far); !body.empty())
       return unsupported(scenario, "the motion of `" + body + "` amplifies round-off too much for a bar");
     at.first += at.count;
     t_s = times_of<Wide>(scenario, at);
+    while (!t_s.empty() && !is_certified(t_s.back())) t_s.pop_back();
     if (t_s.empty()) break;
     wide = found->wide(scenario, t_s);
     if (!wide.refusal.empty()) return unsupported(scenario, wide.refusal);

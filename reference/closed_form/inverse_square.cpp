@@ -3,8 +3,14 @@
 //   t = r0 G1 + eta G2 + mu G3        Kepler's equation: t' = r > 0, so it has one root
 //   r = r0 G0 + eta G1 + mu G2
 //   f = 1 - mu G2 / r0,  g = r0 G1 + eta G2,  f' = -mu G1 / (r r0),  g' = 1 - mu G2 / r
-// Nothing here is singular at e = 0 or e = 1, and no perihelion or node is needed.
+// Nothing here is singular at e = 0 or e = 1, and no perihelion or node is needed. A radial orbit (Danby, Fundamentals
+// of Celestial Mechanics (1988), 6.9) is measured from the instant at which it leaves or reaches the centre, where r0 =
+// eta = 0:
+//   t = mu G3,  r = mu G2,  r' = mu G1 / r
+// in which nothing cancels as long as beta <= 0.
 #include "closed_form/inverse_square.hpp"
+
+#include <boost/multiprecision/cpp_int.hpp>
 
 #include "closed_form/stumpff.hpp"
 
@@ -67,7 +73,7 @@ template <class S> class Anomaly {
   // Doubled from a small part of the orbit on, so that no exponential overflows; of an ellipse, one revolution at most.
   bool bracket(S t, S& low, S& high) const {
     const S whole = beta_ > 0 ? 2 * pi<S>() / sqrt(beta_) : S(0);
-    high = t / distance_;
+    high = distance_ > 0 ? t / distance_ : exp(log(6 * t / mu_) / 3);  // the roots while G1 = s and while G3 = s^3 / 6
     if (beta_ != 0 && high > 1 / sqrt(magnitude(beta_))) high = 1 / sqrt(magnitude(beta_));
     for (int tries = 0; tries < 8 * kMaxTries; ++tries) {
       if (beta_ > 0 && high >= whole) {
@@ -95,21 +101,72 @@ template <class S> class Anomaly {
   S distance_, eta_, mu_, beta_;
 };
 
+template <class S> S period(S mu, S beta) { return 2 * pi<S>() * mu / (beta * sqrt(beta)); }
+
+// An attracted orbit on a line through the centre. With k = sqrt|beta| / 2, r = (mu / 2) (sin(k s) / k)^2 and eta =
+// r r' = dr / ds, so that tan(k s) = 2 k r / |eta| gives s at the start (tanh where beta < 0).
+template <class S> struct Radial {
+  explicit Radial(const InverseSquare<S>& of) : mu(of.mu) {
+    const S distance = norm(of.r0), speed = norm(of.v0), eta = dot(of.r0, of.v0), along = magnitude(eta);
+    direction = 1 / distance * of.r0;
+    outward = !(eta < 0);
+    beta = 2 * mu / distance - speed * speed;
+    S s = 0;
+    if (beta > 0) s = 2 * atan2(distance * sqrt(beta), along) / sqrt(beta);
+    if (beta == 0) s = 2 * distance / along;
+    if (beta < 0) {  // x = tanh(k s) = sqrt(-beta) / speed; 1 - x without cancellation
+      const S rate = sqrt(-beta), x = rate / speed, rest = 2 * mu / distance / (speed * (speed + rate));
+      s = log1p(2 * x / rest) / rate;
+    }
+    age_s = mu * stumpff(beta, s)[3];
+  }
+
+  CenterMotion<S> at(S t) const {
+    S s{};
+    if (!Anomaly<S>(S(0), S(0), mu, beta).solve(outward ? age_s + t : age_s - t, s))
+      return {{}, {}, "Kepler's equation was not solved"};
+    const auto G = stumpff(beta, s);
+    const S rate = G[1] / G[2];
+    return {mu * G[2] * direction, (outward ? rate : -rate) * direction};
+  }
+
+  S mu{}, beta{};
+  Vec<S> direction{};
+  bool outward = false;
+  S age_s{};  // since the centre was left; inward: until it is reached
+};
+
 }  // namespace
 
+bool is_radial(const Real3& a, const Real3& b, const Real3& va, const Real3& vb) {
+  using Exact = boost::multiprecision::cpp_rational;
+  std::array<Exact, 3> r, v;
+  for (int i = 0; i < 3; ++i) {
+    r[i] = Exact(b[i]) - Exact(a[i]);
+    v[i] = Exact(vb[i]) - Exact(va[i]);
+  }
+  return r[1] * v[2] == r[2] * v[1] && r[2] * v[0] == r[0] * v[2] && r[0] * v[1] == r[1] * v[0];
+}
+
 template <class S> std::string InverseSquare<S>::refusal() const {
-  if (is_zero(r0)) return "a body starts at the centre of attraction";
-  if (mu > 0 && is_zero(cross(r0, v0))) return "a body has no angular momentum and may fall into the centre";
-  return "";
+  return is_zero(r0) ? "a body starts at the centre of attraction" : "";
+}
+
+template <class S> S InverseSquare<S>::collision_s() const {
+  if (!radial || !(mu > 0)) return std::numeric_limits<double>::infinity();
+  const Radial<S> line(*this);
+  if (!line.outward) return line.age_s;
+  return line.beta > 0 ? period(mu, line.beta) - line.age_s : S(std::numeric_limits<double>::infinity());
 }
 
 template <class S> CenterMotion<S> InverseSquare<S>::at(S t) const {
   if (mu == 0) return {r0 + t * v0, v0};
+  if (radial && mu > 0) return Radial<S>(*this).at(t);
   const S distance = norm(r0), eta = dot(r0, v0), beta = 2 * mu / distance - dot(v0, v0);
   if (beta >
       0) {  // an ellipse: s grows by 2 pi / sqrt(beta) in each period 2 pi mu / beta^(3/2), which changes nothing
-    const S period = 2 * pi<S>() * mu / (beta * sqrt(beta));
-    t -= floor(t / period) * period;
+    const S once = period(mu, beta);
+    t -= floor(t / once) * once;
   }
   S s{};
   if (!Anomaly<S>(distance, eta, mu, beta).solve(t, s)) return {{}, {}, "Kepler's equation was not solved"};

@@ -23,12 +23,15 @@ template <class S> Translation<S> about_attractor(const Scene& scene, int body) 
   if (scene.gravity_m_per_s2 != Real3{}) return {"uniform gravity together with an attractor is not covered", {}};
   const Vec<S> origin = vec<S>(center->center_m);
   const InverseSquare<S> orbit{S(center->mu_m3_per_s2), vec<S>(planet.position_m) - origin,
-                               vec<S>(planet.velocity_m_per_s)};
+                               vec<S>(planet.velocity_m_per_s),
+                               is_radial(center->center_m, planet.position_m, {}, planet.velocity_m_per_s)};
   if (const std::string why = orbit.refusal(); !why.empty()) return {"`" + planet.name + "` " + why, {}};
-  return {"", [=](S t) {
+  return {"",
+          [=](S t) {
             const CenterMotion<S> now = orbit.at(t);
             return CenterMotion<S>{origin + now.p, now.v, now.failure};
-          }};
+          },
+          orbit.collision_s(), "`" + planet.name + "` reaches the centre of attraction"};
 }
 
 struct Couple {
@@ -74,11 +77,13 @@ template <class S> Motion<S> two_bodies(const Scenario& scenario, const std::vec
   const Vec<S> pa = vec<S>(a.position_m), pb = vec<S>(b.position_m);
   const Vec<S> va = vec<S>(a.velocity_m_per_s), vb = vec<S>(b.velocity_m_per_s);
   const Vec<S> c0 = share_a * pa + share_b * pb, u = share_a * va + share_b * vb, g = vec<S>(scene.gravity_m_per_s2);
-  const InverseSquare<S> orbit{mu, pb - pa, vb - va};
+  const InverseSquare<S> orbit{mu, pb - pa, vb - va,
+                               is_radial(a.position_m, b.position_m, a.velocity_m_per_s, b.velocity_m_per_s)};
   if (const std::string why = orbit.refusal(); !why.empty()) {
     failed.refusal = "`" + b.name + "` about `" + a.name + "` " + why;
     return failed;
   }
+  const S collision_s = orbit.collision_s();
   return solve_each_body<S>(scenario, t_s, [=](const Scene& all, int body) -> Translation<S> {
     const bool first = body == couple.a, second = body == couple.b;
     if (!first && !second) {
@@ -86,10 +91,12 @@ template <class S> Motion<S> two_bodies(const Scenario& scenario, const std::vec
       return {"", [=](S t) { return CenterMotion<S>{p + t * (v + (t / 2) * g), v + t * g}; }};
     }
     const S share = first ? -share_b : share_a;
-    return {"", [=](S t) {
+    return {"",
+            [=](S t) {
               const CenterMotion<S> r = orbit.at(t);
               return CenterMotion<S>{c0 + t * (u + (t / 2) * g) + share * r.p, u + t * g + share * r.v, r.failure};
-            }};
+            },
+            collision_s, "`" + a.name + "` and `" + b.name + "` collide"};
   });
 }
 

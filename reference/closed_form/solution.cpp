@@ -96,9 +96,14 @@ Motion<S> solve_each_body(const Scenario& scenario, const std::vector<S>& t_s,
     const RotationSolution<S> turns = free_rotation<S>(body, angular_drag);
     motion.refusal = !flies.refusal.empty() ? flies.refusal : turns.refusal;
     if (!motion.refusal.empty()) return motion;
+    const S end_s = S(body.release_s) + flies.end_s;
+    if (end_s <= S(scenario.t_end_s) && (motion.undecided.empty() || end_s < motion.end_s)) {
+      motion.undecided = flies.end_why;
+      motion.end_s = end_s;
+    }
     for (std::size_t k = 0; k < t_s.size(); ++k) {
       const S since = t_s[k] - S(body.release_s);
-      if (!(since > 0)) continue;
+      if (!(since > 0) || since >= flies.end_s) continue;
       const CenterMotion<S> flight = flies.at(since);
       if (flight.failure != nullptr) {
         motion.refusal = std::string(flight.failure) + " for `" + body.name + "`";

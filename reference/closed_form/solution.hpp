@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -84,6 +85,8 @@ template <class S> using RotationAt = std::function<Rotation<S>(S)>;
 template <class S> struct Translation {
   std::string refusal;
   CenterMotionAt<S> at;
+  S end_s = std::numeric_limits<double>::infinity();  // since release: there is no motion from then on
+  std::string end_why = {};
 };
 
 // Evaluates bodies that do not interact: each one's centre by `translation`, its attitude by free_rotation.

@@ -13,7 +13,10 @@ namespace {
 
 constexpr std::size_t kMinFitSamples = 60;
 constexpr std::size_t kWindows = 12;
-constexpr double kExponentChange = 0.2;  // along the run; laws are half a unit apart
+// One law holds where its interval lies within kOneLaw of it and no significant bend changes the exponent by more
+// than kExponentChange along the run. For a t + b t^2 both limits are near b t_end / a = 0.2 and 50: there one term is
+// a fifth of the other, at the end of the run or at the beginning of the envelope, and the exponent is off by 0.1.
+constexpr double kExponentChange = 0.1, kOneLaw = 0.12;
 
 // The largest error of each of 12 equal windows of time, without the first tenth of the run: oscillations within a
 // window are removed, and the points are nearly independent although neighbouring samples are not. The largest relative
@@ -73,16 +76,22 @@ Bend bend_of(std::span<const double> x, std::span<const double> y, const metrics
   return {slope_at(x[0]), slope_at(x[n - 1]), c * c * norm > limit * limit * left / freedom};
 }
 
-// Whether the residuals of the law are not stationary: a single random walk then looks like a power.
+// Whether the residuals of the law are not stationary: a single random walk then looks like a power. The law is that of
+// the envelope: a line is removed from the residuals, which lie below it.
 bool wanders(std::span<const double> t, std::span<const double> e, const metrics::Line& law) {
-  std::vector<double> left;
+  std::vector<double> at, left;
   double squares = 0;
   for (std::size_t i = 0; i < t.size(); ++i) {
     const double from = t[i] - t.front();
     if (from < 0.1 * (t.back() - t.front()) || !(e[i] > 0)) continue;
     // Limits the weight of an error that passes near zero.
     left.push_back(std::max(std::log(e[i]) - law.intercept - law.slope * std::log(from), -3.0));
-    squares += left.back() * left.back();
+    at.push_back(t[i]);
+  }
+  const metrics::Line line = metrics::fit_line(at, left);
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    left[i] -= line.intercept + line.slope * at[i];
+    squares += left[i] * left[i];
   }
   return squares > 0.01 * static_cast<double>(left.size()) && !metrics::stationary(left);
 }
@@ -161,11 +170,11 @@ GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error,
     fit.reason = "what the law leaves is not stationary, as of one draw of a walk: a law needs an ensemble of runs";
     return fit;
   }
-  name_law(fit);
+  name_law(fit, kOneLaw);
   return fit;
 }
 
-void name_law(GrowthFit& fit) {
+void name_law(GrowthFit& fit, double whole_within) {
   struct Law {
     const char* name;
     double exponent;
@@ -177,12 +186,15 @@ void name_law(GrowthFit& fit) {
   const double off = std::fabs(nearest->exponent - fit.exponent);
   fit.law = "inconclusive";
   // The next law is 0.5 away: an interval of +- 0.2 whose centre is off by at most 0.2 does not reach it.
-  if (off <= 0.2 && fit.half_width_95 <= 0.2) {
+  if (off <= 0.2 && fit.half_width_95 <= 0.2 && off + fit.half_width_95 <= whole_within) {
     fit.law = nearest->name;
     return;
   }
+  const bool near = off <= std::min(0.2, whole_within);
   fit.reason = "exponent " + format_measure(fit.exponent, 0) + " +/- " + format_measure(fit.half_width_95, 0, 2) +
-               (off <= 0.2 ? ": too wide for a law" : ", near no law");
+               (near                             ? ": too wide for a law"
+                : fit.half_width_95 < 0.25 - off ? ": no single law, as of a sum of powers"
+                                                 : ", near no law");
 }
 
 namespace metrics {

@@ -60,14 +60,15 @@ struct GrowthFit {
   double rate_per_s = 0, rate_half_width_95 = 0;  // of an exponential; else 0
   std::string reason;
 };
-// Of one run, by the largest error of each of twelve windows of time.
+// Of one run, by the largest error of each of twelve windows of time. Where two powers of like size are present over
+// the run no single law is named.
 GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error, double floor);
 // At the round-off floor, where one run is a single random sample: runs[k][i] is the error of run k at t_s[i], at least
 // 32 runs; the law of their root mean square, its interval by bootstrap over the runs.
 GrowthFit fit_growth_ensemble(std::span<const double> t_s, std::span<const std::vector<double>> runs);
-// Names the law nearest to the exponent if it is within 0.2 and the half-width at most 0.2 (the next law is 0.5
-// away); else `inconclusive`, with the reason.
-void name_law(GrowthFit& fit);
+// Names the law nearest to the exponent if it is within 0.2, the half-width is at most 0.2 (the next law is 0.5
+// away), and the whole interval lies within `whole_within` of it; else `inconclusive`, with the reason.
+void name_law(GrowthFit& fit, double whole_within = 0.4);
 
 // Three steps cannot show whether they lie in the asymptotic range: their order is defined by GCI32 / (r^p GCI21) = 1.
 // A fourth step can: the orders of the finer and of the coarser three agree to 0.1 with each other, and with the

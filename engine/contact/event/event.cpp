@@ -137,19 +137,6 @@ template <class S> void prepare_run(EventRun<S>& run, const MethodId& id, const 
   choose_steppers(run, id);
 }
 
-// Why a step has failed: the residual of its stage equations and, of several contacts, how well the forces are known
-// that the stages share.
-template <class S>
-std::string unsolved_step_with_contacts(const ActiveSet<S>& active, const SolverTallies& solvers, S from_s) {
-  std::string reason = unsolved_step(solvers, static_cast<double>(from_s));
-  if (solvers.refused.iterations == 0) return reason;
-  const SolveTally& redundant = solvers.of[static_cast<std::size_t>(IterativeSolver::redundant_contacts)];
-  if (active.count < 2 || redundant.capped == 0) return reason;
-  return reason + "; " + std::to_string(active.count) +
-         " redundant contacts act, whose forces were solved to a residual of no less than " +
-         format_double(redundant.residual_max) + " at a stage off their constraints";
-}
-
 // Back to the initial state: what earlier runs left is cleared, so that repeats give the same bits.
 template <class S> void restart(EventRun<S>& run, const Plan& plan) {
   run.report.outcome = {};
@@ -229,7 +216,7 @@ template <class S> Outcome run_once(EventRun<S>& run, const Plan& plan, const Ob
     if (!stepped) {
       if (run.report.outcome.status == Status::ok) {
         run.report.outcome = {
-            Status::diverged, unsolved_step_with_contacts(run.active, model.system().solvers, from_s), 0, 0, {}};
+            Status::diverged, unsolved_step(model.system().solvers, static_cast<double>(from_s)), 0, 0, {}};
         model.system().solvers.keep_capped();
       }
       break;

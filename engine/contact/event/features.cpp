@@ -201,7 +201,7 @@ void sphere_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, cons
 }
 
 // The lowest point of a circle about the unit axis a over a face: x = c - R e, e = (n - (n.a) a) / s with s its length.
-// It moves with the rotation of n, too.
+// It moves with the rotation of n, too. Where a is parallel to n, x = c.
 template <class S, bool with_rates>
 void circle_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, const Surface<S>& surface,
                        const Facet<S>& facet, const Pose<S>& on, GapKinematics<S>& kinematics) {
@@ -212,7 +212,7 @@ void circle_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, cons
   const Vec3<S> center = of.p + arm;
   const S lean = dot(n, axis);
   const Vec3<S> up = n - lean * axis;
-  const S s = norm(up);
+  const S tilt = norm(up), s = tilt > tilt_round_off<S>() ? tilt : S(0);
   const Vec3<S> e = s > S(0) ? (S(1) / s) * up : Vec3<S>{};
   kinematics.normal = n;
   kinematics.x = center - feature.radius * e;
@@ -271,7 +271,7 @@ Vec3<S> lowest_point_of_circle(const ContactFeature<S>& feature, const Pose<S>& 
   const Vec3<S> center = of.p + to_world(of, feature.center_B), axis = to_world(of, feature.axis_B);
   const Vec3<S> up = n_W - dot(n_W, axis) * axis;
   const S s = norm(up);
-  return s > S(0) ? center - (feature.radius / s) * up : center;
+  return s > tilt_round_off<S>() ? center - (feature.radius / s) * up : center;
 }
 
 template <class S>

@@ -64,6 +64,9 @@ template <class S>
 Facet<S> nearest_facet(const Surface<S>& surface, const Vec3<S>& center_B, bool corner, const Vec3<S>& side_B,
                        S& outside_m);
 
+// Of two unit vectors that are given by quaternions of unit length to round-off: below this sine of their angle a
+// circle's axis is parallel to a face's normal, and the centre stands for its lowest point.
+template <class S> S tilt_round_off() { return S(256) * real::epsilon<S>(); }
 // The point of a circle with the least n_W . x; n_W is a unit vector.
 template <class S>
 Vec3<S> lowest_point_of_circle(const ContactFeature<S>& feature, const Pose<S>& of, const Vec3<S>& n_W);

@@ -22,7 +22,7 @@ Vec3<S> tilt_of(const Bodies<S>& bodies, const Proximity<S>& proximity, const Ca
 template <class S>
 bool acts_at_centre(const Bodies<S>& bodies, const Proximity<S>& proximity, const Candidate<S>& candidate,
                     const Vec3<S>& tilt, const S* y) {
-  if (norm(tilt) > S(0)) return false;
+  if (norm(tilt) > tilt_round_off<S>()) return false;
   const Pose<S> of = pose_of(bodies, candidate.feature_body, y), on = pose_of(bodies, candidate.surface_body, y);
   const Vec3<S> axis = to_world(of, candidate.feature.axis_B), center = of.p + to_world(of, candidate.feature.center_B);
   const Vec3<S> w = of.w - on.w, over = w - dot(w, axis) * axis;

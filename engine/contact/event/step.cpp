@@ -33,6 +33,9 @@ constexpr int kMaxFacetChanges = 1000;  // in a step; a ball that rolls over a m
 constexpr int kMaxSegmentsNearSingularity = 5000;  // each segment changes a Delassus element by at most an eighth
 constexpr const char* kSingularSlip =
     "a contact slips towards a singular configuration (Painleve), where its normal force would be infinite";
+constexpr const char* kUnsolvedSlip =
+    "the implicit equations of a step with contacts were not solved, however short the step was: the contact forces of "
+    "its stages do not depend on the state continuously (an explicit method has no such equations)";
 
 // Time left in the step when time last advanced, the number of events and segments since then, and the facet changes of
 // the whole step.
@@ -95,16 +98,37 @@ bool trial_step(ActiveSet<S>& active, Integration<S>& integration, StateBuffers<
                      "error control rejected " + std::to_string(max_rejections) + " trial steps in a row");
 }
 
-// A trial step, halved until the forces near a singular configuration are resolved (painleve.hpp). False: an implicit
-// step has no solution, or 60 halvings did not do.
+// A trial step, halved until the forces near a singular configuration are resolved (painleve.hpp) and, with contacts,
+// until an implicit step has a solution: forces at stages beyond that configuration, or beyond the reversal of a slip,
+// are those of another motion, and the stage equations need not have one. False: there is none without contacts, or 60
+// halvings did not do.
 template <class S> bool resolved_trial_step(EventRun<S>& run, Stepper<S>& stepper, S t_s, S& h_s) {
   constexpr int max_halvings = 60;
+  bool solved = true;
   for (int halving = 0; halving < max_halvings; ++halving, h_s = h_s / S(2)) {
     reset_delassus_range(run.active);
-    if (!trial_step(run.active, run.integration, run.states, run.report, stepper, t_s, h_s)) return false;
-    if (run.active.count == 0 || delassus_is_resolved(run.bodies, run.proximity, run.active)) return true;
+    solved = trial_step(run.active, run.integration, run.states, run.report, stepper, t_s, h_s);
+    if (!solved && (run.active.count == 0 || run.report.outcome.status != Status::ok)) return false;
+    if (solved && (run.active.count == 0 || delassus_is_resolved(run.bodies, run.proximity, run.active))) {
+      run.bodies.model.system().solvers.refused = {};
+      return true;
+    }
   }
-  return refuse_at(run.report, static_cast<double>(t_s), kSingularSlip);
+  return refuse_at(run.report, static_cast<double>(t_s), solved ? kSingularSlip : kUnsolvedSlip);
+}
+
+// Of kMaxEventsWithoutProgress events at one instant. Where a slip dies out at a point beside another that touches, as
+// of a board on its edge near a Painleve configuration, the direction of friction turns at once and each point's impact
+// lifts the other: the response has no rule for that motion.
+template <class S> bool refuse_stall(EventRun<S>& run, S t_s) {
+  const bool friction =
+      std::any_of(run.active.contacts.begin(), run.active.contacts.end(), [&](const Contact<S>& contact) {
+        return run.proximity.pairs[run.proximity.candidates[contact.candidate].pair].friction > S(0);
+      });
+  if (!friction) return diverged_at(run.report, static_cast<double>(t_s), "10000 events at one instant");
+  return refuse_at(run.report, static_cast<double>(t_s),
+                   "10000 impacts and changes of contact at one instant: contacts with friction release and meet again "
+                   "without the time advancing");
 }
 
 // Finds the active set at states.y, projects onto its constraints, and applies an impact without collision if there is
@@ -212,6 +236,26 @@ template <class S> bool locate_event(Flow<S>& flow, Crossing<S>& first) {
   return flow.ok && check_boundaries(flow, first) && check_other_facets(flow, first) && check_flat_ends(flow, first);
 }
 
+// A trial step and the first crossing within it: both are taken again with half the length where a shorter step of the
+// flow has no solution although the whole one has. False: the run ends.
+template <class S>
+bool trial_step_with_event(EventRun<S>& run, Stepper<S>& stepper, S t_s, S& h_s, Crossing<S>& first) {
+  constexpr int max_halvings = 60;
+  for (int halving = 0; halving < max_halvings; ++halving, h_s = h_s / S(2)) {
+    if (!resolved_trial_step(run, stepper, t_s, h_s)) return false;
+    Flow<S> flow{run, stepper, t_s, h_s};
+    first = {};
+    bool located = locate_event(flow, first);
+    if (located && first.theta > S(0) && first.function != SwitchingFunction::none) {
+      flow.at(first.theta);
+      located = flow.ok;
+    }
+    if (located || flow.ok || run.active.count == 0) return located;
+    run.report.outcome = {};  // of a state that is none
+  }
+  return refuse_at(run.report, static_cast<double>(t_s), kUnsolvedSlip);
+}
+
 // Makes `reached` the present state; the two are swapped, so `reached` receives the former one. Changes states, scales
 // of round-off, and the contacts' constraints and directions.
 template <class S> void advance_to(EventRun<S>& run, State<S>& reached) {
@@ -246,11 +290,8 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
     }
     S step_s = run.active.count > 0 ? slip_limited_step(run, t_s, h_s, left_s) : left_s;
     Stepper<S>& stepper = stepper_of(run.active, run.integration);
-    if (!resolved_trial_step(run, stepper, t_s, step_s)) return false;
-
-    Flow<S> flow{run, stepper, t_s, step_s};
     Crossing<S> first;
-    if (!locate_event(flow, first)) return false;
+    if (!trial_step_with_event(run, stepper, t_s, step_s, first)) return false;
     advance_path_lengths(run.proximity);
 
     if (first.function == SwitchingFunction::none) {
@@ -262,8 +303,6 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
       continue;
     }
     if (first.theta > S(0)) {
-      flow.at(first.theta);
-      if (!flow.ok) return false;
       advance_to(run, run.states.y_probe);
       t_s += first.theta * step_s;
       left_s -= first.theta * step_s;
@@ -276,8 +315,7 @@ template <class S> bool step_with_events(EventRun<S>& run, S t_s, S h_s) {
       return refuse_at(run.report, static_cast<double>(t_s),
                        "a contact changed its facet more than 1000 times within a step: it stays on the common edge of "
                        "two facets, and round-off decides on which of them it is");
-    if (progress.is_stalled_at_event(left_s, real::epsilon<S>() * real::abs(t_s)))
-      return diverged_at(run.report, static_cast<double>(t_s), "10000 events at one instant");
+    if (progress.is_stalled_at_event(left_s, real::epsilon<S>() * real::abs(t_s))) return refuse_stall(run, t_s);
   }
 }
 

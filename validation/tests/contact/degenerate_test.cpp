@@ -176,6 +176,43 @@ TEST_CASE("an end of a cylinder that lies flat is one contact only where its cen
   CHECK(falls.samples.size() > 40);
 }
 
+// The axis and the face's normal are then parallel to round-off only.
+TEST_CASE("a cylinder stands on the face of a turned or tilted box as on an upright one") {
+  const double r = 0.25, l = 0.125, half = 0.5;
+  const Real3 axes[] = {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {std::sqrt(0.5), std::sqrt(0.5), 0}};
+  for (const Real3& axis : axes)
+    for (const double angle : {0.1, 0.3, 0.7, M_PI / 4, 1.0, M_PI / 2, 2.5}) {
+      const double c = std::cos(angle), s = std::sin(angle);
+      // The box's z axis; the cylinder's centre is above its face by l.
+      const Real3 up = {axis[1] * s, -axis[0] * s, axis[2] == 1 ? 1 : c};
+      const double high = half + l;
+      Body standing = turned(cylinder("c", r, l, {high * up[0], high * up[1], high * up[2]}), axis, angle);
+      const double half_spin = 0.4, w = std::cos(half_spin), z = std::sin(half_spin);  // and about its own axis
+      const Real4 q = standing.orientation_wxyz;
+      standing.orientation_wxyz = {q[0] * w - q[3] * z, q[1] * w + q[2] * z, q[2] * w - q[1] * z, q[3] * w + q[0] * z};
+      const Body table = turned(fixed("table", Box{{1, 1, half}}, {0, 0, 0}), axis, angle);
+      INFO("axis " << axis[0] << " " << axis[1] << " " << axis[2] << ", angle " << angle);
+      // Gravity along the face's normal: it rests, with friction too.
+      Scene scene = world({-g * up[0], -g * up[1], -g * up[2]}, 0, 0.5);
+      scene.bodies = {table, standing};
+      const Recorded rests = try_run(method, scene, {1, 128, 1});
+      CHECK(rests.outcome.reason == "");
+      if (rests.outcome.status == Status::ok)
+        for (int k = 0; k < 3; ++k) CHECK(std::abs(rests.p(1)[k] - high * up[k]) < 1e-13);
+      // Straight down and without friction: it slides with the part of gravity along the face.
+      if (up[2] < 0.7) continue;
+      scene = world({0, 0, -g}, 0, 0);
+      scene.bodies = {table, standing};
+      const Recorded slides = try_run(method, scene, {0.25, 128, 1});
+      CHECK(slides.outcome.reason == "");
+      if (slides.outcome.status != Status::ok) continue;
+      for (int k = 0; k < 3; ++k) {
+        const double along = (k == 2 ? -g : 0) + g * up[2] * up[k];
+        CHECK(std::abs(slides.p(1)[k] - high * up[k] - along * 0.25 * 0.25 / 2) < 1e-13);
+      }
+    }
+}
+
 TEST_CASE("bodies that overlap without a side to come apart are refused, others are held as they are") {
   Scene scene = world({0, 0, -g}, 0.5, 0.25);
   const auto reason = [&](const Body& a, const Body& b) {

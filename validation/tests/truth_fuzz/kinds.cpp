@@ -101,6 +101,30 @@ Scenario kepler(Random& r, bool border) {
   return s;
 }
 
+// Straight from the centre or, at the border, from rest, to it, or near the escape speed; before the centre is reached.
+Scenario radial_orbit(Random& r, bool border) {
+  Scenario s = empty(TruthKind::closed_form, "kepler", 1);
+  const Real3 from = scaled(r.power(-1, 1), r.direction());
+  const double distance = std::sqrt(inner(from, from)), per_s = std::ldexp(1, r.whole(-4, 4));  // exactly parallel
+  double ratio = r.uniform(0.6, 3), share = r.uniform(0.2, 3);  // of the escape speed, of the distance at this speed
+  int outward = 1;
+  if (border) switch (r.whole(0, 2)) {
+      case 0: outward = 0; break;
+      case 1: outward = -1; break;
+      default: ratio = 1 + r.sign() * r.power(-16, -2);
+    }
+  const double speed = per_s * distance, mu = speed * speed * distance / (2 * ratio * ratio);
+  // A fall takes pi / 2 of this time from rest, and 2 / 3 with the escape speed.
+  const double escape_s = distance / speed * ratio;
+  if (outward == 0) share = r.uniform(0.1, 0.95) * kPi / 2;
+  if (outward < 0) share = r.uniform(0.1, 0.9) / (1.5 + ratio);
+  if (outward > 0 && ratio < 1) share = std::min(share, 1.5);
+  s.t_end_s = share * escape_s;
+  s.scene.bodies = {point("planet", r.power(-3, 3), from, scaled(outward * per_s, from))};
+  s.scene.forces = {Attractor{{0}, {}, mu}};
+  return s;
+}
+
 Scenario coulomb(Random& r, bool border) {
   Scenario s = empty(TruthKind::closed_form, "coulomb-two-body", r.uniform(0.1, 5));
   const double distance = r.uniform(0.5, 3);
@@ -333,6 +357,7 @@ std::vector<Kind> all_kinds() {
     if (kind.name == "oscillator") kind.most_refused = 0.12;       // beside a resonance: of 77 scenes 8 %
   all.push_back({"closed-form", "bounce", bounce, flights, 0.1});  // of 4348 scenes 8 %
   all.push_back({"closed-form", "sphere-impact", sphere_impact, flights});
+  all.push_back({"closed-form", "radial-orbit", radial_orbit, digits(42)});
   const auto of = [](TruthKind truth, const char* solution, auto scene) {
     return [=](Random& r, bool border) { return scene(truth, solution, r, border); };
   };
