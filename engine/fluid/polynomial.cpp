@@ -170,6 +170,12 @@ template <class S> void Polynomial<S>::pack(const S* y, int first_block, int las
 }
 
 // ---- rates ----------------------------------------------------------------------------------------------------------
+template <class S> bool Polynomial<S>::holds_a_particle(int block) const {
+  const int first = block * kLaneCount, last = std::min(first + kLaneCount, lists_->count());
+  return std::any_of(lists_->order().begin() + first, lists_->order().begin() + last,
+                     [&](int point) { return point < set_.layout.particles; });
+}
+
 template <class S>
 void Polynomial<S>::rate_of_particles(S t_s, const S* y, S* dydt, int first_slot, int last_slot, int& singular) const {
   const Layout& at = set_.layout;
@@ -257,8 +263,10 @@ template <class S> void Polynomial<S>::rate_of(void* context, S t_s, const S* y,
   const SlotWeight<S>* const weights = all_count ? nullptr : self.weights_.data();
   self.team_->run(parts, [&](int part) {
     const Share own = blocks_of(part);
-    self.fits_.fit(*self.lists_, self.records_.data(), self.supports_.data(), weights, own.first, own.last,
-                   self.scratch_[part], self.fits_of_.data());
+    for (int b = own.first; b < own.last; ++b)
+      if (all_count || self.holds_a_particle(b))
+        self.fits_.fit(*self.lists_, self.records_.data(), self.supports_.data(), weights, b, b + 1,
+                       self.scratch_[part], self.fits_of_.data());
     self.rate_of_particles(t_s, y, dydt, own.first * kLaneCount, own.last * kLaneCount, self.singular_[part]);
   });
   for (const int slot : self.singular_) {

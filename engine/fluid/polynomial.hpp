@@ -58,6 +58,7 @@ template <class S> class Polynomial final : public ParticleSystem<S> {
   static void rate_of(void* context, S t_s, const S* y, S* dydt);
   bool update(const S* y);  // lists at a state; false: some position is not finite
   void pack(const S* y, int first_block, int last_block);
+  bool holds_a_particle(int block) const;  // else it holds points of walls and of the surface, which take no fit
   void rate_of_particles(S t_s, const S* y, S* dydt, int first_slot, int last_slot, int& singular) const;
 
   const Scene& scene_;

@@ -18,8 +18,8 @@ template <class S> S distance2(const S* a, const S* b, int d) {
 template <class S>
 PolynomialSurface<S>::PolynomialSurface(const Scene& scene, const ParticleSet<S>& set, KernelShape shape, S support)
     : set_(set), dimensions_(scene.domain.dimensions),
-      spacing_(S(scene.fluids.front().spacing_m)), fits_{shape, dimensions_, 2, set.layout.particles,
-                                                         (S(1) + S(kWidening)) * support} {
+      spacing_(S(scene.fluids.front().spacing_m)), fits_{shape, dimensions_,          2,
+                                                         2,     set.layout.particles, (S(1) + S(kWidening)) * support} {
   try {
     for (const Real3& x : surface_points(scene))
       for (int c = 0; c < dimensions_; ++c) start_.push_back(S(x[c]));

@@ -1,18 +1,25 @@
 #include "fluid/polynomial_walls.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "scene/fluid_walls.hpp"
 
 namespace atwood::fluid {
+namespace {
+
+constexpr double kDeepestParticle = 0.5;  // behind a wall, in spacings: one that is deeper ends the run
+constexpr double kShiftReach = 2;         // of the sums for shifting, in spacings
+
+}  // namespace
 
 template <class S>
 PolynomialWalls<S>::PolynomialWalls(const Scene& scene, const ParticleSet<S>& set, KernelShape shape, int degree,
                                     S support)
     : scene_(scene), set_(set), dimensions_(scene.domain.dimensions),
-      support_(support), fits_{shape, dimensions_, degree == 2 ? 2 : kWallDegree, set.layout.particles,
-                               (S(1) + S(kWidening)) * support} {
+      support_(support), fits_{shape,  dimensions_,          degree == 2 ? 2 : kWallDegree,
+                               degree, set.layout.particles, (S(1) + S(kWidening)) * support} {
   spacing_ = S(scene.fluids.front().spacing_m);
   const Fluid& fluid = scene.fluids.front();
   for (const FluidBoundary& boundary : scene.fluid_boundaries) {
@@ -53,7 +60,8 @@ PolynomialWalls<S>::PolynomialWalls(const Scene& scene, const ParticleSet<S>& se
       const Body& own = scene.bodies[wall.body];
       Real3 at = point.at_m;
       const double depth = depth_in_body_m(own, dimensions_, at);
-      for (int c = 0; c < dimensions_; ++c) dummies.push_back(S(at[c]));
+      if (is_reached(at))
+        for (int c = 0; c < dimensions_; ++c) dummies.push_back(S(at[c]));
       if (depth > spacing) continue;
       at[wall.axis] = static_cast<double>(wall.sign * wall.offset);
       bool behind = false;
@@ -69,6 +77,12 @@ PolynomialWalls<S>::PolynomialWalls(const Scene& scene, const ParticleSet<S>& se
   } catch (const std::invalid_argument& error) {
     unsupported_ = error.what();
   }
+}
+
+template <class S> bool PolynomialWalls<S>::is_reached(const Real3& x) const {
+  return std::all_of(walls_.begin(), walls_.end(), [&](const Wall& wall) {
+    return wall.sign * S(x[wall.axis]) - wall.offset > -(S(kShiftReach) + S(kDeepestParticle) - S(1e-6)) * spacing_;
+  });
 }
 
 template <class S> S PolynomialWalls<S>::support_at(const S* x) const {
@@ -88,7 +102,8 @@ template <class S> void PolynomialWalls<S>::fill(const Neighbours<S>& lists, S* 
     weights[slot] = {S(0), w < nodes_ ? S(0) : S(1), S(0)};
     if (w >= nodes_) continue;
     const Wall& wall = walls_[wall_of_[w]];
-    if (!fits_.around(lists, records, slot, wall.axis, wall.sign, around)) continue;  // dry
+    const bool by_slope = !wall.no_slip || (set_.layout.temperature && !wall.has_temperature);
+    if (!fits_.around(lists, records, slot, by_slope ? wall.axis : -1, wall.sign, around)) continue;  // dry
     weights[slot].fit = S(1);
     S* const own = records + std::ptrdiff_t(slot) * kFitRecord;
     const auto value = [&](const std::vector<S>& by, int field, S slope) {
@@ -107,7 +122,7 @@ template <class S> void PolynomialWalls<S>::fill(const Neighbours<S>& lists, S* 
 
 template <class S> std::string PolynomialWalls<S>::boundary_behind(const S* x) const {
   for (const Wall& wall : walls_)
-    if (wall.sign * x[wall.axis] - wall.offset < -S(0.5) * spacing_) return scene_.bodies[wall.body].name;
+    if (wall.sign * x[wall.axis] - wall.offset < -S(kDeepestParticle) * spacing_) return scene_.bodies[wall.body].name;
   return "";
 }
 

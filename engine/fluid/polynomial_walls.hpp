@@ -12,7 +12,10 @@
 
 namespace atwood::fluid {
 
-// Degree of the polynomials that extrapolate to nodes for fits of degree 4; for fits of degree 2 it is 2.
+// Degree of the polynomials without a condition that extrapolate to nodes for fits of degree 4; for fits of degree 2 it
+// is 2. On a lattice the particles beside a wall stand in four layers, which do not determine a fourth power. Where the
+// slope is given, the first power is known, and the degree is that of the fits: an error e of a node's value acts as a
+// flux e / D through the wall, so that degree 3 would leave an error of order 3.
 inline constexpr int kWallDegree = 3;
 
 template <class S> class PolynomialWalls {
@@ -41,6 +44,9 @@ template <class S> class PolynomialWalls {
     bool no_slip, has_temperature;
     S temperature, slope;  // of the temperature along the normal: - flux / conductivity
   };
+
+  // Whether some particle in front of all walls takes a point at x into its sum for shifting.
+  bool is_reached(const Real3& x) const;
 
   const Scene& scene_;
   const ParticleSet<S>& set_;

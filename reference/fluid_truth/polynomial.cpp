@@ -76,8 +76,8 @@ template <class S> Polynomial<S>::Polynomial(const Scene& scene, const Response&
   weight_ = kernel_of<S>(kind, d, R);
   crowding_ = kernel_of<S>(KernelKind::wendland_c2, d, 2 * D);
   walls_ = polynomial_walls<S>(scene, this->data.spacing, R);
-  of_wall_ = node_fit(weight_, d, high ? 3 : 2, this->data.layout.count);
-  of_surface_ = node_fit(weight_, d, 2, this->data.layout.count);
+  of_wall_ = node_fit(weight_, d, high ? 3 : 2, high ? 4 : 2, this->data.layout.count);
+  of_surface_ = node_fit(weight_, d, 2, 2, this->data.layout.count);
   const double shift = number(response, "shift", -1);
   shift_ = shift >= 0 ? shift : surface ? 0 : 1;
   const double filter = number(response, "filter", -1);

@@ -7,10 +7,11 @@
 
 namespace atwood::fluid_truth {
 
-template <class S> NodeFit<S> node_fit(const Kernel<S>& weight, int d, int degree, int particles) {
-  std::vector<Monomial> basis = monomials(d, degree, 0);
-  std::reverse(basis.begin(), basis.end());
-  return {weight, basis, S(14) / 10 * weight.R, d, particles};
+template <class S> NodeFit<S> node_fit(const Kernel<S>& weight, int d, int degree, int slope_degree, int particles) {
+  std::vector<Monomial> basis = monomials(d, larger(degree, slope_degree), 0);
+  std::stable_sort(basis.begin(), basis.end(),
+                   [](const Monomial& a, const Monomial& b) { return a.degree() < b.degree(); });
+  return {weight, basis, S(14) / 10 * weight.R, d, particles, degree, slope_degree};
 }
 
 template <class S> PolynomialWalls<S> polynomial_walls(const Scene& scene, double spacing, S R) {
@@ -70,17 +71,18 @@ std::optional<std::vector<S>> PolynomialWalls<S>::fields_at(int k, const NodeFit
   };
   const int d = fit.d;
   const auto density = fit.at_node(near, -1, [&](int j, const Vec<S>&) { return values[d][j]; });
-  if (!density || !sloped(0, S(0))) return {};
+  if (!density) return {};
+  const bool warm = static_cast<int>(values.size()) > d + 1;
+  if ((!node.no_slip || (warm && !node.temperature)) && !sloped(0, S(0))) return {};
   std::vector<S> made(values.size());
   for (int a = 0; a < d; ++a) made[a] = node.no_slip || a == plane.axis ? node.velocity[a] : *sloped(a, S(0));
   made[d] = *density;
-  if (static_cast<int>(values.size()) > d + 1)
-    made[d + 1] = node.temperature ? *node.temperature : *sloped(d + 1, node.slope);
+  if (warm) made[d + 1] = node.temperature ? *node.temperature : *sloped(d + 1, node.slope);
   return made;
 }
 
 #define ATWOOD_POLYNOMIAL_WALLS(S)                                       \
-  template NodeFit<S> node_fit(const Kernel<S>&, int, int, int);         \
+  template NodeFit<S> node_fit(const Kernel<S>&, int, int, int, int);    \
   template PolynomialWalls<S> polynomial_walls(const Scene&, double, S); \
   template struct PolynomialWalls<S>;
 ATWOOD_POLYNOMIAL_WALLS(double)

@@ -14,15 +14,24 @@ namespace atwood::fluid_truth {
 // Fits the values of particles around a node.
 template <class S> struct NodeFit {
   Kernel<S> weight;
-  std::vector<Monomial> basis;  // all of degree 0 .. Q, by ascending degree
+  std::vector<Monomial> basis;  // by ascending degree
   S support{};
   int d = 2, particles = 0;
+  int degree = 2, slope_degree = 2;  // Q without a condition, and with a given slope
   // The value at the node of the polynomial that fits value(j, x_j - x_n) best over the particles within the reach.
-  // Without the monomial z_axis, unless axis < 0. Empty: the particles do not determine it.
+  // With a slope of 0 along z_axis, unless axis < 0. Empty: the particles do not determine it.
   template <class Value>
-  std::optional<S> at_node(const std::vector<Neighbour<S>>& near, int axis, const Value& value) const;
+  std::optional<S> at_node(const std::vector<Neighbour<S>>& near, int axis, const Value& value) const {
+    if (axis < 0) return of_degree(degree, near, axis, value);
+    const auto found = of_degree(slope_degree, near, axis, value);
+    return found || slope_degree == degree ? found : of_degree(degree, near, axis, value);
+  }
+
+ private:
+  template <class Value>
+  std::optional<S> of_degree(int q, const std::vector<Neighbour<S>>& near, int axis, const Value& value) const;
 };
-template <class S> NodeFit<S> node_fit(const Kernel<S>& weight, int d, int degree, int particles);
+template <class S> NodeFit<S> node_fit(const Kernel<S>& weight, int d, int degree, int slope_degree, int particles);
 
 template <class S> struct PolynomialWalls {
   struct Plane {
@@ -54,11 +63,14 @@ template <class S> PolynomialWalls<S> polynomial_walls(const Scene& scene, doubl
 // ---- in line: called with closures -------------------------------------------------------------------------------
 template <class S>
 template <class Value>
-std::optional<S> NodeFit<S>::at_node(const std::vector<Neighbour<S>>& near, int axis, const Value& value) const {
+std::optional<S> NodeFit<S>::of_degree(int q, const std::vector<Neighbour<S>>& near, int axis,
+                                       const Value& value) const {
   constexpr double min_pivot = 1e-4;
   std::vector<Monomial> own;
-  for (const Monomial& each : basis)
-    if (axis < 0 || each.degree() != 1 || each.power[axis] != 1) own.push_back(each);
+  for (const Monomial& each : basis) {
+    const bool sloped = axis >= 0 && each.power[axis] == 1 && (q > 2 || each.degree() == 1);
+    if (each.degree() <= q && !sloped) own.push_back(each);
+  }
   const int n = static_cast<int>(own.size());
   std::vector<S> M(static_cast<std::size_t>(n) * n, S(0)), B(n, S(0)), p(n);
   int found = 0;
@@ -76,7 +88,7 @@ std::optional<S> NodeFit<S>::at_node(const std::vector<Neighbour<S>>& near, int 
       B[k] += w * p[k] * f;
     }
   }
-  if (found < static_cast<int>(basis.size())) return {};
+  if (found < n) return {};
   const Fit<S> fit(M, n, min_pivot);
   if (!fit.regular()) return {};
   return fit.solve(B)[0];  // the constant is the first monomial
