@@ -40,8 +40,9 @@ double attitude_error_rad(const BodySample& a, const BodySample& truth);  // geo
 // `floor` is each rung's known bar; 0 or missing: not known. The interval holds the slope of the line through the
 // window, the slope of its two finest rungs and the slope extrapolated to h = 0 (order_interval.hpp); where only
 // scatter is visible, the line's slope with Student's t. `order` is its middle. It is meant for errors
-// C h^p (1 + powers of h, h^(1/2) among them); of h^p |log h| it need not contain p. Local slopes that change the more
-// the smaller h is, or by more than 0.2 at the finest rungs, are inconclusive.
+// C h^p (1 + powers of h, h^(1/2) among them); of h^p |log h| it need not contain p. Inconclusive: local slopes that
+// do not settle as h decreases, change by more than 0.2 at the finest rungs, or differ by more than 1; a half-width of
+// more than 0.4.
 struct OrderFit {
   bool conclusive = false;
   std::string reason;  // why it is inconclusive

@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kFloorFactor = 30;   // errors below this many floors contain too much round-off
 constexpr double kSlopeChange = 0.2;  // asymptotic: local slopes change by less than this
-constexpr double kWidest = 1;         // a larger half-width does not distinguish neighbouring orders
+constexpr double kWidest = 0.4;       // half-width; intervals of neighbouring orders are to lie apart
+constexpr double kWidestRange = 1;    // slopes that differ by more are not of one order
 constexpr std::size_t kMinFitted = 4;
 
 using metrics::fit_line;
@@ -119,11 +120,15 @@ OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, s
   for (int i : fit.used) bar.push_back(static_cast<std::size_t>(i) < floor.size() ? floor[i] / error[i] : 0);
   const metrics::OrderInterval interval = metrics::order_interval(xs, ys, bar);
   if (!interval.settles) {
-    fit.reason = "local slopes settle to nothing: the smaller h, the more they change; finest slope " +
-                 format_measure(interval.finest, 0, 4);
+    fit.reason = "local slopes do not settle as h decreases; finest slope " + format_measure(interval.finest, 0, 4);
     return fit;
   }
   const double half_width = (interval.high - interval.low) / 2;
+  if (!(interval.range_of_slopes <= kWidestRange)) {
+    fit.reason = "local slopes differ by " + format_measure(interval.range_of_slopes, 0, 2) +
+                 " within the window, as where an error changes its sign";
+    return fit;
+  }
   if (!(half_width <= kWidest)) {
     fit.reason = "the finest rungs scatter: a half-width of " + format_measure(half_width, 0, 2) +
                  " is too wide to determine an order";

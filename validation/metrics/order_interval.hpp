@@ -7,11 +7,12 @@ namespace atwood::metrics {
 
 // From at least 4 rungs, coarse to fine: x = log h, y = log error, bar = the rung's bar over its error.
 struct OrderInterval {
-  bool settles = true;  // false: the local slopes change faster as h decreases; the interval has no meaning
+  bool settles = true;  // false: the local slopes do not converge as h decreases; the interval has no meaning
   bool curved = false;  // the interval contains the finest slope and the extrapolated ones
   double low = 0, high = 0;
-  double finest = 0;        // local slope of the two finest rungs
-  double extrapolated = 0;  // to h = 0, by a model with one further power of h
+  double finest = 0;           // local slope of the two finest rungs
+  double extrapolated = 0;     // to h = 0, by a model with one further power of h
+  double range_of_slopes = 0;  // the largest local slope less the smallest, beyond what the bars allow
 };
 OrderInterval order_interval(std::span<const double> x, std::span<const double> y, std::span<const double> bar);
 
