@@ -23,13 +23,13 @@ namespace {
 
 // Settings that rule each other out, or that the others leave without effect.
 std::optional<Fault> combination_fault(const MethodId& id, const Settings& settings) {
-  const auto input = [&](const std::string& why) { return Fault{Blame::input, "atwood/" + id.scheme + ": " + why}; };
+  const auto input = [&](const std::string& why) { return Fault{"atwood/" + id.scheme + ": " + why}; };
   const auto is = [&](const char* name, const char* word) { return std::get<std::string>(settings.at(name)) == word; };
   if (id.scheme == "ias15" && id.overrides.contains("epsilon") && is("criterion", "tolerance"))
-    return input("`epsilon` acts with criterion=rein-spiegel or criterion=prs23 alone");
+    return input("`epsilon` has an effect only with criterion=rein-spiegel or criterion=prs23");
   if (id.scheme != "gbs" || !id.rtol) return {};
   if (is("order", "chosen") && id.overrides.contains("columns"))
-    return input("with a tolerance `columns` acts with order=fixed alone");
+    return input("with a tolerance `columns` has an effect only with order=fixed");
   if (is("order", "fixed") && std::get<std::int64_t>(settings.at("columns")) > kMaxFixedColumns)
     return input("with a tolerance order=fixed takes at most " + std::to_string(kMaxFixedColumns) +
                  " columns, for the differences of later ones are lost in round-off and steps become tiny; use "
@@ -38,13 +38,13 @@ std::optional<Fault> combination_fault(const MethodId& id, const Settings& setti
 }
 
 std::optional<Fault> method_fault(const MethodId& id) {
-  const auto input = [](const std::string& why) { return Fault{Blame::input, why}; };
+  const auto input = [](const std::string& why) { return Fault{why}; };
   const MethodInfo* info = find_integrator(id.scheme);
   if (info == nullptr) return input("atwood has no method `" + id.scheme + "`");
-  if (id.rtol && !info->adaptive) return input(info->id + " takes equal steps, no tolerance");
+  if (id.rtol && !info->adaptive) return input(info->id + " takes equal steps; found a tolerance");
   for (const auto& [name, value] : id.overrides)
     if (const auto rule = info->rules.find(name); !id.rtol && rule != info->rules.end() && rule->second.needs_tolerance)
-      return input(info->id + ": `" + name + "` acts in runs with a tolerance alone; expected one, as in " + info->id +
+      return input(info->id + ": `" + name + "` has an effect only with a tolerance; expected one, as in " + info->id +
                    ":1e-12");
   const auto settings = merged_settings(*info, id.overrides);
   if (!settings) return settings.fault();
@@ -67,10 +67,9 @@ Outcome run_in_contact(const MethodId& id, const Scene& scene, const Plan& plan,
 // Which responses do not take mechanisms.
 std::optional<Fault> joints_fault(const MethodId& id, const Scene& scene) {
   if (scene.joints.empty() && scene.ropes.empty()) return {};
-  if (!scene.fluids.empty())
-    return Fault{Blame::engine, "atwood does not support fluids in a scene with joints or ropes"};
+  if (!scene.fluids.empty()) return Fault{"atwood does not support fluids in a scene with joints or ropes"};
   if (!contacts_possible(scene) || id.response != "event") return {};
-  return Fault{Blame::engine, "+event takes no bodies on joints or ropes; use +impulse or +penalty"};
+  return Fault{"+event takes no bodies on joints or ropes; use +impulse or +penalty"};
 }
 
 // Of the scheme alone.

@@ -68,8 +68,8 @@ template <class S> class Grid final : public BroadPhase<S> {
   }
 
   // A corner's cell is floor(x / cell), a quotient that rounding moves by |x / cell| 2^-52 or so. The margin of 2^-10
-  // on the cell covers that as long as |x / cell| < 2^40, which the last line sees to; it also keeps points from making
-  // a cell of 0.
+  // on the cell covers that as long as |x / cell| < 2^40, which the last line ensures; with points alone it also
+  // keeps the cell above 0.
   void choose_cell(Items<S> items) {
     widths_.clear();
     double farthest = 0;
@@ -156,7 +156,7 @@ template <class S> class Grid final : public BroadPhase<S> {
   }
 
   Team* team_;
-  std::vector<Found> found_;  // a part each
+  std::vector<Found> found_;  // one per part
   std::vector<double> widths_;
   double cell_m_ = 1, max_small_width_ = 0;
   int shift_ = 60;

@@ -48,12 +48,12 @@ template <class S> Separation<S> compound_separation(const Posed<S>& a, const Po
   return least;
 }
 
-#define ATWOOD_COMPOUND(S)                                                                            \
+#define ATWOOD_COMPOUND_PAIRS(S)                                                                      \
   template void compound_contacts<S>(const Posed<S>&, const Posed<S>&, S, std::vector<Manifold<S>>&); \
   template Separation<S> compound_separation<S>(const Posed<S>&, const Posed<S>&);
-ATWOOD_COMPOUND(float)
-ATWOOD_COMPOUND(double)
-ATWOOD_COMPOUND(long double)
-#undef ATWOOD_COMPOUND
+ATWOOD_COMPOUND_PAIRS(float)
+ATWOOD_COMPOUND_PAIRS(double)
+ATWOOD_COMPOUND_PAIRS(long double)
+#undef ATWOOD_COMPOUND_PAIRS
 
 }  // namespace atwood

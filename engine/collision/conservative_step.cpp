@@ -152,7 +152,7 @@ S contact_free_time(S gap, const Vec3<S>& n, const Vec3<S>& v_W, const PartA& a,
     any_rotation_s = time_to_close(left, approach_speed, max_s, round_off);
     if (any_rotation_s == unbounded) return unbounded;
   }
-  constexpr int max_rounds = 100;
+  constexpr int max_rounds = 100;  // the bound so far is returned after them: shorter, never wrong
   for (int round = 0; round < max_rounds; ++round) {
     const S chord = low + (high - low) * (f_low / (f_low - f_high));
     const S f_chord = f(chord);

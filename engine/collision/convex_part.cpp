@@ -130,15 +130,15 @@ template <class S> Transform<S> relative_transform(const Transform<S>& pose_a, c
           {to_body(pose_a, pose_b.axis_W[0]), to_body(pose_a, pose_b.axis_W[1]), to_body(pose_a, pose_b.axis_W[2])}};
 }
 
-#define ATWOOD_PIECE(S)                                                                                    \
+#define ATWOOD_CONVEX_PART(S)                                                                              \
   template bool convex_part<S>(const Geometry<S>&, ConvexPart<S>&);                                        \
   template ConvexPart<S> box_part<S>(const Vec3<S>&);                                                      \
   template ConvexPart<S> triangle_part<S>(const Vec3<S>&, const Vec3<S>&, const Vec3<S>&, const Vec3<S>&); \
   template Vec3<S> support<S>(const ConvexPart<S>&, const Vec3<S>&, int&);                                 \
   template Transform<S> relative_transform<S>(const Transform<S>&, const Transform<S>&);
-ATWOOD_PIECE(float)
-ATWOOD_PIECE(double)
-ATWOOD_PIECE(long double)
-#undef ATWOOD_PIECE
+ATWOOD_CONVEX_PART(float)
+ATWOOD_CONVEX_PART(double)
+ATWOOD_CONVEX_PART(long double)
+#undef ATWOOD_CONVEX_PART
 
 }  // namespace atwood

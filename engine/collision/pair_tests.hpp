@@ -1,4 +1,5 @@
-// The narrow phase's tests, one for each pair of kinds with kind(a) <= kind(b); contacts.cpp holds the table.
+// The narrow phase's special tests, kind(a) <= kind(b); the other pairs are tested by convex_contacts.hpp,
+// mesh_pairs.cpp and compound_pairs.hpp. contacts.cpp holds the table.
 #pragma once
 
 #include <vector>
@@ -39,7 +40,7 @@ template <class S> Separation<S> plane_box_separation(const Posed<S>&, const Pos
 template <class S> Separation<S> plane_capsule_separation(const Posed<S>&, const Posed<S>&);
 template <class S> Separation<S> plane_cylinder_separation(const Posed<S>&, const Posed<S>&);
 
-// ---- boxes, rectangles and capsules among each other ----------------------------------------------------------------
+// ---- boxes and rectangles -------------------------------------------------------------------------------------------
 template <class S> void box_box_contacts(const Posed<S>&, const Posed<S>&, S margin, std::vector<Manifold<S>>&);
 template <class S> Separation<S> box_box_separation(const Posed<S>&, const Posed<S>&);
 

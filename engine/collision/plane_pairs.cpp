@@ -32,7 +32,7 @@ template <class S> void set_type(Manifold<S>& m) {
   m.type = m.count > 2 ? ManifoldType::face : m.count == 2 ? ManifoldType::edge : ManifoldType::point;
 }
 
-template <class S> Separation<S> lowest(const Posed<S>& plane, const Vec3<S>& x_W, S height) {
+template <class S> Separation<S> separation_at(const Posed<S>& plane, const Vec3<S>& x_W, S height) {
   return {height, plane.shape.normal_W, x_W - height * plane.shape.normal_W, x_W};
 }
 
@@ -46,7 +46,7 @@ template <class S> S height_of_center(const Posed<S>& plane, const Posed<S>& b) 
 template <class S> struct BoxHeights {
   S center, rise[3];
   Vec3<S> half_side[3];
-  S lowest() const { return center - real::abs(rise[0]) - real::abs(rise[1]) - real::abs(rise[2]); }
+  S lowest_height() const { return center - real::abs(rise[0]) - real::abs(rise[1]) - real::abs(rise[2]); }
 };
 template <class S> BoxHeights<S> box_heights(const Posed<S>& plane, const Posed<S>& b) {
   const Vec3<S>& n = plane.shape.normal_W;
@@ -56,17 +56,17 @@ template <class S> BoxHeights<S> box_heights(const Posed<S>& plane, const Posed<
           {h.x * dot(n, axis[0]), h.y * dot(n, axis[1]), h.z * dot(n, axis[2])},
           {h.x * axis[0], h.y * axis[1], h.z * axis[2]}};
 }
-// Signs of the lowest corner: s_k = -sign(n . axis_k). The id of a corner has one bit for each axis, set where s_k is
-// positive.
-template <class S> SurfacePoint<S> corner(const BoxHeights<S>& of, const Vec3<S>& p_W, unsigned bits) {
-  SurfacePoint<S> low{p_W, of.center, bits};
+// The corner whose sign s_k is positive where bit k of `bits` is set; the bits are its id.
+template <class S> SurfacePoint<S> corner(const BoxHeights<S>& heights, const Vec3<S>& p_W, unsigned bits) {
+  SurfacePoint<S> low{p_W, heights.center, bits};
   for (unsigned k = 0; k < 3; ++k) {
     const bool plus = (bits >> k) & 1u;
-    low.height = plus ? low.height + of.rise[k] : low.height - of.rise[k];
-    low.x_W = plus ? low.x_W + of.half_side[k] : low.x_W - of.half_side[k];
+    low.height = plus ? low.height + heights.rise[k] : low.height - heights.rise[k];
+    low.x_W = plus ? low.x_W + heights.half_side[k] : low.x_W - heights.half_side[k];
   }
   return low;
 }
+// The lowest corner: bit k is set where s_k = -sign(n . axis_k) is positive.
 template <class S> unsigned lowest_corner(const Vec3<S>& n, const Vec3<S>* axis) {
   return (dot(n, axis[0]) < S(0) ? 1u : 0u) | (dot(n, axis[1]) < S(0) ? 2u : 0u) | (dot(n, axis[2]) < S(0) ? 4u : 0u);
 }
@@ -96,7 +96,9 @@ SurfacePoint<S> rim(const Tilt<S>& tilt, const Posed<S>& b, S disc, const Vec3<S
 }
 
 // A disc that faces the plane: four points of its rim a quarter apart, fixed in the body; the nearest of them is
-// replaced by the deepest point, so the depth is exact and the other three stay fixed on the body.
+// replaced by the deepest point, so the depth is exact and the other three stay fixed on the body. Ids: 0 to 3 the rim
+// points of the lower disc in body axes (disc < 0), 8 to 11 those of the upper; 4 and 12 the deepest points of their
+// rims.
 template <class S>
 void disc_contacts(const Posed<S>& plane, const Tilt<S>& tilt, const Posed<S>& b, S disc, S margin, Manifold<S>& m) {
   const Vec3<S>* axis = b.pose.axis_W;
@@ -105,11 +107,11 @@ void disc_contacts(const Posed<S>& plane, const Tilt<S>& tilt, const Posed<S>& b
   const bool flat = !(tilt.sine > S(4) * real::epsilon<S>());
   const unsigned nearest =
       real::abs(down_y) > real::abs(down_x) ? (down_y < S(0) ? 3u : 1u) : (down_x < S(0) ? 2u : 0u);
-  const std::uint32_t name = disc < S(0) ? 0u : 8u;
+  const std::uint32_t first_id = disc < S(0) ? 0u : 8u;
   for (unsigned k = 0; k < 4; ++k) {
     const Vec3<S> radial = k == 0 ? axis[0] : k == 1 ? axis[1] : k == 2 ? -axis[0] : -axis[1];
-    if (!flat && k == nearest) add(m, n, rim(tilt, b, disc, tilt.down, -tilt.sine, name + k), margin);
-    else add(m, n, rim(tilt, b, disc, radial, flat ? S(0) : dot(n, radial), name + k), margin);
+    if (!flat && k == nearest) add(m, n, rim(tilt, b, disc, tilt.down, -tilt.sine, first_id + k), margin);
+    else add(m, n, rim(tilt, b, disc, radial, flat ? S(0) : dot(n, radial), first_id + k), margin);
   }
 }
 
@@ -118,8 +120,8 @@ void disc_contacts(const Posed<S>& plane, const Tilt<S>& tilt, const Posed<S>& b
 template <class S>
 void plane_box_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   if (height_of_center(a, b) - b.shape.bounding_radius > margin) return;
-  const BoxHeights<S> of = box_heights(a, b);
-  if (!(of.lowest() <= margin)) return;
+  const BoxHeights<S> heights = box_heights(a, b);
+  if (!(heights.lowest_height() <= margin)) return;
   // The four corners of the face most parallel to the plane.
   const Vec3<S>& n = a.shape.normal_W;
   const Vec3<S>* axis = b.pose.axis_W;
@@ -129,18 +131,19 @@ void plane_box_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vec
   const unsigned i = (k + 1) % 3, j = (k + 2) % 3, deepest = lowest_corner(n, axis);
   const unsigned u = h[i] > S(0) ? 1u << i : 0u, v = h[j] > S(0) ? 1u << j : 0u;  // a side without length has one end
   Manifold<S>& m = new_manifold(a, ManifoldType::face, out);
-  add(m, n, {corner(of, b.pose.p_W, deepest).x_W, of.lowest(), deepest}, margin);
-  if (u) add(m, n, corner(of, b.pose.p_W, deepest ^ u), margin);
-  if (u && v) add(m, n, corner(of, b.pose.p_W, deepest ^ u ^ v), margin);
-  if (v) add(m, n, corner(of, b.pose.p_W, deepest ^ v), margin);
+  add(m, n, {corner(heights, b.pose.p_W, deepest).x_W, heights.lowest_height(), deepest}, margin);
+  if (u) add(m, n, corner(heights, b.pose.p_W, deepest ^ u), margin);
+  if (u && v) add(m, n, corner(heights, b.pose.p_W, deepest ^ u ^ v), margin);
+  if (v) add(m, n, corner(heights, b.pose.p_W, deepest ^ v), margin);
   set_type(m);
 }
 template <class S> Separation<S> plane_box_separation(const Posed<S>& a, const Posed<S>& b) {
-  const BoxHeights<S> of = box_heights(a, b);
-  return lowest(a, corner(of, b.pose.p_W, lowest_corner(a.shape.normal_W, b.pose.axis_W)).x_W, of.lowest());
+  const BoxHeights<S> heights = box_heights(a, b);
+  return separation_at(a, corner(heights, b.pose.p_W, lowest_corner(a.shape.normal_W, b.pose.axis_W)).x_W,
+                       heights.lowest_height());
 }
 
-// The cap of the lower end, and the tube below the upper end.
+// Up to two points: the lowest of the lower cap, and the point below the upper end, if it lies on the cylindrical part.
 template <class S>
 void plane_capsule_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std::vector<Manifold<S>>& out) {
   const Vec3<S>& n = a.shape.normal_W;
@@ -164,7 +167,8 @@ template <class S> Separation<S> plane_capsule_separation(const Posed<S>& a, con
   const Vec3<S>& n = a.shape.normal_W;
   const S rise = b.shape.half_length * dot(n, b.pose.axis_W[2]);
   const Vec3<S> half = (rise < S(0) ? b.shape.half_length : -b.shape.half_length) * b.pose.axis_W[2];
-  return lowest(a, b.pose.p_W + half - b.shape.radius * n, height_of_center(a, b) - b.shape.radius - real::abs(rise));
+  return separation_at(a, b.pose.p_W + half - b.shape.radius * n,
+                       height_of_center(a, b) - b.shape.radius - real::abs(rise));
 }
 
 template <class S>
@@ -186,7 +190,7 @@ void plane_cylinder_contacts(const Posed<S>& a, const Posed<S>& b, S margin, std
 template <class S> Separation<S> plane_cylinder_separation(const Posed<S>& a, const Posed<S>& b) {
   const Tilt<S> tilt = tilt_of(a, b);
   const SurfacePoint<S> low = rim(tilt, b, tilt.cosine < S(0) ? S(1) : S(-1), tilt.down, -tilt.sine, 0u);
-  return lowest(a, low.x_W, low.height);
+  return separation_at(a, low.x_W, low.height);
 }
 
 #define ATWOOD_PLANE_PAIR(S, other)                                                                          \

@@ -11,7 +11,7 @@ namespace atwood {
 // round-off decides nearly always; else the determinant is summed exactly as an expansion of non-overlapping terms
 // (Shewchuk, Discrete Comput. Geom. 18 (1997) 305). Exact unless products of three coordinates under- or overflow.
 template <class S> int orient3d(const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c, const Vec3<S>& d);
-// The sign of the turn a -> b -> c in the plane: positive anticlockwise.
+// The sign of the turn a -> b -> c in the plane: positive anticlockwise. Exact, as orient3d.
 template <class S> int orient2d(const std::array<S, 2>& a, const std::array<S, 2>& b, const std::array<S, 2>& c);
 
 template <class S> using Corners = std::array<Vec3<S>, 3>;

@@ -28,9 +28,9 @@ std::optional<Touch<S>> touch_of_moving_spheres(const SweptBody<S>& a, const Swe
   if (distance <= R + round_off) return touch_of_spheres(a.p_W, b.p_W, radius_a, radius_b, S(0));
   const S approach = -dot(r, v), speed = norm(v);
   if (!(approach > S(0))) return {};
-  const S miss = norm(accurate_cross(r, v)), speed_R = speed * R;
-  if (miss > (S(1) + rounding) * speed_R) return {};
-  const S root = real::sqrt(real::max(S(0), (speed_R - miss) * (speed_R + miss)));
+  const S moment = norm(accurate_cross(r, v)), speed_R = speed * R;
+  if (moment > (S(1) + rounding) * speed_R) return {};
+  const S root = real::sqrt(real::max(S(0), (speed_R - moment) * (speed_R + moment)));
   const S t = (distance - R) * ((distance + R) / (approach + root));
   const S gap_at_end = (t - t_end_s) * (root / R);
   if (t > t_end_s && gap_at_end > rounding * distance + round_off) return {};
@@ -59,13 +59,13 @@ template <class S> TimeSpan<S> bounding_sphere_overlap(const Vec3<S>& r, const V
   R *= enlargement;
   const S distance = norm(r), speed = norm(v), approach = -dot(r, v);
   if (!(speed > S(0))) return distance <= R ? TimeSpan<S>{S(0), t_end_s} : TimeSpan<S>{};
-  const S miss = norm(accurate_cross(r, v)) / speed, middle_s = approach / speed / speed;
-  if (miss > R) return {};
-  const S half_s = real::sqrt((R - miss) * (R + miss)) / speed;
+  const S miss_distance = norm(accurate_cross(r, v)) / speed, middle_s = approach / speed / speed;
+  if (miss_distance > R) return {};
+  const S half_s = real::sqrt((R - miss_distance) * (R + miss_distance)) / speed;
   return {real::max(S(0), middle_s - half_s), real::min(t_end_s, middle_s + half_s)};
 }
 
-// Conservative advancement in coordinates about a (the contact depends on the relative position alone); a plane is
+// Conservative advancement in coordinates about a (the contact depends only on the relative position); a plane is
 // moved to the other body instead.
 template <class S>
 std::optional<Touch<S>> conservative_advancement(Geometry<S> a, const SweptBody<S>& from_a, Geometry<S> b,

@@ -29,13 +29,15 @@ bool decoupled(const ImpactBody<S>& a, const ImpactBody<S>& b, const Vec3<S> (&a
 
 // The couple against rolling, |c| <= delta p, and friction, |j| <= mu p, that together leave the least kinetic energy:
 // block coordinate descent, each in turn with the other fixed, so that energy falls in every iteration. Changes a, b
-// and the size of the friction impulse, tangential_N_s. Returns whether it converged to 2 eps.
+// and the size of the friction impulse, tangential_N_s. Converged: the couple changed by at most 2 eps of itself, which
+// is the residual.
 template <class S>
-bool resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S>& a, ImpactBody<S>& b,
-                    S& tangential_N_s, const Vec3<S>& along) {
+SolveReport resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S>& a, ImpactBody<S>& b,
+                           S& tangential_N_s, const Vec3<S>& along) {
   Vec3<S> friction = -tangential_N_s * along, couple{};
   constexpr int max_iterations = 200;
   int iteration = 0;
+  S change{}, size{};
   for (; iteration < max_iterations; ++iteration) {
     const Vec3<S> w = b.w_W - a.w_W, rolling = w - dot(w, n) * n;
     const S speed = norm(rolling);
@@ -44,7 +46,7 @@ bool resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S
     const S inverse_inertia = dot(axis, times(a.I_inverse_W_row, axis)) + dot(axis, times(b.I_inverse_W_row, axis));
     if (!(inverse_inertia > S(0))) break;
     const Vec3<S> next = shortened(couple - (S(1) / inverse_inertia) * rolling, law.rolling_friction_m * p);
-    const S change = norm(next - couple);
+    change = norm(next - couple);
     apply_couple(a, b, next - couple);
     couple = next;
     const Vec3<S> u = relative_velocity(a, b), slip = u - dot(u, n) * n;
@@ -55,10 +57,13 @@ bool resist_rolling(const ImpactLaw<S>& law, const Vec3<S>& n, S p, ImpactBody<S
       apply_impulse(a, b, next_friction - friction, S(1));
       friction = next_friction;
     }
-    if (change <= S(2) * real::epsilon<S>() * norm(couple)) break;
+    size = norm(couple);
+    if (change <= S(2) * real::epsilon<S>() * size) break;
   }
   tangential_N_s = norm(friction);
-  return iteration < max_iterations;
+  const bool converged = iteration < max_iterations;
+  return {converged ? iteration + 1 : iteration, static_cast<double>(change > S(0) ? change / size : S(0)),
+          converged ? SolveEnd::converged : SolveEnd::capped};
 }
 
 // Applies the impulse of the whole slip path, then the couple against rolling. Axes: the slip, across it, the normal.
@@ -70,16 +75,22 @@ void apply_slip_path(const ImpactLaw<S>& law, const S (&K)[3][3], const S (&u0)[
   apply_impulse(a, b, J[0] * axis[0] + J[1] * axis[1] + J[2] * axis[2], S(1));
   impulse.normal_N_s = J[2];
   impulse.tangential_N_s = real::sqrt(J[0] * J[0] + J[1] * J[1]);
-  impulse.converged = path.converged;
+  add_solve(path.solve, impulse);
   if (law.rolling_friction_m > S(0)) {
-    const ImpactLaw<S> couple_alone{law.restitution, S(0), law.rolling_friction_m, law.hypothesis};
+    const ImpactLaw<S> rolling_only{law.restitution, S(0), law.rolling_friction_m, law.hypothesis};
     S none{};
-    impulse.converged = resist_rolling(couple_alone, axis[2], J[2], a, b, none, axis[0]) && impulse.converged;
+    add_solve(resist_rolling(rolling_only, axis[2], J[2], a, b, none, axis[0]), impulse);
   }
   impulse.vn_after_m_per_s = dot(relative_velocity(a, b), axis[2]);
 }
 
 }  // namespace
+
+template <class S> void add_solve(const SolveReport& solve, Impulse<S>& impulse) {
+  if (!impulse.converged) return;
+  impulse.solve = solve;
+  impulse.converged = solve.ended != SolveEnd::capped;
+}
 
 template <class S> Vec3<S> relative_velocity(const ImpactBody<S>& a, const ImpactBody<S>& b) {
   return (b.v_W + cross(b.w_W, b.r_W)) - (a.v_W + cross(a.w_W, a.r_W));
@@ -132,7 +143,7 @@ Impulse<S> collide(const ImpactLaw<S>& law, const Vec3<S>& normal, ImpactBody<S>
     impulse.tangential_N_s = j_t;
   }
   if (law.rolling_friction_m > S(0))
-    impulse.converged = resist_rolling(law, normal, j_n, a, b, impulse.tangential_N_s, along);
+    add_solve(resist_rolling(law, normal, j_n, a, b, impulse.tangential_N_s, along), impulse);
   impulse.vn_after_m_per_s = dot(relative_velocity(a, b), normal);
   return impulse;
 }
@@ -153,6 +164,7 @@ Impulse<S> collide_without_approach(const ImpactLaw<S>& law, const Vec3<S>& norm
 }
 
 #define ATWOOD_IMPULSE(S)                                                                              \
+  template void add_solve<S>(const SolveReport&, Impulse<S>&);                                         \
   template Impulse<S> collide<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&, ImpactBody<S>&); \
   template Impulse<S> collide_without_approach<S>(const ImpactLaw<S>&, const Vec3<S>&, ImpactBody<S>&, \
                                                   ImpactBody<S>&);                                     \

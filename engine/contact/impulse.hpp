@@ -2,6 +2,7 @@
 #pragma once
 
 #include "math/vec3.hpp"
+#include "protocol/solver_report.hpp"
 
 namespace atwood {
 
@@ -31,8 +32,12 @@ template <class S> struct ImpactLaw {
 template <class S> struct Impulse {
   S normal_N_s{}, tangential_N_s{};
   S vn_before_m_per_s{}, vn_after_m_per_s{};  // (v_b - v_a) . n at the point
-  bool converged = true;  // false: the iteration along the path of the slip, or that against rolling, did not converge
+  bool converged = true;                      // false: `solve` is capped
+  SolveReport solve;  // the slip's path (slip_path.hpp) or, after one that was not capped, that against rolling
 };
+
+// Keeps the report of a solve within the impact, unless one before it was capped.
+template <class S> void add_solve(const SolveReport& solve, Impulse<S>& impulse);
 
 // One impact at one point under Coulomb friction; `normal` is a unit vector from a to b. Without approach nothing
 // happens. Friction opposes the slip while there is slip, and sticks where the cone allows; slip may stop, reverse or

@@ -13,15 +13,15 @@ std::vector<MethodInfo> make_responses() {
   impulse.doc =
       "Time stepping in small substeps. Fast approaches of contacts with restitution are resolved as impacts, one after "
       "another in the order of their times; all other contacts are solved at the level of velocities, with a round "
-      "friction cone. Overlap is corrected in the positions alone. Few contacts are solved together by Newton's method, "
-      "many by warm-started sweeps of projected Gauss-Seidel. Where no contact is possible the scheme runs alone.";
+      "friction cone. Overlap is corrected only in the positions. Few contacts are solved together by Newton's method, "
+      "many by warm-started sweeps of projected Gauss-Seidel. Where no contact is possible, the scheme is used without the response.";
   impulse.doc +=
       " A scene's simultaneous_impacts must suit all its pairs: sequential if all have restitution (at one instant the "
       "fastest approach first, ties in the scene's order), together if none has; otherwise the scene is refused. "
       "Cylinders and capsules that roll are stepped by leapfrog: contacts are detected and Euler's equations are stepped "
       "in every substep.";
   impulse.doc +=
-      " Mechanisms with contacts are stepped by symplectic-euler alone: bodies in their own coordinates, contacts, stops "
+      " Mechanisms with contacts are stepped only by symplectic-euler: bodies in their own coordinates, contacts, stops "
       "and joints in one solve of every substep (SHAKE), by at least 30 sweeps. Claims: order 1; joints without gap, to "
       "round-off; momenta kept; no drift of the energy between contacts; dampers along joints implicit, springs explicit. "
       "Ropes and sleeping are refused.";
@@ -47,7 +47,7 @@ std::vector<MethodInfo> make_responses() {
       "refused. Where Coulomb's law has no contact force (Painleve), an impact without collision follows under poisson "
       "and stronge; under newton, and where the law has several solutions, the run ends unsupported. For methods that "
       "split forces or expand them in series, rk4 (with a tolerance: dopri5) integrates lasting contacts.";
-  event.doc += " Bodies on joints or ropes are refused.";
+  event.doc += " Scenes in which bodies on joints or ropes may touch something are refused.";
   event.source = "Hairer, Norsett, Wanner (1993), II.6; Pfeiffer and Glocker (1996); Stronge, Impact Mechanics (2000)";
   event.formula =
       "impact at g(t) = 0: M (v_after - v_before) = G^T P, |P_t| <= mu P_n\n"

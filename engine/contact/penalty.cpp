@@ -62,11 +62,9 @@ std::optional<Fault> step_fault(const MethodId& id, double w, double z, double h
   if (stable(scheme, w, z, h_s)) return {};
   const double longest = longest_step(scheme, w, z);
   const std::string rate = " (" + format_double(std::round(w)) + " rad/s)";
-  if (longest == 0)
-    return Fault{Blame::engine, "no step of atwood/" + id.scheme + " is stable on the stiffest contact" + rate};
-  return Fault{Blame::input, "steps of " + format_double(h_s) + " s are beyond the stability limit of atwood/" +
-                                 id.scheme + " on the stiffest contact, " +
-                                 format_double(std::round(longest * 1e7) / 1e7) + " s" + rate};
+  if (longest == 0) return Fault{"no step of atwood/" + id.scheme + " is stable on the stiffest contact" + rate};
+  return Fault{"steps of " + format_double(h_s) + " s are beyond the stability limit of atwood/" + id.scheme +
+               " on the stiffest contact, " + format_double(std::round(longest * 1e7) / 1e7) + " s" + rate};
 }
 
 // Compliant impacts last: several at once act together, each by its own overlap, which is neither convention.
@@ -74,9 +72,9 @@ std::optional<Fault> simultaneity_fault(const Scene& scene) {
   if (scene.simultaneous_impacts == SimultaneousImpacts::unspecified) return {};
   for (const PairLaw& law : laws_in_play(scene))
     if (law.contact_law == ContactLaw::rigid)
-      return Fault{Blame::engine,
-                   "the scene prescribes simultaneous_impacts for rigid pairs; impacts of +penalty have a "
-                   "duration, so neither convention applies"};
+      return Fault{
+          "the scene prescribes simultaneous_impacts for rigid pairs; impacts of +penalty have a "
+          "duration, so neither convention applies"};
   return {};
 }
 

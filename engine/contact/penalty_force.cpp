@@ -45,7 +45,7 @@ double damping_ratio_of(double restitution) {
     return z < 1 ? real::exp(-2 * z * real::atan2(std::sqrt((1 - z) * (1 + z)), z) / std::sqrt(1 - z * z))
                  : real::exp(-2 * z * real::log(z + std::sqrt((z - 1) * (z + 1))) / std::sqrt(z * z - 1));
   };
-  double low = 0, high = 1;
+  double low = 0, high = 1;  // halved until no double lies between
   while (restitution_of(high) > restitution) high *= 2;
   const auto root = bisect([&](double z) { return restitution_of(z) > restitution; }, low, high, 0.0, 1200);
   return restitution >= 1 ? 0 : (root.low + root.high) / 2;

@@ -1,5 +1,7 @@
 #include "contact/slip_path.hpp"
 
+#include <limits>
+
 #include "math/bracketed_root.hpp"
 
 namespace atwood {
@@ -17,14 +19,20 @@ template <class S> struct SlipState {
   const ImpactLaw<S>& law;
   const S (&K)[3][3];
   const S (&u0)[3];
-  S J[3]{};                                               // impulse so far, on b along t1, t2, n
-  S work{};                                               // of the normal impulse so far
-  bool compressed = false, done = false, failed = false;  // failed: an iteration did not converge
-  bool stopped = false;                                   // no slip now
+  S J[3]{};  // impulse so far, on b along t1, t2, n
+  S work{};  // of the normal impulse so far
+  bool compressed = false, done = false;
+  bool stopped = false;  // no slip now
   S p_compression{}, work_compression{};
+  SolveReport solve{};  // of all iterations so far
 
   S u(int i) const { return u0[i] + (K[i][0] * J[0] + K[i][1] * J[1] + K[i][2] * J[2]); }
   S speed() const { return stopped ? S(0) : real::sqrt(u(0) * u(0) + u(1) * u(1)); }
+
+  void cap(S residual) {
+    solve.residual = static_cast<double>(residual);
+    solve.ended = SolveEnd::capped;
+  }
 
   // The normal impulse up to the end of the phase while v_n grows by `slope` per N s; -1: the phase does not end.
   S impulse_left(S vn, S slope) const {
@@ -61,8 +69,7 @@ template <class S> S sticking_friction(const S (&K)[3][3], S (&f)[2]) {
 
 // The direction s at the onset of slip: (mu K_tt + lambda) s = K_tn, |s| = 1, lambda > 0. |s| falls with lambda from
 // |f| / mu > 1 to 0, so there is one root; by bisection, at most once an impact.
-// False: the bisection did not converge.
-template <class S> bool onset_direction(const S (&K)[3][3], S mu, S (&s)[2]) {
+template <class S> BracketedRoot<S> onset_direction(const S (&K)[3][3], S mu, S (&s)[2]) {
   const auto solve_at = [&](S lambda) {
     const S a = mu * K[0][0] + lambda, b = mu * K[0][1], d = mu * K[1][1] + lambda, det = a * d - b * b;
     s[0] = (d * K[0][2] - b * K[1][2]) / det;
@@ -75,7 +82,7 @@ template <class S> bool onset_direction(const S (&K)[3][3], S mu, S (&s)[2]) {
   const S length = real::sqrt(s[0] * s[0] + s[1] * s[1]);
   s[0] = s[0] / length;
   s[1] = s[1] / length;
-  return root.converged;
+  return {root.low / largest, root.high / largest, root.evaluations, root.converged};
 }
 
 // Slip of constant direction, or none: J grows along (d0, d1, 1) to the end of the phase, or until slip along s stops.
@@ -95,7 +102,8 @@ template <class S> void advance_straight(SlipState<S>& path, S d0, S d1, const S
     }
   }
   if (dp < S(0)) {  // impossible: slip that lasts has a positive slope (d . K d > 0)
-    path.done = path.failed = true;
+    path.cap(std::numeric_limits<S>::infinity());
+    path.done = true;
     return;
   }
   path.work += vn * dp + slope * dp * dp / S(2);
@@ -195,8 +203,10 @@ template <class S> void integrate_turning_slip(SlipState<S>& path) {
     path.work = to.z[3];
     size = asked + real::abs(to.z[0]) + real::abs(to.z[1]) + real::abs(to.z[2]);
   };
-  for (int steps = 0; steps < 4000; ++steps) {
-    S error{};
+  constexpr int max_steps = 4000;
+  S error{};
+  for (int steps = 0; steps < max_steps; ++steps) {
+    ++path.solve.iterations;
     Turn<S> next = turn_step(path, at, h, error);
     if (!(error <= tolerance * size)) {
       h = h / S(2);
@@ -226,7 +236,8 @@ template <class S> void integrate_turning_slip(SlipState<S>& path) {
     const S s[2] = {path.u(0) / speed, path.u(1) / speed};
     if (keeps_direction(path, s)) return;
   }
-  path.done = path.failed = true;
+  path.cap(error / size);
+  path.done = true;
 }
 
 }  // namespace
@@ -235,7 +246,8 @@ template <class S> SlipPath<S> slip_path(const ImpactLaw<S>& law, const S (&K)[3
   SlipState<S> path{law, K, u0};
   const S mu = law.friction;
   path.stopped = u0[0] == S(0) && u0[1] == S(0);
-  for (int segment = 0; segment < 64 && !path.done; ++segment) {
+  constexpr int max_segments = 64;
+  for (int segment = 0; segment < max_segments && !path.done; ++segment) {
     const S speed = path.speed();
     if (!path.stopped && speed > S(0)) {
       const S s[2] = {path.u(0) / speed, path.u(1) / speed};
@@ -249,11 +261,14 @@ template <class S> SlipPath<S> slip_path(const ImpactLaw<S>& law, const S (&K)[3
       advance_straight(path, f[0], f[1], static_cast<const S*>(nullptr));
     } else {
       S s[2];
-      if (!onset_direction(K, mu, s)) path.failed = true;
+      const BracketedRoot<S> onset = onset_direction(K, mu, s);
+      path.solve.iterations += onset.evaluations;
+      if (!onset.converged) path.cap(onset.high - onset.low);
       advance_straight(path, -mu * s[0], -mu * s[1], static_cast<const S*>(nullptr));
     }
   }
-  return {{path.J[0], path.J[1], path.J[2]}, path.done && !path.failed};
+  if (!path.done) path.cap(std::numeric_limits<S>::infinity());
+  return {{path.J[0], path.J[1], path.J[2]}, path.solve};
 }
 
 template SlipPath<float> slip_path<float>(const ImpactLaw<float>&, const float (&)[3][3], const float (&)[3]);

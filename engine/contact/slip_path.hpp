@@ -11,14 +11,17 @@
 #pragma once
 
 #include "contact/impulse.hpp"
+#include "protocol/solver_report.hpp"
 
 namespace atwood {
 
-// The impulse on b of the whole impact along t1, t2, n, for u0[2] < 0; or u0[2] = 0 where friction presses the point on
-// (impulse.hpp, collide_without_approach). converged: false if an iteration along the path did not converge.
+// The impulse on b of the whole impact along t1, t2, n, for u0[2] < 0; or u0[2] = 0 for an impact without collision
+// (impulse.hpp, collide_without_approach). solve: steps of turning slip and evaluations of its onset's direction;
+// capped if one of them did not converge. Residual: error of the last step over the impulse; of a direction, the width
+// of its bracket over the bracket it was sought in; infinity where the path has no end.
 template <class S> struct SlipPath {
   S impulse_N_s[3];
-  bool converged = true;
+  SolveReport solve;
 };
 
 template <class S> SlipPath<S> slip_path(const ImpactLaw<S>& law, const S (&K_per_kg)[3][3], const S (&u0_m_per_s)[3]);

@@ -12,13 +12,13 @@ std::vector<Setting> setting_table() {
       {"solver",
        std::string("auto"),
        {one_of({"auto", "sequential", "direct"}),
-        "Solver of an island's contacts: projected Gauss-Seidel sweeps, Newton's method on all of them, or by their "
-        "number."}},
+        "Solver of an island's contacts: projected Gauss-Seidel sweeps (sequential), Newton's method on all of them (direct), or "
+        "one of the two, by the number of points (auto)."}},
       {"direct_points",
        std::int64_t(standard.direct_points),
        {between(1, 1000),
-        "Most contact points of an island that is solved directly: direct refuses larger ones, auto sweeps them, and scenes in "
-        "motion of more than 32 points."}},
+        "Largest number of contact points of an island that is solved directly. With solver=direct a larger island ends the "
+        "run; with auto it is solved by sweeps, and so are scenes in motion with more than 32 points."}},
       {"substeps",
        std::int64_t(standard.substeps),
        {between(0, 1000), "Substeps of a step; 0: at least 4, none longer than 1/480 s."}},
@@ -26,12 +26,12 @@ std::vector<Setting> setting_table() {
       {"rest_sweeps",
        std::int64_t(standard.rest_sweeps),
        {between(0, 100000),
-        "Most velocity sweeps of a substep at rest (at most 1000 pairs, no body faster than the velocity that gravity adds in "
+        "Maximum number of velocity sweeps of a substep at rest (at most 1000 pairs, no body faster than the velocity that gravity adds in "
         "a substep); they end when the velocities converge."}},
       {"broad_phase", std::string("tree"), {one_of(broad_phase_names()), "Algorithm that finds pairs of near bodies."}},
       {"correction",
        standard.correction,
-       {between(0, 1), "Share of the overlap that a substep takes away, in the positions alone."}},
+       {between(0, 1), "Fraction of the overlap that a substep removes, by moving only positions."}},
       {"restitution", std::string("newton"), {one_of({"newton", "poisson", "stronge"}), "Law of restitution."}},
       {"warm_start", standard.warm_start, {{}, "The sweeps begin with the impulses of the substep before."}},
       {"threads", std::int64_t(standard.threads), {between(1, 256), "Threads that share a step."}},

@@ -96,14 +96,12 @@ Result<std::unique_ptr<Stepper<S>>> make_kick_drift(const std::string& scheme, P
                                                     const Lattice& lattice, bool compensated) {
   const Composition* composition = composition_of(scheme);
   if (composition == nullptr)
-    return Fault{Blame::input, "atwood/" + scheme + " is not a kick-drift method (leapfrog or a composition of it)"};
-  if (const std::string why = particles.not_separable(); !why.empty())
-    return Fault{Blame::engine, "atwood/" + scheme + " " + why};
+    return Fault{"atwood/" + scheme + " is not a kick-drift method (leapfrog or a composition of it)"};
+  if (const std::string why = particles.not_separable(); !why.empty()) return Fault{"atwood/" + scheme + " " + why};
   const std::vector<Substep> substeps = composition->substeps();
   if (lattice.position_m > 0 && !is_symmetric(substeps))
-    return Fault{Blame::engine, "atwood/" + scheme + " is not symmetric; reversible=true requires a symmetric method"};
-  if (lattice.position_m > 0 && compensated)
-    return Fault{Blame::input, "reversible=true and compensated=true exclude each other"};
+    return Fault{"atwood/" + scheme + " is not symmetric; reversible=true requires a symmetric method"};
+  if (lattice.position_m > 0 && compensated) return Fault{"reversible=true and compensated=true exclude each other"};
   return std::unique_ptr<Stepper<S>>(std::make_unique<ParticleKickDrift<S>>(particles, substeps, lattice, compensated));
 }
 

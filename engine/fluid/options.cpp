@@ -88,7 +88,7 @@ MethodInfo polynomial_info() {
       "energy-budget where nothing is viscous). Particles are shifted towards even spacing and the fields take the fluxes of that motion; a "
       "filter, a term of its own, damps noise on the scale of the spacing. Order in time: the method's own, at most that "
       "of the kernel. A run ends where a neighbourhood does not determine its polynomial; the message has the condition "
-      "number (degree 4 does so on a perfect lattice that is then strained). Breaking surfaces end it too. Equal steps beyond the "
+      "number (this happens with degree 4 on a perfect lattice under strain). A breaking free surface also ends the run. Equal steps beyond the "
       "limit of the start's fastest modes (Arnoldi's method) are refused with the limit.";
   info.source =
       "Lancaster, Salkauskas, Math. Comp. 37 (1981) 141; Liszka, Orkisz, Computers & Structures 11 (1980) 83; Lind et "

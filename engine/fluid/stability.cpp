@@ -141,7 +141,8 @@ bool stable(const std::string& scheme, const Settings& overrides, const std::vec
   return true;
 }
 
-// The largest step up to which is_stable(h_s) holds. `fastest`: rate of the fastest mode [1/s].
+// The largest step up to which is_stable(h_s) holds, to 2^-20 of a bracket of a factor of 1.5: a fixed number of
+// halvings. `fastest`: rate of the fastest mode [1/s].
 template <class Stable> double largest_stable(double fastest, const Stable& is_stable) {
   if (fastest == 0) return kNone;
   double low = 1e-6 / fastest, high = low;

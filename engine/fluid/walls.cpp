@@ -20,7 +20,7 @@ template <class S> struct Walls<S>::FluidLoad final : ForceTerm<S> {
 };
 
 // The terms of one wall point in the rates of one particle.
-template <class S> struct Walls<S>::Touch {
+template <class S> struct Walls<S>::WallPairTerms {
   Vec3<S> acceleration;
   S density{}, heat{};
 };
@@ -57,7 +57,7 @@ Walls<S>::Walls(const Scene& scene, const ParticleSet<S>& set, const PairSums<S>
     unsupported_ = "+sph: " + std::string(refused.what());
     return;
   }
-  lattice_beside_ = lattice_beside(sums.kernel, d, spacing, volume_);
+  half_lattice_sum_ = lattice_beside(sums.kernel, d, spacing, volume_);
   const std::size_t count = points_.size();
   x_.resize(count * d);
   u_.resize(count * d);
@@ -146,22 +146,23 @@ void Walls<S>::extrapolate(const Neighbours<S>& lists, const S* records, const S
     density_[w] = law().density(pressure_[w]);
     temperature_[w] = inverse * temperature;
     const S power = points_[w].power;
-    heating_[w] = power != S(0) && filled > S(0) ? power * smooth_step(S(3) * filled / lattice_beside_) / filled : S(0);
+    heating_[w] =
+        power != S(0) && filled > S(0) ? power * smooth_step(S(3) * filled / half_lattice_sum_) / filled : S(0);
   }
 }
 
 // The terms of docs/fluids.md, "Walls", of one particle and one point.
 template <class S>
-auto Walls<S>::touch(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int slot,
-                     int wall_slot) const -> Touch {
+auto Walls<S>::wall_pair_terms(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int slot,
+                               int wall_slot) const -> WallPairTerms {
   const Layout& at = set_.layout;
   const int d = at.dimensions, i = lists.order()[slot], w = lists.order()[wall_slot] - at.particles;
-  Touch touch;
-  if (weight_[w] == S(0)) return touch;
+  WallPairTerms terms;
+  if (weight_[w] == S(0)) return terms;
   S x[3]{}, v[3]{}, slip[3]{}, approach{}, drag_approach{}, r2 = difference(lists, records, d, slot, wall_slot, x);
-  if (beyond_support(sums_.kernel, r2)) return touch;
+  if (beyond_support(sums_.kernel, r2)) return terms;
   const S F = sums_.kernel.slope_over_distance(real::sqrt(r2));
-  if (F == S(0)) return touch;
+  if (F == S(0)) return terms;
   for (int c = 0; c < d; ++c) {
     v[c] = y[at.velocities() + i * d + c] - u_[w * d + c];
     slip[c] = y[at.velocities() + i * d + c] - (S(2) * u_[w * d + c] - slip_[w * d + c]);
@@ -186,16 +187,16 @@ auto Walls<S>::touch(const Neighbours<S>& lists, const S* records, const S* dens
       a[c] += A;
       power += A * v[c];
     }
-    if (sums_.viscous_heat) touch.heat -= power;
+    if (sums_.viscous_heat) terms.heat -= power;
   }
   if (boundary.temperature_K && at.temperature) {
     const S other = S(2) * S(*boundary.temperature_K) - temperature_[w];
-    touch.heat += per_volume * S(2) * law().conductivity * (y[at.temperatures() + i] - other);
+    terms.heat += per_volume * S(2) * law().conductivity * (y[at.temperatures() + i] - other);
   }
-  touch.density = mass() * F * approach;
-  if (heating_[w] != S(0)) touch.heat += heating_[w] * sums_.kernel.value(real::sqrt(r2)) / densities[slot];
-  touch.acceleration = {a[0], a[1], a[2]};
-  return touch;
+  terms.density = mass() * F * approach;
+  if (heating_[w] != S(0)) terms.heat += heating_[w] * sums_.kernel.value(real::sqrt(r2)) / densities[slot];
+  terms.acceleration = {a[0], a[1], a[2]};
+  return terms;
 }
 
 template <class S>
@@ -212,7 +213,7 @@ void Walls<S>::add_forces(const Neighbours<S>& lists, const S* records, const S*
       for (int n = 0; n < block.longest; ++n) {
         const int other = block.entries[n];
         if (lists.order()[other] < at.particles) continue;
-        const Touch t = touch(lists, records, densities, y, slot, other);
+        const WallPairTerms t = wall_pair_terms(lists, records, densities, y, slot, other);
         out[SumRecord::acceleration] += t.acceleration.x;
         out[SumRecord::acceleration + 1] += t.acceleration.y;
         out[SumRecord::acceleration + 2] += t.acceleration.z;
@@ -238,7 +239,7 @@ void Walls<S>::load_bodies(const Neighbours<S>& lists, const S* records, const S
     for (int n = 0; n < block.longest; ++n) {
       const int slot = block.entries[n], i = lists.order()[slot];
       if (i >= at.particles) continue;
-      force -= set_.mass[i] * touch(lists, records, densities, y, slot, wall_slot).acceleration;
+      force -= set_.mass[i] * wall_pair_terms(lists, records, densities, y, slot, wall_slot).acceleration;
     }
     loads_[point.body].force_W += force;
     if (bodies_->rotates(point.body))

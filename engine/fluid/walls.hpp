@@ -34,7 +34,7 @@ template <class S> class Walls {
                   S* sums) const;
   // Keeps what the particles exert on the bodies, for the rate of the bodies that follows.
   void load_bodies(const Neighbours<S>& lists, const S* records, const S* densities, const S* y);
-  // The name of a fixed boundary behind which a particle at x stands, deeper than a spacing; empty: none.
+  // The name of a fixed boundary that a particle at x has passed by more than one spacing; empty: none.
   std::string boundary_behind(const S* x) const;
 
  private:
@@ -43,9 +43,9 @@ template <class S> class Walls {
     Vec3<S> at;  // world of a fixed body, else its axes
     S power;     // of a given flux through the point's part of the surface
   };
-  struct Touch;  // what a wall point does to a particle
-  Touch touch(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int slot,
-              int wall_slot) const;
+  struct WallPairTerms;  // what a wall point does to a particle
+  WallPairTerms wall_pair_terms(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int slot,
+                                int wall_slot) const;
   struct FluidLoad;
 
   const Scene& scene_;
@@ -53,12 +53,12 @@ template <class S> class Walls {
   const PairSums<S>& sums_;
   RigidModel<S>* bodies_;
   std::string unsupported_;
-  S volume_{}, lattice_beside_{}, gravity_[3]{};
+  S volume_{}, half_lattice_sum_{}, gravity_[3]{};
   std::vector<Point> points_;
   std::vector<S> x_, u_;                                             // positions, velocities of the surface: d a point
   std::vector<S> weight_, slip_, pressure_, density_, temperature_;  // of the points: sum of W; v~ (d); p; rho; T~
-  std::vector<S> heating_;                                           // power of a wetted point over sum of V W
-  std::vector<Load<S>> loads_;                                       // one a body
+  std::vector<S> heating_;      // [W] heat entering through a point, divided by its sum of V W
+  std::vector<Load<S>> loads_;  // one a body
   std::int64_t flagged_build_ = -1;
   std::vector<char> near_wall_;  // one a block: some particle of it has a wall point in its list
 };

@@ -31,7 +31,10 @@ MethodInfo fixed_step(const std::string& scheme, std::map<std::string, double> c
       {{"scalar",
         std::string("double"),
         {one_of({"float", "double", "long-double", "quad"}), "Scalar type of the state; chosen by @ in the id."}},
-       {"compensated", false, {{}, "Compensated summation of the state: the round-off of each step enters the next."}},
+       {"compensated",
+        false,
+        {{},
+         "Compensated (Kahan) summation: the rounding error of each step's increment is added to the next increment."}},
        {"gravity",
         std::string("auto"),
         {one_of({"auto", "direct", "tree"}),
@@ -48,14 +51,13 @@ MethodInfo fixed_step(const std::string& scheme, std::map<std::string, double> c
         {{"projection",
           std::string("standard"),
           {one_of({"standard", "none"}),
-           "What follows a step of a mechanism with loops or ropes: positions and rates are put back onto the "
-           "constraints (standard; a symmetric method is then no longer symmetric), or nothing, and they drift off "
-           "(none)."}},
+           "After each step of a mechanism with loops or ropes, positions and rates are projected onto the constraints "
+           "(standard; a symmetric method is then no longer symmetric), or are not and drift (none)."}},
          {"coordinates",
           std::string("reduced"),
           {one_of({"reduced", "maximal"}),
-           "Of mechanisms: those of joints, which leave no gap (reduced), or of all bodies, each joint a constraint on "
-           "the accelerations (maximal)."}}});
+           "Coordinates of a mechanism: joint coordinates, in which joints have no gap (reduced), or the poses of all "
+           "bodies, with each joint a constraint on accelerations (maximal)."}}});
   return info;
 }
 
@@ -75,8 +77,12 @@ MethodInfo with_tolerance(const std::string& scheme, std::map<std::string, doubl
       atol_over_rtol(),
       {"safety", limits.safety, {between(0.01, 1), "Safety factor on the step that the error estimate allows."}},
       {"beta", limits.beta, {between(0, 1), "Exponent of the last step's error in the PI step control."}},
-      {"least_factor", limits.least, {{1e-3, 1, false, true}, "Least ratio of a step to the one before."}},
-      {"most_factor", limits.most, {{1, 1000, true, false}, "Largest ratio of a step to the one before."}}};
+      {"least_factor",
+       limits.least,
+       {{1e-3, 1, false, true}, "Smallest ratio of a step to the last one (Hairer's facmin)."}},
+      {"most_factor",
+       limits.most,
+       {{1, 1000, true, false}, "Largest ratio of a step to the last one (Hairer's facmax)."}}};
   for (Setting& setting : of_steps) setting.rule.needs_tolerance = true;
   declare_settings(info, of_steps);
   return info;
@@ -109,7 +115,7 @@ template <class S> StepperResult<S> first_of(const StepperRequest<S>& request) {
 template <class S>
 StepperResult<S> make(const std::string& scheme, System<S>& system, RigidModel<S>* model, const Settings& overrides) {
   const MethodInfo* info = find_integrator(scheme);
-  if (info == nullptr) return Fault{Blame::input, "atwood has no method `" + scheme + "`"};
+  if (info == nullptr) return Fault{"atwood has no method `" + scheme + "`"};
   const Result<Settings> settings = merged_settings(*info, overrides);
   if (!settings) return settings.fault();
   return first_of(StepperRequest<S>{scheme, system, model, *settings});

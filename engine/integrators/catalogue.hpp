@@ -15,9 +15,9 @@ namespace atwood {
 const std::vector<MethodInfo>& integrator_catalogue();
 const MethodInfo* find_integrator(const std::string& scheme);  // null: no method has that name
 
-// A stepper of `scheme` for the model, which must outlive it; never null. The input is to blame for an unknown scheme
-// or setting, and for a value outside its range; the engine where the scheme cannot keep its claim on this model
-// ("needs positions and velocities").
+// A stepper of `scheme` for the model, which must outlive it; never null. Fails for an unknown scheme or
+// setting, for a value outside its range, and where the scheme cannot keep its claim on this model ("needs positions and
+// velocities").
 template <class S>
 Result<std::unique_ptr<Stepper<S>>> make_stepper(const std::string& scheme, RigidModel<S>& model,
                                                  const Settings& overrides = {});

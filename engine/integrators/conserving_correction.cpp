@@ -184,7 +184,7 @@ template <class S> bool ProjectedRungeKutta<S>::project_orbits(S* y) {
     solvers.add(IterativeSolver::invariant_projection, all);
     if (all.ended != SolveEnd::capped) return true;
   }
-  return solvers.note(IterativeSolver::invariant_projection, satisfy(y, 1));
+  return solvers.add_unless_capped(IterativeSolver::invariant_projection, satisfy(y, 1));
 }
 
 // Reports the projection of a spin. Near a principal axis |I w|^2 is given by the energy, and is not solved for.
@@ -277,7 +277,8 @@ template <class S> bool RelaxationRungeKutta<S>::find_gamma(const S* y, S& gamma
                          : misfit_now <= S(64) * energy_round_off_ ? SolveEnd::stagnated
                                                                    : SolveEnd::capped;
   const S relative = misfit_now == S(0) ? S(0) : misfit_now / energy_round_off_ * (real::epsilon<S>() / S(2));
-  return this->system_.solvers.note(IterativeSolver::energy_relaxation, {n + 1, static_cast<double>(relative), ended});
+  return this->system_.solvers.add_unless_capped(IterativeSolver::energy_relaxation,
+                                                 {n + 1, static_cast<double>(relative), ended});
 }
 
 template <class S> bool RelaxationRungeKutta<S>::step(S t_s, S h_s, const S* y, S* y_new) {

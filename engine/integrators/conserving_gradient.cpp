@@ -76,7 +76,7 @@ template <class S> bool DiscreteGradient<S>::step(S t_s, S h_s, const S* y, S* y
   this->system_.rate(t_s, y, k_.data());
   for (int i = 0; i < size_; ++i) z_[i] = h_s * k_[i];
   solver_.solve(&rates_at, this, h_s, y, known_.data(), z_.data(), k_.data());
-  if (!this->system_.solvers.note(IterativeSolver::implicit_stages, solver_.report())) return false;
+  if (!this->system_.solvers.add_unless_capped(IterativeSolver::implicit_stages, solver_.report())) return false;
   compensation_.begin(y);
   for (int i = 0; i < size_; ++i) y_new[i] = compensation_.add(i, y[i], z_[i]);
   compensation_.end(y_new);

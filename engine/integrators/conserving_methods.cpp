@@ -59,7 +59,7 @@ template <class S> StepperResult<S> make_conserving(const StepperRequest<S>& req
     return cannot_step_mechanisms(scheme, "it keeps the energy of constant masses, and theirs depend on coordinates");
   RigidModel<S>& model = *request.model;
   if (const std::string& why = model.conservative().refusal(); !why.empty())
-    return Fault{Blame::engine, scheme + " needs an energy to keep: " + why};
+    return Fault{scheme + " needs an energy to keep: " + why};
   const bool compensated = request.flag("compensated");
   if (scheme == "average-vector-field")
     return StepperPointer<S>(std::make_unique<Gradient>(model, Gradient::Force::mean_over_segment, compensated));

@@ -33,8 +33,7 @@ const Entry entries[] = {
      "Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Norsett, Wanner I, table II.1.2"},
     {"bogacki-shampine3", &bogacki_shampine3_tableau, "Bogacki and Shampine's pair.",
      "Bogacki, Shampine, Appl. Math. Lett. 2 (1989) 321"},
-    {"rkf45", &fehlberg45_tableau,
-     "Fehlberg's pair: the order-4 solution advances the state, the order-5 one estimates its error.",
+    {"rkf45", &fehlberg45_tableau, "Fehlberg's pair.",
      "Fehlberg, NASA TR R-315 (1969), table III; Hairer, Norsett, Wanner I, table II.5.1"},
     {"cash-karp5", &cash_karp5_tableau,
      "Cash and Karp's pair of orders 5 and 4, without their solutions of lower order.",
@@ -50,8 +49,8 @@ const Entry entries[] = {
      "Verner's \"most robust\" pair of orders 6 and 5. The interpolant is not his, but derived here.",
      "Verner, Numer. Algorithms 53 (2010) 383, and the tables on his pages"},
     {"rkf78", &fehlberg78_tableau,
-     "Fehlberg's pair: the order-7 solution advances the state, the order-8 one estimates its error. The estimate is "
-     "0 where the rate depends on t only.",
+     "Fehlberg's pair. The estimate is 0 where"
+     " the rate depends on t only.",
      "Fehlberg, NASA TR R-287 (1968), table X"},
     {"verner8", &verner8_tableau,
      "Verner's \"most robust\" pair of orders 8 and 7. The interpolant is not his, but derived here.",

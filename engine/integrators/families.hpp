@@ -50,16 +50,14 @@ ATWOOD_FAMILY(constrained);           // mechanisms in maximal coordinates
 template <class S> bool without_bodies(const StepperRequest<S>& request) {
   return request.model == nullptr || request.model->bare_problem();
 }
-inline Fault cannot_step(const std::string& scheme, const std::string& why) {
-  return {Blame::engine, "atwood/" + scheme + " " + why};
-}
+inline Fault cannot_step(const std::string& scheme, const std::string& why) { return {"atwood/" + scheme + " " + why}; }
 // In the coordinates of joints accelerations depend on rates and the mass on coordinates.
 template <class S> bool has_mechanisms(const StepperRequest<S>& request) {
   return request.model != nullptr && request.model->tree() != nullptr;
 }
 // `assumes`: what the method needs that coordinates of joints do not give.
 inline Fault cannot_step_mechanisms(const std::string& scheme, const std::string& assumes) {
-  return {Blame::engine, "atwood/" + scheme + " cannot step a mechanism in joint coordinates: " + assumes};
+  return {"atwood/" + scheme + " cannot step a mechanism in joint coordinates: " + assumes};
 }
 // `needs`: "needs positions and velocities", "moves bodies".
 inline Fault cannot_step_bare(const std::string& scheme, const std::string& needs) {

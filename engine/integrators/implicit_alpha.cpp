@@ -71,7 +71,7 @@ template <class S> bool GeneralisedAlpha<S>::step(S t_s, S h_s, const S* y, S* y
   step_s_ = h_s;
   for (int i = 0; i < size_; ++i) z_[i] = af_ * h_s * rate_[i];
   solver_.solve(&rates_at, this, h_s, y, known_.data(), z_.data(), k_.data());
-  if (!this->system_.solvers.note(IterativeSolver::implicit_stages, solver_.report())) {
+  if (!this->system_.solvers.add_unless_capped(IterativeSolver::implicit_stages, solver_.report())) {
     epoch_ = -1;
     return false;
   }

@@ -17,7 +17,7 @@ const std::string gauss_attitude =
     "body axes; its length is a quadratic invariant, which the method keeps to round-off with no projection.";
 const std::string symmetric_on_loops =
     " On loops and ropes the symmetric projection keeps the order and the reversibility; quadratic invariants are kept "
-    "without it alone.";
+    "only without it.";
 
 MethodInfo gauss(const std::string& scheme, int stages, const std::string& name) {
   const int order = 2 * stages;
@@ -36,28 +36,29 @@ MethodInfo gauss(const std::string& scheme, int stages, const std::string& name)
       {{"projection",
         std::string("symmetric"),
         {one_of({"symmetric", "standard", "none"}),
-         "Of mechanisms with loops or ropes: the same multipliers move the state before and after a step so that it ends "
-         "on the constraints (symmetric; several solves a step); or positions and rates are put back onto the "
-         "constraints after a step, which then is not symmetric (standard); or nothing, and they drift off (none)."}}});
+         "Mechanisms with loops or ropes: the same multipliers move the state before and after a step so that it ends on "
+         "the constraints (symmetric; several solves a step); or positions and rates are projected onto the constraints "
+         "after a step, which then is not symmetric (standard); or they are not and drift (none)."}}});
   return info;
 }
 
 // Its default is the ordinary projection: the symmetric one takes several solves a step.
 MethodInfo trapezoid() {
-  MethodInfo info =
-      fixed_step("trapezoid", claims_in_any_coordinates(2),
-                 "y_new = y + h/2 (f(t, y) + f(t + h, y_new)); A-stable without damping at infinity. Reversible where "
-                 "nothing is normalised or projected after a step: not with quaternions, and on loops and ropes by the "
-                 "symmetric projection alone (projection=symmetric), which needs a state without quaternions." +
-                     solved_how + embedded_attitude,
-                 "Dahlquist, BIT 3 (1963) 27; Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. II.7.4");
+  MethodInfo info = fixed_step(
+      "trapezoid", claims_in_any_coordinates(2),
+      "y_new = y + h/2 (f(t, y) + f(t + h, y_new)); A-stable without damping at infinity. Reversible where "
+      "nothing is normalised or projected after a step: not with quaternions, and on loops and ropes only with "
+      "the symmetric projection (projection=symmetric), which needs a state without quaternions." +
+          solved_how + embedded_attitude,
+      "Dahlquist, BIT 3 (1963) 27; Hairer, Norsett, Wanner, Solving ODEs I (2nd ed.), eq. II.7.4");
   declare_settings(
-      info, {{"projection",
-              std::string("standard"),
-              {one_of({"standard", "symmetric", "none"}),
-               "Of mechanisms with loops or ropes: positions and rates are put back onto the constraints after a step, "
-               "which then is not symmetric (standard); or the same multipliers move the state before and after a step "
-               "so that it ends on them (symmetric; several solves a step); or nothing, and they drift off (none)."}}});
+      info,
+      {{"projection",
+        std::string("standard"),
+        {one_of({"standard", "symmetric", "none"}),
+         "Mechanisms with loops or ropes: positions and rates are projected onto the constraints after a step, which "
+         "then is not symmetric (standard); or the same multipliers move the state before and after a step so "
+         "that it ends on them (symmetric; several solves a step); or they are not and drift (none)."}}});
   return info;
 }
 

@@ -112,7 +112,7 @@ template <class S> bool ImplicitRungeKutta<S>::solve_group(Group& group, const S
     rates_at(this, group_z_.data(), group_k_.data());
   } else {
     group.solver.solve(&rates_at, this, step_s_, y, known_.data(), group_z_.data(), group_k_.data());
-    solved = this->system_.solvers.note(IterativeSolver::implicit_stages, group.solver.report());
+    solved = this->system_.solvers.add_unless_capped(IterativeSolver::implicit_stages, group.solver.report());
   }
   for (int i = 0; i < size_; ++i)
     for (int g = 0; g < n; ++g) {

@@ -34,7 +34,8 @@ bool drift(RigidModel<S>& model, FreeTop top, S direct_s, S adjoint_s, S* y, Com
     if (!turns(model, i, y)) continue;
     FreeTurn<S> turn;
     solved = free_turn(top, model.mass(i), direct_s, adjoint_s, load3(y + at + kAtBodyRate), turn) && solved;
-    if (turn.solve.iterations > 0) model.system().solvers.note(IterativeSolver::implicit_stages, turn.solve);
+    if (turn.solve.iterations > 0)
+      model.system().solvers.add_unless_capped(IterativeSolver::implicit_stages, turn.solve);
     add4(at + kAtAttitude, load4(y + at + kAtAttitude) * turn.minus_one, y, compensation);
     add3(at + kAtBodyRate, turn.dw_B, y, compensation);
   }
@@ -98,7 +99,7 @@ template <class S> bool Kicker<S>::kick(S t_s, S direct_s, S adjoint_s, S* y, Co
   };
   std::copy(y, y + model_.state_size(), middle_.begin());
   solver_.solve(kick_rate, &model_, t_s, adjoint_s, y, middle_.data());
-  const bool solved = model_.system().solvers.note(IterativeSolver::implicit_stages, solver_.report());
+  const bool solved = model_.system().solvers.add_unless_capped(IterativeSolver::implicit_stages, solver_.report());
   model_.accelerations(t_s, middle_.data(), acceleration_.data());
   add(direct_s + adjoint_s, y, compensation);
   return solved;

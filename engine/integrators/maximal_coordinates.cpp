@@ -9,13 +9,11 @@
 namespace atwood {
 
 Result<Scene> in_maximal_coordinates(const Scene& scene, const std::string& scheme) {
-  const auto none = [&](const std::string& of) {
-    return cannot_step(scheme, "has no " + of + " in the coordinates of all bodies");
-  };
+  const auto none = [&](const std::string& of) { return cannot_step(scheme, "does not support " + of); };
   Scene free = scene;
   for (Joint& joint : free.joints) {
-    if (joint.limits) return none("limits");
-    if (joint.driven_rate) return none("prescribed motion");
+    if (joint.limits) return none("joint limits");
+    if (joint.driven_rate) return none("prescribed motion of joints");
     joint.closes_loop = true;
     joint.hold.clear();
   }
@@ -188,7 +186,7 @@ template <class S> bool Rattle<S>::rattle(S t_s, S h_s, S* y) {
     for (S& value : values_) value = -value / h_s;
     constraints_.change_rates(values_, kicked_.data());
   }
-  if (!model_.system().solvers.note(IterativeSolver::implicit_stages, report)) return false;
+  if (!model_.system().solvers.add_unless_capped(IterativeSolver::implicit_stages, report)) return false;
   kick(t_s + h_s, h_s / S(2), y);
   constraints_.factor_at(y);
   constraints_.rates(y, b_);

@@ -95,7 +95,7 @@ template <class S> bool Multistep<S>::multistep(S t_s, S h_s, const S* y, S* y_n
     y_start_ = y;
     end_s_ = t_s + h_s;
     solver_.solve(&rates_at, this, h_s, y, known_.data(), z_.data(), k_.data());
-    if (!this->system_.solvers.note(IterativeSolver::implicit_stages, solver_.report())) return false;
+    if (!this->system_.solvers.add_unless_capped(IterativeSolver::implicit_stages, solver_.report())) return false;
   } else {
     combine(increment_, rate_, h_s, z_);
   }

@@ -222,7 +222,7 @@ template <class S> bool Radau15<S>::iterate(S h_s, bool predicted) {
     if (blind) measure_scales(lanes_of(rate_));  // the scales need rates, which exist from here on
   }
   contraction_ = end.contraction;
-  return this->system_.solvers.note(IterativeSolver::implicit_stages, end.report());
+  return this->system_.solvers.add_unless_capped(IterativeSolver::implicit_stages, end.report());
 }
 
 template <class S> void Radau15<S>::finish(S h_s, const S* y, S* y_new) {
@@ -330,7 +330,7 @@ template <class S> bool Radau15<S>::step_fused(S h_s, const S* y, S* y_new, Reco
                          .contraction = contraction_};
     step_gravitating_bodies(width_, *bodies_, step);
     this->system_.evaluations += kNodes * step.report.iterations;
-    if (!this->system_.solvers.note(IterativeSolver::implicit_stages, step.report)) {
+    if (!this->system_.solvers.add_unless_capped(IterativeSolver::implicit_stages, step.report)) {
       record.valid = false;  // it has lost its remainders
       return false;
     }

@@ -200,11 +200,12 @@ template <class S> void ExplicitRungeKutta<S>::dense(S theta, S* y_at) {
   for (int i = 0; i < size_; ++i) {
     const S rise = this->y_new_[i] - this->y_[i];
     const S bend = h * first[i] - rise;
-    const S twist = rise - h * last[i] - bend;
+    const S third_difference = rise - h * last[i] - bend;
     S inner = S(0);
     for (int n = dense_rows_ - 1; n >= 0; --n)
       inner = h * sum(dense_row_[n], i) + (n % 2 == 0 ? theta : one_minus_theta) * inner;
-    y_at[i] = this->y_[i] + theta * (rise + one_minus_theta * (bend + theta * (twist + one_minus_theta * inner)));
+    y_at[i] =
+        this->y_[i] + theta * (rise + one_minus_theta * (bend + theta * (third_difference + one_minus_theta * inner)));
   }
   this->system_.project(y_at);
 }

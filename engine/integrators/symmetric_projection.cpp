@@ -49,7 +49,7 @@ template <class S> bool SymmetricProjection<S>::find_multipliers(S t_s, S h_s, c
       best = n == 1 ? misfit : real::min(best, misfit);
       continue;
     }
-    return this->system_.solvers.note(IterativeSolver::invariant_projection, report);
+    return this->system_.solvers.add_unless_capped(IterativeSolver::invariant_projection, report);
   }
 }
 

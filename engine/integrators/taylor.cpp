@@ -1,16 +1,18 @@
+// Taylor series of arbitrary order: the coefficients of the motion by recurrences on the force laws (Jorba, Zou, Exp.
+// Math. 14 (2005) 99), summed by Horner's scheme.
 #include "integrators/taylor.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include "math/elementary.hpp"
 
 #include "integrators/taylor_series.hpp"
+#include "math/elementary.hpp"
 
 namespace atwood {
 namespace {
 
-constexpr int kKinds = 4;
+constexpr int kKinds = 4;  // position, velocity, attitude, body rate
 
 template <class S> Vec3<S> times(const Vec3<S> (&row)[3], const S* v_at) {
   const Vec3<S> v = load3(v_at);
@@ -324,8 +326,8 @@ template <class S> StepperResult<S> make_taylor(const StepperRequest<S>& request
   const std::string& refusal = request.model->series_forces().refusal;
   if (!refusal.empty()) return cannot_step("taylor", "has no power series for " + refusal);
   if (order == 1)
-    return Fault{Blame::input, "atwood/taylor: `order` is `1`; expected 0 (chosen by the tolerance) or 2 to " +
-                                   std::to_string(kTaylorMaxOrder)};
+    return Fault{"atwood/taylor: `order` is `1`; expected 0 (chosen by the tolerance) or 2 to " +
+                 std::to_string(kTaylorMaxOrder)};
   return StepperPointer<S>(
       std::make_unique<Taylor<S>>(*request.model, TaylorOptions{static_cast<int>(order), request.flag("compensated")}));
 }

@@ -335,6 +335,9 @@ template <class S> void Constraints<S>::start(const S* y) {
   fault_.clear();
 }
 
+// A start may lie at a singular configuration, where the constraints have a lower rank than around it. A few random
+// configurations nearby are tried; where none has a higher rank, or none can be reached, the rows chosen at the start
+// stay.
 template <class S> void Constraints<S>::choose_rows_nearby(const S* y) {
   constexpr int tries = 3;
   std::vector<S> beside(trial_.size()), z;

@@ -19,11 +19,11 @@ template <class S> S carlson_rc_above_one(S e) {
   return sum;
 }
 
-// Each duplication divides the deviations from the mean by four: 100 settle any finite arguments.
+// Each duplication divides the deviations from the mean by four: 100 are enough for any finite arguments.
 constexpr int kMaxDuplications = 100;
 
 // The series in the deviations from the mean leave out terms of the sixth power and above.
-template <class S> bool settled(S deviation) {
+template <class S> bool small_enough(S deviation) {
   const S square = deviation * deviation;
   return square * square * square < real::epsilon<S>() / S(4);
 }
@@ -35,7 +35,7 @@ template <class S> S carlson_rf(S x, S y, S z) {
   for (int i = 0; i < kMaxDuplications; ++i) {
     const S mean = (x + y + z) / S(3);
     const S X = (mean - x) / mean, Y = (mean - y) / mean, Z = -(X + Y);
-    if (settled(real::max(real::abs(X), real::max(real::abs(Y), real::abs(Z))))) {
+    if (small_enough(real::max(real::abs(X), real::max(real::abs(Y), real::abs(Z))))) {
       const S e2 = X * Y - Z * Z, e3 = X * Y * Z;
       return (S(1) - e2 / S(10) + e3 / S(14) + e2 * e2 / S(24) - S(3) * e2 * e3 / S(44)) / real::sqrt(mean);
     }
@@ -55,7 +55,7 @@ template <class S> S carlson_rj(S x, S y, S z, S p) {
   for (int i = 0; i < kMaxDuplications; ++i) {
     const S mean = (x + y + z + S(2) * p) / S(5);
     const S X = (mean - x) / mean, Y = (mean - y) / mean, Z = (mean - z) / mean, P = -(X + Y + Z) / S(2);
-    if (settled(real::max(real::max(real::abs(X), real::abs(Y)), real::max(real::abs(Z), real::abs(P))))) {
+    if (small_enough(real::max(real::max(real::abs(X), real::abs(Y)), real::max(real::abs(Z), real::abs(P))))) {
       const S xyz = X * Y * Z, e2 = X * Y + X * Z + Y * Z - S(3) * P * P, e3 = xyz + S(2) * e2 * P + S(4) * P * P * P;
       const S e4 = (S(2) * xyz + e2 * P + S(3) * P * P * P) * P, e5 = xyz * P * P;
       const S series = S(1) - S(3) * e2 / S(14) + e3 / S(6) + S(9) * e2 * e2 / S(88) - S(3) * e4 / S(22) -
@@ -75,17 +75,19 @@ template <class S> S carlson_rj(S x, S y, S z, S p) {
   return std::numeric_limits<S>::quiet_NaN();
 }
 
-// a, b <- (a + b) / 2, sqrt(a b) from 1, k', until they are one number: K = pi / (2 a).
+// a, b <- (a + b) / 2, sqrt(a b) from 1, k', until they are one number: K = pi / (2 a). NaN after kMaxLevels, which
+// only k' = 0 needs: K is then infinite.
 template <class S> JacobiFunctions<S>::JacobiFunctions(S complement) {
   a_[0] = S(1);
   b_[0] = real::sqrt(complement);
-  for (bool apart = true; apart && levels_ < kMaxLevels - 1; ++levels_) {
+  bool differ = true;
+  for (; differ && levels_ < kMaxLevels - 1; ++levels_) {
     const S a = a_[levels_], b = b_[levels_];
     a_[levels_ + 1] = (a + b) / S(2);
     b_[levels_ + 1] = real::sqrt(a * b);
-    apart = (a - b) * (a - b) > real::epsilon<S>() * a * b;
+    differ = (a - b) * (a - b) > real::epsilon<S>() * a * b;
   }
-  quarter_ = real::atan2(S(1), S(0)) / a_[levels_];
+  quarter_ = differ ? std::numeric_limits<S>::quiet_NaN() : real::atan2(S(1), S(0)) / a_[levels_];
 }
 
 // Descending Landen (Gauss) transformation, DLMF 22.7(i), from the circular functions of a_N u upwards. Written in

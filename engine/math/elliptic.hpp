@@ -10,7 +10,8 @@ namespace atwood {
 template <class S> S carlson_rf(S x, S y, S z);
 template <class S> S carlson_rj(S x, S y, S z, S p);
 
-// sn, cn, dn of a modulus given by its complement k'^2 = 1 - k^2 in (0, 1], so that k near 1 keeps its digits.
+// sn, cn, dn of a modulus given by its complement k'^2 = 1 - k^2 in (0, 1], so that k near 1 keeps its digits. NaN for
+// k'^2 = 0, where the functions have no period.
 template <class S> class JacobiFunctions {
  public:
   explicit JacobiFunctions(S complement);

@@ -20,19 +20,20 @@ inline std::vector<BodySample> samples_of(const std::vector<Body>& bodies) {
   return samples;
 }
 
-// `make()` builds the world of a pass, `step(world, h_s)` takes one step of it, `look(world)` gives its bodies in the
-// order of the scene. The accuracy pass (repeats = 0) looks at t = 0 and wherever the plan has a sample. A timed pass
-// does not look, and measures the steps alone.
-template <class Make, class Step, class Look>
+// `make()` builds the world of a pass, `step(world, h_s)` takes one step of it, `sample(world)` gives its bodies in the
+// order of the scene. The accuracy pass (repeats = 0) samples at t = 0 and wherever the plan has a sample. A timed pass
+// takes no samples, and measures only the steps.
+template <class Make, class Step, class Sampler>
 Outcome equal_steps(const Plan& plan, const Observer& observer, int repeats, const Make& make, const Step& step,
-                    const Look& look) {
+                    const Sampler& sample) {
   const double h_s = plan.t_end_s / static_cast<double>(plan.steps);
-  const bool looks = repeats == 0 && observer.sample != nullptr;
+  const bool samples_wanted = repeats == 0 && observer.sample != nullptr;
   return timed_passes(repeats, [&](std::chrono::nanoseconds& busy) {
     auto world = make();
     const auto start = std::chrono::steady_clock::now();
     for (std::int64_t n = 0; n <= plan.steps; ++n) {
-      if (looks && n % (plan.steps / plan.samples) == 0) observer.sample({step_begin_s<Wide>(plan, n), look(world)});
+      if (samples_wanted && n % (plan.steps / plan.samples) == 0)
+        observer.sample({step_begin_s<Wide>(plan, n), sample(world)});
       if (n < plan.steps) step(world, h_s);
     }
     busy = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start);

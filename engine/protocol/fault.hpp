@@ -1,4 +1,4 @@
-// What went wrong, and whose part it is to change something: errors as values.
+// What went wrong: errors as values.
 #pragma once
 
 #include <string>
@@ -7,13 +7,8 @@
 
 namespace atwood {
 
-// input: what the user wrote (an id, a setting). scene: what the scene asks for contradicts itself or is out of
-// range. engine: the request is sound, and the engine does not provide it.
-enum class Blame : unsigned char { input, scene, engine };
-
 struct Fault {
-  Blame blame = Blame::engine;
-  std::string reason;  // a sentence that names what was found and what was expected
+  std::string reason;  // a sentence that names what was found (a setting, a key of the scene) and what was expected
 };
 
 // A value, or why there is none.

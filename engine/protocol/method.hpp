@@ -37,7 +37,7 @@ struct MethodInfo {
 };
 // Settings of a method from their table: defaults and rules; replaces those of the same names.
 void declare_settings(MethodInfo& info, const std::vector<Setting>& table);
-// The method's settings with `overrides` over them. The input is to blame for an unknown name, a value of another type
+// The method's settings with `overrides` over them. Fails for an unknown name, a value of another type
 // or one outside its range.
 Result<Settings> merged_settings(const MethodInfo& info, const Settings& overrides);
 

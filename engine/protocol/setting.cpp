@@ -85,8 +85,7 @@ Result<SettingValue> checked_value(const std::string& owner, const std::string& 
                                    const SettingRule* rule, const SettingValue& value) {
   const SettingRange range = rule != nullptr ? rule->range : SettingRange{};
   const auto fault = [&] {
-    return Fault{Blame::input,
-                 owner + ": `" + name + "` is `" + value_words(value) + "`; expected " + range_words(standard, range)};
+    return Fault{owner + ": `" + name + "` is `" + value_words(value) + "`; expected " + range_words(standard, range)};
   };
   SettingValue taken = value;
   if (std::holds_alternative<double>(standard) && std::holds_alternative<std::int64_t>(value))
@@ -112,11 +111,10 @@ Result<Settings> merged_settings(const MethodInfo& info, const Settings& overrid
   Settings merged = info.settings;
   for (const auto& [name, value] : overrides) {
     const auto known = merged.find(name);
-    if (known == merged.end())
-      return Fault{Blame::input, info.id + " has no setting `" + name + "`; expected " + changeable(info)};
+    if (known == merged.end()) return Fault{info.id + " has no setting `" + name + "`; expected " + changeable(info)};
     if (name == "scalar")
-      return Fault{Blame::input, info.id + ": `scalar` is not set in braces; expected it behind @, as in " + info.id +
-                                     "@" + value_words(value)};
+      return Fault{info.id + ": `scalar` is not set in braces; expected it behind @, as in " + info.id + "@" +
+                   value_words(value)};
     const auto rule = info.rules.find(name);
     const Result<SettingValue> taken =
         checked_value(info.id, name, known->second, rule == info.rules.end() ? nullptr : &rule->second, value);

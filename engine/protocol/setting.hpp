@@ -45,9 +45,8 @@ struct Setting {
 std::string range_words(const SettingValue& standard, const SettingRange& range);
 std::string value_words(const SettingValue& value);  // as an id writes it
 
-// `value` as the setting takes it: a whole number where a real one is expected becomes one. A value of another type or
-// outside the range is the input's fault. `owner`: "atwood/rk4", "+impulse". `rule` may be null: the type alone is
-// checked.
+// `value` as the setting takes it: a whole number where a real one is expected becomes one. Fails for a value of
+// another type or outside the range. `owner`: "atwood/rk4", "+impulse". `rule` may be null: the type alone is checked.
 Result<SettingValue> checked_value(const std::string& owner, const std::string& name, const SettingValue& standard,
                                    const SettingRule* rule, const SettingValue& value);
 

@@ -14,7 +14,7 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
       {"invariant-projection",
        "three projections, by Newton's method. Onto the invariants of a projected step; converged: half an ulp; "
        "stagnated: the misfit no longer halves and is below 64 ulp; capped with four invariants: the step keeps the "
-       "energy alone. Onto the constraints of a mechanism, the positions nearest in the metric of its mass matrix at "
+       "energy only. Onto the constraints of a mechanism, the positions nearest in the metric of its mass matrix at "
        "which loops are closed and ropes have their lengths; converged: 16 roundings of the lengths in a constraint, of 1 "
        "for an angle (0 iterations: met already); stagnated: the misfit no longer halves and is below 4096 roundings, or, "
        "of planar loops, a last step opened gaps beyond the tolerance and was taken back. Symmetric projection, its "
@@ -29,8 +29,9 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "contact impulses of a substep, by projected Gauss-Seidel: `iterations` sweeps, with joints at least 30, and at "
        "rest up to `rest_sweeps`; converged: the last sweep changed velocities by at most 1e-10 of the scale. Bodies in "
        "motion are not swept to convergence, so most of their solves end capped. Measured in every substep at rest, else "
-       "in the last substep of each step. Where 20 alternations of contact and joint solves did not satisfy both, they "
-       "count as one more solve, of 20 iterations",
+       "in the last substep of each step. With joints, contacts and joints are solved in turn. Where 20 turns of the direct solver did not satisfy both, they "
+       "count as one more solve, of 20 iterations; with sweeps, which include the joints, there are two turns at most, and "
+       "what the second leaves is not measured",
        "largest change of a body's velocity, or of its angular velocity times its bounding radius, in the last "
        "sweep (or alternation), over the largest such velocity or what gravity gives in the substep, whichever is "
        "larger"},
@@ -47,13 +48,16 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "fastest approach that was left over the fastest that was resolved"},
       {"impact-time",
        "the instant of an impact of shapes that turn, by Newton's method on the gap; converged: 16 roundings of the "
-       "smaller body; not counted where the instant lies outside the substep: its velocity solver then stops this "
-       "approach",
+       "smaller body; capped also where an iterate fell before the impacts that are resolved already: the impact then "
+       "takes place at the last of these. Not counted where the instant lies after the substep, whose velocity solver then "
+       "stops this approach, or where the shapes overlap at the last resolved impact already",
        "gap over the bounding radius of the smaller body"},
       {"slip-path",
        "the slip during one impact with friction, whose direction turns, by an adaptive method along the normal impulse, "
-       "and the couple against rolling; counted where one of them did not converge",
-       "not measured"},
+       "and the couple against rolling, by alternating with friction; counted where one of them did not converge",
+       "error of the last step over the impulse; of the direction at an onset of slip, the width of its bracket over that "
+       "of the first bracket; against rolling, the last change of the couple over the couple; infinity where the slip's "
+       "path has no end"},
       {"simultaneous-impacts",
        "impulses of all points of an instant, by projected Gauss-Seidel, then by Newton's method; converged: the last "
        "sweep changed them by at most four roundings; stagnated: Newton's method left at most 64",
@@ -82,7 +86,7 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos() {
        "contact, where 200 iterations left it capped",
        "upper bound of the distance minus its lower bound, over the shapes' extent"},
       {"expanding-polytope",
-       "the direction of least overlap of two convex shapes; converged: known to 64 roundings of their extent, or "
+       "the direction of least overlap of two convex shapes, `iterations` being points of the polytope; converged: known to 64 roundings of their extent, or "
        "every axis of two polyhedra tried; capped: found by Newton's method from many directions, not certified",
        "overlap along the direction found minus the certified lower bound of the overlap, over the shapes' extent"},
       {"conservative-advancement",

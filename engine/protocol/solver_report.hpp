@@ -79,8 +79,8 @@ const std::array<SolverInfo, kIterativeSolvers>& solver_infos();
 
 // The solves of one run, kept beside the system of equations.
 //
-// A step that may be refused and taken again shorter reports by note(): a capped solve is held back then, because its
-// result is thrown away, and counted by keep_capped() if the run ends because of it.
+// A step that may be refused and taken again shorter reports by add_unless_capped(): a capped solve is held back then,
+// because its result is thrown away, and counted by keep_capped() if the run ends because of it.
 struct SolverTallies {
   std::array<SolveTally, kIterativeSolvers> of{};
   SolveReport refused{};  // iterations 0: none
@@ -88,7 +88,7 @@ struct SolverTallies {
 
   void add(IterativeSolver solver, const SolveReport& report) { of[static_cast<std::size_t>(solver)].add(report); }
   // False: capped.
-  bool note(IterativeSolver solver, const SolveReport& report) {
+  bool add_unless_capped(IterativeSolver solver, const SolveReport& report) {
     if (report.ended == SolveEnd::capped) {
       refused = report;
       refused_of = solver;

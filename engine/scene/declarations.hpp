@@ -28,10 +28,9 @@ struct BodyDraft : Body {
 
 // Coefficients left out follow from the combination rule.
 struct ContactDraft {
-  Value between_at;
   int a = 0, b = 0;
   std::optional<double> restitution, friction, rolling_friction_m;
-  PairLaw compliance;  // its contact law and that law's numbers alone
+  PairLaw compliance;  // only its contact law and that law's numbers
 };
 
 const Keys<Material>& material_keys();

@@ -174,7 +174,7 @@ void read_driven(Reading& r, const Value& table, JointDraft& joint) {
   if (const Value* given = table.find(rate); given && joint.rates[0] != *joint.driven_rate)
     fail(r, given->location,
          std::string("`") + rate + "` in " + r.where + " is " + describe(*given) + " beside a driven rate of " +
-             describe(Value(*joint.driven_rate)) + "; expected the driven rate alone");
+             describe(Value(*joint.driven_rate)) + "; expected only the driven rate");
   joint.rates[0] = *joint.driven_rate;
 }
 

@@ -115,7 +115,7 @@ JointSpring read_spring(Reading& r, const Value& table) {
       if (const Value* given = table.find(name))
         fail(r, given->location,
              std::string("`") + name + "` in " + r.where + " is given for the ball joint `" + joint.name +
-                 "`, which has no angle; expected damping_N_m_s_per_rad alone");
+                 "`, which has no angle; expected only damping_N_m_s_per_rad");
   const bool offset = is_offset(joint, spring.coordinate);
   if (r.form == Form::file && !table.find(offset ? "stiffness_N_per_m" : "stiffness_N_m_per_rad") &&
       !table.find(offset ? "damping_N_s_per_m" : "damping_N_m_s_per_rad"))

@@ -132,7 +132,7 @@ void check_placed_bodies(Reading& r, const FileDraft& draft, const std::vector<i
         fail(r, given->location,
              std::string("`") + key + "` in [[body]] `" + *name->text() + "` is given beside the joint `" +
                  r.scene->joints[static_cast<std::size_t>(joint)].name +
-                 "`, which places it; expected the joint's coordinates and rates alone");
+                 "`, which places it; expected only the joint's coordinates and rates");
   });
   for (const auto& [name, copies] : r.grids)
     for (int body = copies.first; body < copies.first + copies.count; ++body)

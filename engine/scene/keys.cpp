@@ -219,7 +219,8 @@ template <std::size_t N> static Codec<std::array<double, N>> unit(const char* wh
     const std::string found = "`" + r.key + "` in " + r.where + " has length " + describe(Value(length));
     if (!(std::abs(length - 1) <= (of_file ? 1e-3 : 1e-9)))
       fail(r, v.location,
-           found + "; expected " + what + " of length 1 (within " + (of_file ? "1e-3, which is normalised)" : "1e-9)"));
+           found + "; expected " + what + " of length 1 " +
+               (of_file ? "(a deviation up to 1e-3 is normalised)" : "(within 1e-9)"));
     if (!of_file) return;
     for (double& x : out) x /= length;
     if (std::abs(length - 1) > 1e-9) r.notes.push_back(location_text(r, v.location) + found + "; it was normalised");

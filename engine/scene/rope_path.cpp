@@ -49,10 +49,7 @@ std::string rope_path(const Rope& rope, const std::array<Vector, 2>& ends_m, Rop
                     : "has no length between " + a.name + " and " + b.name + "; expected points apart");
     const Real length = sqrtq(square - k * k);
     const Vector direction = (1 / square) * (length * apart + k * cross(apart, axis));
-    const Vector side = turns ? cross(direction, axis) : Vector{};
     out.directions.push_back(direction);
-    out.begins_m.push_back(a.center + a.radius * side);
-    out.ends_m.push_back(b.center + (a.radius > 0 ? sense * b.radius : b.radius) * side);
   }
   return "";
 }

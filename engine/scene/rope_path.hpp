@@ -9,11 +9,10 @@
 
 namespace atwood {
 
-// Unit vectors along the straight parts in the order from the first body to the last, and where each part begins and
-// ends: at the ends of the rope and where it touches the pulleys. With points p, q of the two bodies the length of the
-// rope changes by -directions.front() . p' + directions.back() . q'.
+// Unit vectors along the straight parts in the order from the first body to the last. With points p, q of the two
+// bodies the length of the rope changes by -directions.front() . p' + directions.back() . q'.
 struct RopePath {
-  std::vector<quad::Vector> directions, begins_m, ends_m;
+  std::vector<quad::Vector> directions;
 };
 
 // Between nodes with centres a and b, radii and senses, the part of direction d and length L satisfies

@@ -208,7 +208,6 @@ std::vector<Key<FileDraft>> parts() {
   world.schema = object_schema(world_keys(), Form::file);
   world.read = [](Reading& r, const Value& v, FileDraft& out) {
     within(r, "[world]", [&] { read_table(r, v, world_keys(), {}, out.scenario.scene); });
-    out.has_world = true;
   };
   // Not kept: reports read it from the file (named_metric.hpp).
   Key<FileDraft> metric;
@@ -388,7 +387,7 @@ void add_body(Reading& r, SourceLocation location, Body body) {
              " points, triangles and boxes together; expected fewer");
   const auto index = static_cast<int>(r.scene->bodies.size());
   if (!r.bodies.emplace(body.name, index).second)
-    fail(r, location, "found the name `" + body.name + "` a second time in " + r.where + "; expected each name once");
+    fail(r, location, "two [[body]] tables have the name `" + body.name + "`; expected unique names");
   r.scene->bodies.push_back(std::move(body));
 }
 

@@ -11,7 +11,6 @@ struct FileDraft {
   const Value *run = nullptr, *material = nullptr, *contact = nullptr, *body = nullptr, *grid = nullptr,
               *force = nullptr, *joint = nullptr, *rope = nullptr, *domain = nullptr, *fluid = nullptr,
               *fluid_boundary = nullptr, *probe = nullptr;
-  bool has_world = false;
   std::optional<Real3> initial_state;
 };
 

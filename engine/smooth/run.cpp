@@ -278,10 +278,9 @@ template <class S> void march_adaptively(Run<S>& run, const Tolerance<S>& tolera
 
 std::optional<Fault> plan_fault(const MethodId& id, const Plan& plan) {
   if (!(plan.t_end_s > 0) || plan.steps < 1 || plan.samples < 1)
-    return Fault{Blame::input, "a run needs t_end_s, steps and samples above 0"};
-  if (!id.rtol && plan.steps % plan.samples != 0)
-    return Fault{Blame::input, "samples must divide the number of equal steps"};
-  if (id.rtol && !(*id.rtol > 0)) return Fault{Blame::input, "a tolerance must be above 0"};
+    return Fault{"a run needs t_end_s, steps and samples above 0"};
+  if (!id.rtol && plan.steps % plan.samples != 0) return Fault{"samples must divide the number of equal steps"};
+  if (id.rtol && !(*id.rtol > 0)) return Fault{"a tolerance must be above 0"};
   return {};
 }
 
@@ -289,9 +288,8 @@ template <class S> std::optional<Fault> tolerance_fault(const MethodId& id, cons
   const double rtol = id.rtol.value_or(0), atol = id.atol.value_or(rtol / 100);
   const double round_off = static_cast<double>(real::epsilon<S>());
   if (stepper.takes_any_tolerance() || rtol + atol >= round_off / 4) return {};
-  return Fault{Blame::input, "the tolerance " + format_double(rtol) +
-                                 " is below the round-off of the state's scalar, " + format_double(round_off) +
-                                 ": no error estimate can meet it"};
+  return Fault{"the tolerance " + format_double(rtol) + " is below the round-off of the state's scalar, " +
+               format_double(round_off) + ": no error estimate can meet it"};
 }
 
 std::string unsolved_step(const SolverTallies& solvers, double t_s) {

@@ -42,7 +42,7 @@ void observe(RigidModel<S>& model, const Plan& plan, std::int64_t k, const S* y,
 template <class S> bool healthy(const S* y, int size, S scale, S t_s, Outcome& outcome);
 template <class S> S state_scale(const S* y, int size);  // largest component, at least 1
 
-// Why a plan cannot be run, or a tolerance is none.
+// Why a plan cannot be run, or why a tolerance is invalid.
 std::optional<Fault> plan_fault(const MethodId& id, const Plan& plan);
 // Why no error estimate in the scalar S can meet the tolerance of an id. None where the method chooses its own steps.
 template <class S> std::optional<Fault> tolerance_fault(const MethodId& id, const Stepper<S>& stepper);

@@ -33,7 +33,7 @@ std::vector<Setting> settings(const Scheme& scheme) {
         printed("rate", std::string("the reference's")), stepping::rate_repeats_setting(),
         printed("sampling",
                 std::string("whole steps (equal steps), stop time at each sample (tolerance); no interpolation")),
-        printed("adaptivity", std::string("ARKODE's default controller, with a tolerance alone"))})
+        printed("adaptivity", std::string("ARKODE's default controller, used only with a tolerance"))})
     all.push_back(setting);
   if (!is_implicit(scheme)) return all;
   for (const Setting& setting :
@@ -86,7 +86,7 @@ MethodInfo info(const Scheme& scheme) {
 }
 
 Result<arkode::Options> read_options(const MethodId& id) {
-  const auto input = [](const std::string& why) { return Fault{Blame::input, why}; };
+  const auto input = [](const std::string& why) { return Fault{why}; };
   arkode::Options options;
   const auto& all = arkode::schemes();
   const auto found = std::find_if(all.begin(), all.end(),

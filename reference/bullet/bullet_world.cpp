@@ -300,7 +300,7 @@ std::vector<Setting> settings() {
       {"friction_cfm", 0.0, {between(0, 1000), "Softness of friction."}},
       {"sor", 1.0, {{0, 2, true, false}, "Over-relaxation of the sweeps."}},
       {"max_error_reduction", 20.0, {between(0, 1e6), "m_maxErrorReduction of btContactSolverInfo."}},
-      {"split_impulse", true, {{}, "Overlap is removed in positions alone."}},
+      {"split_impulse", true, {{}, "Overlap is removed only in positions."}},
       {"split_impulse_penetration_threshold_m",
        -0.04,
        {between(-1000, 1000), "Gap below which overlap is removed in positions; above it, by velocity.", "m"}},
@@ -333,14 +333,14 @@ std::vector<Setting> settings() {
   return all;
 }
 
-std::string refusal(const Scene& scene, const Settings& settings) {
+std::optional<Fault> refusal(const Scene& scene, const Settings& settings) {
   if (in_reduced_coordinates(settings)) return refused_by_multibodies(scene, settings);
-  if (const auto reason = refused_mechanism(scene); !reason.empty()) return reason;
-  if (!rivals::shapes_matter(scene)) return "";
+  if (const auto reason = refused_mechanism(scene); !reason.empty()) return Fault{reason};
+  if (!rivals::shapes_matter(scene)) return {};
   for (const auto& body : scene.bodies) {
-    if (const auto reason = refused_shape(body); !reason.empty()) return reason;
+    if (const auto reason = refused_shape(body); !reason.empty()) return Fault{reason};
   }
-  return "";
+  return {};
 }
 
 std::unique_ptr<rivals::World> make_world(const Scene& scene, const Settings& settings, bool observe) {

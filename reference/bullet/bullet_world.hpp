@@ -7,6 +7,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,8 @@ namespace atwood::bullet {
 
 std::vector<Setting> settings();
 
-// What Bullet can't hold beyond what every adapter refuses; empty when it can.
-std::string refusal(const Scene& scene, const Settings& settings);
+// What Bullet can't hold beyond what every adapter refuses; none when it can.
+std::optional<Fault> refusal(const Scene& scene, const Settings& settings);
 
 void set_solver(btContactSolverInfo& info, const Settings& settings);
 

@@ -252,33 +252,36 @@ std::vector<Setting> multibody_settings() {
 
 bool in_reduced_coordinates(const Settings& settings) { return rivals::word(settings, "formulation") == kReduced; }
 
-std::string refused_by_multibodies(const Scene& scene, const Settings& settings) {
+std::optional<Fault> refused_by_multibodies(const Scene& scene, const Settings& settings) {
   const auto name = [&](int body) { return "`" + scene.bodies[static_cast<std::size_t>(body)].name + "`"; };
-  if (!scene.ropes.empty()) return "Bullet has no ropes; found `" + scene.ropes[0].name + "`";
-  if (rivals::shapes_matter(scene)) return "the adapter's multibodies of Bullet have no contacts; bodies have shapes";
+  if (!scene.ropes.empty()) return Fault{"Bullet has no ropes; found `" + scene.ropes[0].name + "`"};
+  if (rivals::shapes_matter(scene))
+    return Fault{"the adapter's multibodies of Bullet have no contacts; bodies have shapes"};
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
     if (!scene.bodies[i].fixed && scene.bodies[i].release_s > 0)
-      return "the adapter's multibodies of Bullet are not held; " + name(static_cast<int>(i)) + " is until its release";
+      return Fault{"the adapter's multibodies of Bullet are not held; " + name(static_cast<int>(i)) +
+                   " is until its release"};
   if (const int body = rivals::turning_point_mass(scene); body >= 0)
-    return "Bullet requires an inertia for every body that a joint rotates; " + name(body) + " has none";
+    return Fault{"Bullet requires an inertia for every body that a joint rotates; " + name(body) + " has none"};
   if (const int body = rivals::jointed_point_mass(scene); body >= 0)
-    return "Bullet requires an inertia of a free body with joints; " + name(body) + " has none";
+    return Fault{"Bullet requires an inertia of a free body with joints; " + name(body) + " has none"};
   const bool runge_kutta = rivals::word(settings, "multibody_integrator") == kRungeKutta;
   for (const Joint& joint : scene.joints) {
     const std::string which = "; found the joint `" + joint.name + "`";
     if (runge_kutta && constrained(joint))
-      return "Bullet's Runge-Kutta step sets positions before constraints change velocities, so that closing joints, limits "
-             "and driven rates have no effect on it" +
-             which;
+      return Fault{
+          "Bullet's Runge-Kutta step sets positions before constraints change velocities, so that closing joints, limits "
+          "and driven rates have no effect on it" +
+          which};
     if (joint.closes_loop && joint.kind != JointKind::ball && joint.kind != JointKind::hinge &&
         joint.kind != JointKind::fixed)
-      return "Bullet's multibodies close loops by balls, hinges and fixed joints" + which;
+      return Fault{"Bullet's multibodies close loops by balls, hinges and fixed joints" + which};
     if (joint.limits && joint.limits->restitution > 0)
-      return "stops of Bullet's multibodies have no restitution" + which;
+      return Fault{"stops of Bullet's multibodies have no restitution" + which};
     if (joint.limits && joint.driven_rate)
-      return "Bullet's motors stop at stops; `" + joint.name + "` has a driven rate and limits";
+      return Fault{"Bullet's motors stop at stops; `" + joint.name + "` has a driven rate and limits"};
   }
-  return "";
+  return {};
 }
 
 std::unique_ptr<rivals::World> make_multibody_world(const Scene& scene, const Settings& settings, bool observe) {

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "protocol/method.hpp"
@@ -30,8 +31,8 @@ std::vector<Setting> multibody_settings();
 // Whether these settings ask for multibodies.
 bool in_reduced_coordinates(const Settings& settings);
 
-// What Bullet's multibodies can't hold beyond what every adapter refuses; empty when they can.
-std::string refused_by_multibodies(const Scene& scene, const Settings& settings);
+// What Bullet's multibodies can't hold beyond what every adapter refuses; none when they can.
+std::optional<Fault> refused_by_multibodies(const Scene& scene, const Settings& settings);
 
 std::unique_ptr<rivals::World> make_multibody_world(const Scene& scene, const Settings& settings, bool observe);
 

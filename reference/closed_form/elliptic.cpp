@@ -2,11 +2,16 @@
 // functions by the arithmetic-geometric mean.
 #include "closed_form/elliptic.hpp"
 
+#include <limits>
+
 namespace atwood::closed_form {
 
 namespace {
 
-constexpr int kMaxHalvings = 500;  // two arguments that underflow to 0 do not converge: the result is then not finite
+constexpr int kMaxDuplications = 500;  // the deviations of two arguments that are 0 never shrink
+constexpr int kMaxMeans = 60;
+
+template <class S> S not_a_number() { return S(std::numeric_limits<double>::quiet_NaN()); }
 
 // Each duplication divides the deviations by four; the error of the series below is of their sixth power.
 template <class S> S close_enough() { return exp(S(-kDigits<S>) * S(0.6931) / 6) / 4; }
@@ -33,10 +38,11 @@ template <class S> S carlson_rc(S x, S y) {
 template <class S> S carlson_rf(S x, S y, S z) {
   S mean = (x + y + z) / 3;
   const S start = mean;
-  const S spread = larger(magnitude(mean - x), larger(magnitude(mean - y), magnitude(mean - z)));
+  const S deviation = larger(magnitude(mean - x), larger(magnitude(mean - y), magnitude(mean - z)));
   const S x0 = x, y0 = y;
   S quarter = 1;
-  for (int k = 0; k < kMaxHalvings && quarter * spread > close_enough<S>() * mean; ++k) {
+  for (int k = 0; quarter * deviation > close_enough<S>() * mean; ++k) {
+    if (k == kMaxDuplications) return not_a_number<S>();
     const S l = sqrt(x) * sqrt(y) + sqrt(x) * sqrt(z) + sqrt(y) * sqrt(z);
     x = (x + l) / 4;
     y = (y + l) / 4;
@@ -52,10 +58,11 @@ template <class S> S carlson_rf(S x, S y, S z) {
 template <class S> S carlson_rj(S x, S y, S z, S p) {
   S mean = (x + y + z + 2 * p) / 5;
   const S start = mean, x0 = x, y0 = y, z0 = z;
-  S spread = magnitude(mean - p);
-  for (const S v : {x, y, z}) spread = larger(spread, magnitude(mean - v));
+  S deviation = magnitude(mean - p);
+  for (const S v : {x, y, z}) deviation = larger(deviation, magnitude(mean - v));
   S delta = (p - x) * (p - y) * (p - z), quarter = 1, sum = 0;
-  for (int k = 0; k < kMaxHalvings && quarter * spread > close_enough<S>() * mean; ++k) {
+  for (int k = 0; quarter * deviation > close_enough<S>() * mean; ++k) {
+    if (k == kMaxDuplications) return not_a_number<S>();
     const S rx = sqrt(x), ry = sqrt(y), rz = sqrt(z), rp = sqrt(p);
     const S l = rx * ry + rx * rz + ry * rz, d = (rp + rx) * (rp + ry) * (rp + rz);
     const S e = quarter * quarter * quarter * delta / (d * d);
@@ -88,10 +95,15 @@ template <class S> Jacobi<S> jacobi(S u, S kc) {
   a[0] = 1;
   b[0] = kc;
   int n = 0;
-  while (n < 60 && magnitude(a[n] - b[n]) > unit_round_off<S>() * a[n] / 4) {
+  while (n < kMaxMeans && magnitude(a[n] - b[n]) > unit_round_off<S>() * a[n] / 4) {
     a[n + 1] = (a[n] + b[n]) / 2;
     b[n + 1] = sqrt(a[n] * b[n]);
     ++n;
+  }
+  // Rounding may keep the two means an ulp apart.
+  if (n == kMaxMeans && !(magnitude(a[n] - b[n]) <= 4 * unit_round_off<S>() * a[n])) {
+    made.sn = made.cn = made.dn = not_a_number<S>();
+    return made;
   }
   const S whole = pi<S>() / a[n];  // 2 K
   made.halves = floor(u / whole + S(0.5));

@@ -36,6 +36,8 @@ class ContactSolver {
       inverse_mass_.push_back({mobility(contact, contact.n), mobility(contact, t0) + mobility(contact, t1)});
     }
   }
+  // A first guess: where conjugate gradients do not converge, the sweeps have more to do, and balances() judges the
+  // end.
   void start() {
     const std::size_t count = contacts_.size();
     std::vector<V> x(count), residual(count), direction(count), answer(count);

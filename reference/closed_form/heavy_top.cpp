@@ -13,6 +13,8 @@
 //   cos(theta/2) exp i(phi + psi)/2 = E (sqrt(w1) cn dn +- i sqrt(w2 w3 / D) sn) / sqrt(2 q) exp i chi,
 //   q = 1 + (w1 / D) sn^2,   chi' = (w3_spin - a)/2 + (b + a)/(2 D) sn^2 / q
 // and the same for the other with 1 - z_i in place of 1 + z_i.
+#include <optional>
+
 #include "closed_form/complex.hpp"
 #include "closed_form/elliptic.hpp"
 #include "closed_form/mechanism.hpp"
@@ -29,18 +31,19 @@ template <class S> Quat<S> from_z(const Vec<S>& e) {
   return Quat<S>{0, 1, 0, 0} * Quat<S>{half, e[1] / (2 * half), e[0] / (2 * half), 0};
 }
 
-// Root of c0 + c1 x + c2 x^2 + c3 x^3 by Newton's method from `x`, from which it converges monotonically.
-template <class S> S outer_root(S c0, S c1, S c2, S c3, S x) {
+// Root of c0 + c1 x + c2 x^2 + c3 x^3 by Newton's method from `x`, from which it converges monotonically; to a double
+// root by halves. None after 400 iterations.
+template <class S> std::optional<S> outer_root(S c0, S c1, S c2, S c3, S x) {
   S before = 0;
   for (int k = 0; k < 400; ++k) {
     const S value = c0 + x * (c1 + x * (c2 + x * c3)), slope = c1 + x * (2 * c2 + 3 * x * c3);
-    if (value == 0 || slope == 0) break;
+    if (value == 0 || slope == 0) return x;
     const S step = -value / slope;
-    if (k > 0 && (step * before <= 0 || magnitude(step) <= unit_round_off<S>() * magnitude(x))) break;
+    if (k > 0 && (step * before <= 0 || magnitude(step) <= unit_round_off<S>() * magnitude(x))) return x;
     x += step;
     before = step;
   }
-  return x;
+  return std::nullopt;
 }
 
 // Roots lower <= 0 <= upper with the given sum and product <= 0, neither with cancellation.
@@ -76,13 +79,17 @@ template <class S> struct Roots {
 };
 
 // f about z0: f0 + f1 y + f2 y^2 + beta y^3; about 1: -(b - a)^2 + t1 x + t2 x^2 + beta x^3. Either z3 or z1 lies apart
-// from the other two, which follow from it by a quadratic equation with roots of opposite signs.
-template <class S> Roots<S> find_roots(const Start<S>& s) {
+// from the other two, which follow from it by a quadratic equation with roots of opposite signs. None: the iteration
+// for z1 or z3 did not converge.
+template <class S> std::optional<Roots<S>> find_roots(const Start<S>& s) {
   const S f0 = s.dz * s.dz, f1 = slope_at_start(s), f2 = -s.across2 + 2 * s.beta * s.z - s.a * s.a;
   const S t0 = -s.minus * s.minus, t1 = -2 * s.across2 + 2 * s.beta * s.below + 2 * s.a * s.minus,
           t2 = f2 + 3 * s.beta * s.below;
   const S far = 1 + larger(magnitude(t0), larger(magnitude(t1), magnitude(t2))) / s.beta;
-  S x3 = larger(S(0), outer_root(t0, t1, t2, s.beta, far)), x1 = outer_root(t0, t1, t2, s.beta, S(-2)), x2;
+  const std::optional<S> highest = outer_root(t0, t1, t2, s.beta, far);
+  const std::optional<S> lowest = outer_root(t0, t1, t2, s.beta, S(-2));
+  if (!highest || !lowest) return std::nullopt;
+  S x3 = larger(S(0), *highest), x1 = *lowest, x2;
   const S middle = -t2 / s.beta - x1 - x3;
   Roots<S> r;
   S y3;
@@ -131,8 +138,11 @@ template <class S> struct Top {
   Quat<S> q_WU{1, 0, 0, 0}, q_BP{1, 0, 0, 0}, q_FW{1, 0, 0, 0};  // q_FW: world to the joint's frame of the parent
   S I1{}, I3{}, moment{};                                        // moment: m g l
 
-  void set_motion() {
-    r = find_roots(start);
+  // False: the roots were not found.
+  bool set_motion() {
+    const std::optional<Roots<S>> found = find_roots(start);
+    if (!found) return false;
+    r = *found;
     lambda = sqrt(start.beta * r.whole) / 2;
     kc = sqrt(r.gap / r.whole);
     if (r.span > 0) {
@@ -141,6 +151,7 @@ template <class S> struct Top {
     }
     at0.dn = sqrt((r.gap + r.span * at0.cn * at0.cn) / r.whole);
     u0 = at0.sn * carlson_rf(at0.cn * at0.cn, at0.dn * at0.dn, S(1));
+    return true;
   }
 
   // sn^3 R_J(cn^2, dn^2, 1, q), continued over half periods; q = head + tail cn^2.
@@ -286,7 +297,9 @@ template <class S> std::string build(const Scene& scene, std::size_t index, Top<
   top.lambda = sqrt(s.beta);
   top.is_steady = s.dz == 0 && slope_at_start(s) == 0;
   const Quat<S> rate = q * Quat<S>{0, w[0] / 2, w[1] / 2, w[2] / 2};
-  if (!top.is_steady) top.set_motion();
+  if (!top.is_steady && !top.set_motion())
+    return "the roots between which the top of `" + joint.name +
+           "` nutates were not found: their iteration did not converge";
   top.first_phase =
       phase_between(top.first_at(S(0), top.at0), Complex<S>{q[0], q[3]}, Complex<S>{rate[0], rate[3]}, top.lambda);
   top.second_phase =

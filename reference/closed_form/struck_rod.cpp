@@ -123,7 +123,7 @@ Result<ContactPoint<S>> contact_with_box(const Box& box, const Vec<S>& d, const 
     made.r_B = p - (radius * side) * Vec<S>{S(k == 0), S(k == 1), S(k == 2)};
   }
   if (near_edge && (!made.happens || t_edge <= made.t))
-    return Fault{Blame::engine, "the ball may hit an edge of the box, which is not covered"};
+    return Fault{"the ball may hit an edge of the box, which is not covered"};
   return made;
 }
 

@@ -5,11 +5,11 @@ namespace atwood::closed_form {
 
 namespace {
 
-template <class S> struct Fall { S u{}, path{}; };  // air speed downwards, way through the air downwards
+template <class S> struct AirMotion { S u{}, path{}; };  // air speed downwards, way through the air downwards
 
 // Down, u >= 0, with the terminal speed V = sqrt(g / kappa), tau = g t / V, r = u0 / V:
 //   u = V (r + tanh tau) / (1 + r tanh tau),      path = (V^2 / g) log(cosh tau + r sinh tau)
-template <class S> Fall<S> down(S u0, S V, S g, S t) {
+template <class S> AirMotion<S> down(S u0, S V, S g, S t) {
   const S tau = g * t / V, r = u0 / V, th = tanh(tau);
   const S half = sinh(tau < 1 ? tau / 2 : S(0));
   const S log_part = tau < 1 ? log1p(2 * half * half + r * sinh(tau)) : tau + log1p((r - 1) * (-expm1(-2 * tau)) / 2);
@@ -19,13 +19,13 @@ template <class S> Fall<S> down(S u0, S V, S g, S t) {
 // Up, u < 0: u = V tan(tau - theta0), theta0 = atan(-u0 / V), until tau = theta0; from there it falls from rest.
 //   path = (V^2 / g) log(cos theta0 / cos(tau - theta0))
 // cos a / cos b - 1 = 2 sin((a + b) / 2) sin((b - a) / 2) / cos b, here a = theta0, b = tau - theta0.
-template <class S> Fall<S> fall(S u0, S V, S g, S t) {
+template <class S> AirMotion<S> fall(S u0, S V, S g, S t) {
   if (u0 >= 0) return down(u0, V, g, t);
   const S theta0 = atan(-u0 / V), tau = g * t / V;
   const S b = tau < theta0 ? tau - theta0 : S(0);
   const S up = V * V / g * log1p(2 * sin((theta0 + b) / 2) * sin((b - theta0) / 2) / cos(b));
   if (tau < theta0) return {V * tan(b), up};
-  const Fall<S> after = down(S(0), V, g, t - theta0 * V / g);
+  const AirMotion<S> after = down(S(0), V, g, t - theta0 * V / g);
   return {after.u, up + after.path};
 }
 
@@ -56,7 +56,7 @@ template <class S> Translation<S> vertical_quadratic_drag_translation(const Scen
   const Vec<S> along = (1 / pull) * g;
   const S u0 = dot(u, along), V = sqrt(pull / kappa);
   return {"", [=](S t) {
-            const Fall<S> now = fall(u0, V, pull, t);
+            const AirMotion<S> now = fall(u0, V, pull, t);
             return CenterMotion<S>{p + t * wind + now.path * along, wind + now.u * along};
           }};
 }

@@ -39,7 +39,7 @@ MethodInfo info(bool adams) {
 }
 
 Result<cvode::Options> read_options(const MethodId& id) {
-  const auto input = [](const std::string& why) { return Fault{Blame::input, why}; };
+  const auto input = [](const std::string& why) { return Fault{why}; };
   cvode::Options options;
   if (id.scheme != "adams" && id.scheme != "bdf")
     return input("cvode has no scheme `" + id.scheme + "`; expected adams or bdf");

@@ -27,7 +27,7 @@ std::string uncovered(const Scene& scene, Coverage coverage) {
     return "ropes are constraints on the joints' coordinates; CVODE integrates trees of joints";
   for (const Joint& joint : scene.joints) {
     if (trees && joint.closes_loop) return "joint `" + joint.name + "` closes a loop; CVODE integrates trees of joints";
-    if (joint.limits) return "the stops of joint `" + joint.name + "`: impacts of joints are not located";
+    if (joint.limits) return "joint `" + joint.name + "` has stops, whose impacts CVODE's adapter does not locate";
   }
   return "";
 }

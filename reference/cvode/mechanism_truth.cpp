@@ -16,7 +16,8 @@ namespace atwood::cvode {
 
 namespace {
 
-constexpr int kManyRates = 40;  // with more, a Newton matrix costs more than it saves
+constexpr int kManyRates = 40;           // with more, a Newton matrix costs more than it saves
+constexpr double kContradiction = 1e-9;  // of the size: constraints that projected poses violate by more
 
 struct Run {
   SampleSeries samples;
@@ -72,21 +73,22 @@ Run solve(const Scenario& scenario, std::int64_t samples, Family family, double 
 }
 
 // Which components of the reactions the constraints determine: from the rank of all constraints, in quad, at the poses
-// moved onto them.
-void mark_not_unique(const Scenario& scenario, const Sample& start, SampleSeries& values) {
+// moved onto them. False: at a sample they could not be moved there.
+bool mark_not_unique(const Scenario& scenario, double size_m, const Sample& start, SampleSeries& values) {
   const Scene& scene = scenario.scene;
   if (std::none_of(scene.joints.begin(), scene.joints.end(), [](const Joint& joint) { return joint.closes_loop; }))
-    return;
+    return true;
   mechanism::Maximal<Wide> maximal(scene, scenario.t_end_s, start);
   std::vector<Wide> y = maximal.initial(start);
   maximal.choose(0, y.data());
   for (const SampleReference value : values) {
     y = maximal.initial(copy_of(value));
-    maximal.project(value.t_s, y.data());
+    if (!(maximal.project(value.t_s, y.data()) <= Wide(kContradiction) * size_m)) return false;
     maximal.choose(value.t_s, y.data());
     const Sample marked = maximal.sample(value.t_s, y.data());
     for (std::size_t j = 0; j < value.joints.size(); ++j) value.joints[j].not_unique = marked.joints[j].not_unique;
   }
+  return true;
 }
 
 void add_bars(const Scene& scene, const std::vector<Run>& runs, Truth& truth) {
@@ -94,7 +96,7 @@ void add_bars(const Scene& scene, const std::vector<Run>& runs, Truth& truth) {
   const std::vector<Wide> scale = scales(scene, truth.values);
   std::vector<Wide> farthest(kinds, Wide(0));
   for (std::size_t k = 0; k < truth.values.size(); ++k) {
-    const std::vector<char> undetermined = open_values(scene, truth.values[k]);
+    const std::vector<char> undetermined = undetermined_values(scene, truth.values[k]);
     for (std::size_t a = 0; a < runs.size(); ++a)
       for (std::size_t b = 0; b < a; ++b) {
         const std::vector<Wide> difference = differences(scene, runs[a].samples[k], {runs[b].samples[k]});
@@ -160,7 +162,9 @@ Truth mechanism_truth(const Scenario& scenario, std::int64_t samples) {
   while (rows > 0 && !certified(runs.front().samples[rows - 1])) --rows;
   truth.values = runs.front().samples;
   truth.values.truncate(rows);
-  mark_not_unique(scenario, start, truth.values);
+  if (!mark_not_unique(scenario, scales.position_m, start, truth.values))
+    return refuse(
+        "which reactions the constraints determine is not known: Newton's method does not satisfy them together");
   add_bars(scenario.scene, runs, truth);
   truth.source =
       "cvode: SUNDIALS " + version() +

@@ -21,6 +21,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,10 +33,10 @@ namespace atwood::dartsim {
 std::string version();
 std::vector<Setting> settings();
 Settings tuned_changes();
-std::string contradiction(const Settings& settings);  // of values that are each in range; empty: none
+std::optional<Fault> contradiction(const Settings& settings);  // of values that are each in range
 
-// Why DART cannot represent the scene, beyond the refusals of every adapter; empty when it can.
-std::string refusal(const Scene& scene, const Settings& settings);
+// Why DART cannot represent the scene, beyond the refusals of every adapter; none when it can.
+std::optional<Fault> refusal(const Scene& scene, const Settings& settings);
 
 // DART's output on standard error and standard output since the last call: number of lines and the first; empty: none.
 std::string diagnostics_since_last_call();

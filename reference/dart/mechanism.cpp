@@ -102,10 +102,10 @@ std::string refused_mechanism(const Scene& scene) {
     const std::string named = "; found it on the joint `" + joint.name + "`";
     if (joint.kind == JointKind::cylindrical) return "DART has no cylindrical joint" + named;
     if (joint.limits && joint.limits->restitution != 0)
-      return "DART has no restitution of stops: expected stop_restitution = 0" + named;
+      return "DART's stops have no restitution: expected stop_restitution = 0 on the joint `" + joint.name + "`";
     if (!joint.closes_loop) continue;
     if (joint.kind == JointKind::slider || joint.kind == JointKind::universal)
-      return "DART's constraints close loops by fixed, hinge and ball joints alone" + named;
+      return "DART's constraints close loops only by fixed, hinge and ball joints" + named;
     if (joint.limits || joint.driven_rate) return "DART has no limits or drives of a joint that closes a loop" + named;
   }
   for (const JointForce& force : scene.joint_forces) {

@@ -50,7 +50,7 @@ std::vector<Setting> settings() {
       {"friction_direction",
        std::string("engine"),
        {one_of({"engine", "slip"}),
-        "First axis of the friction pyramid: the engine's choice, or along the slip (collision_detector=ode alone)."}}};
+        "First axis of the friction pyramid: the engine's choice, or along the slip (only with collision_detector=ode)."}}};
 }
 
 Settings tuned_changes() {
@@ -59,24 +59,26 @@ Settings tuned_changes() {
           {"friction_direction", std::string("slip")}};
 }
 
-std::string contradiction(const Settings& settings) {
+std::optional<Fault> contradiction(const Settings& settings) {
   if (rivals::word(settings, "friction_direction") == "slip" && rivals::word(settings, "collision_detector") != "ode")
-    return "setting `friction_direction`: slip requires collision_detector = \"ode\"";
-  return "";
+    return Fault{"setting `friction_direction`: slip requires collision_detector = \"ode\""};
+  return {};
 }
 
-std::string refusal(const Scene& scene, const Settings& settings) {
-  if (const auto reason = refused_mechanism(scene); !reason.empty()) return reason;
-  if (!rivals::shapes_matter(scene)) return "";
+std::optional<Fault> refusal(const Scene& scene, const Settings& settings) {
+  if (const auto reason = refused_mechanism(scene); !reason.empty()) return Fault{reason};
+  if (!rivals::shapes_matter(scene)) return {};
   int meshes = 0;
   for (const auto& body : scene.bodies) {
     const auto& detector = std::get<std::string>(settings.at("collision_detector"));
-    if (const auto reason = refused_shape(body, detector); !reason.empty()) return reason;
+    if (auto fault = refused_shape(body, detector)) return fault;
     meshes += std::holds_alternative<Mesh>(body.shape);
     if (meshes > 1)
-      return "DART's adapter does not support contact between two meshes; found the second mesh `" + body.name + "`";
+      return Fault{"DART's adapter does not support contact between two meshes; found the second mesh `" + body.name +
+                   "`"};
   }
-  return refused_law(rivals::laws_in_play(scene));
+  if (const auto reason = refused_law(rivals::laws_in_play(scene)); !reason.empty()) return Fault{reason};
+  return {};
 }
 
 }  // namespace atwood::dartsim

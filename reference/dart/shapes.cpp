@@ -85,19 +85,20 @@ std::vector<PlacedShape> shapes_of(const Body& body) {
   return parts;
 }
 
-std::string refused_shape(const Body& body, const std::string& detector) {
+std::optional<Fault> refused_shape(const Body& body, const std::string& detector) {
   const Shape& shape = body.shape;
   if (std::holds_alternative<Convex>(shape))
-    return "DART 6.12 has no convex hull shape; found one on `" + body.name + "`";
+    return Fault{"DART 6.12 has no convex hull shape; found one on `" + body.name + "`"};
   const auto* mesh = std::get_if<Mesh>(&shape);
-  if (mesh && mesh->triangles.empty()) return "DART requires meshes with triangles; found none in `" + body.name + "`";
+  if (mesh && mesh->triangles.empty())
+    return Fault{"DART requires meshes with triangles; found none in `" + body.name + "`"};
   const bool ball_or_boxes = std::holds_alternative<std::monostate>(shape) || std::holds_alternative<Sphere>(shape) ||
                              std::holds_alternative<Box>(shape) || std::holds_alternative<Compound>(shape);
   if (detector == "dart" && !ball_or_boxes)
-    return "DART's own detector supports boxes and spheres only; found " + quoted(body);
+    return Fault{"DART's own detector supports boxes and spheres only; found " + quoted(body)};
   if (detector == "fcl" && !ball_or_boxes && !mesh)
-    return "DART does not convert this shape correctly for FCL: " + quoted(body);
-  return "";
+    return Fault{"DART does not convert this shape correctly for FCL: " + quoted(body)};
+  return {};
 }
 
 }  // namespace atwood::dartsim

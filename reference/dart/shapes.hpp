@@ -8,9 +8,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "protocol/fault.hpp"
 #include "scene/scene.hpp"
 
 namespace dart::dynamics {
@@ -28,7 +30,7 @@ struct PlacedShape {
 
 std::vector<PlacedShape> shapes_of(const Body& body);  // empty for a body without a shape
 
-// Why this detector does not support the body's shape; empty when it does.
-std::string refused_shape(const Body& body, const std::string& detector);
+// Why this detector does not support the body's shape; none when it does.
+std::optional<Fault> refused_shape(const Body& body, const std::string& detector);
 
 }  // namespace atwood::dartsim

@@ -10,7 +10,7 @@ namespace atwood::dynamics {
 // With more contacts there are too many sets to enumerate (2^n).
 inline constexpr std::size_t kMaxSimultaneous = 12;
 
-// Solves A x = b by Gaussian elimination with partial pivoting, at most kMaxSimultaneous unknowns. False: a pivot is
+// Solves A x = b by LU with complete pivoting (Eigen), at most kMaxSimultaneous unknowns. False: a pivot is
 // not above `least` times the largest diagonal element; x is then undefined. S: double, long double or Wide.
 template <class S>
 bool eliminate(const std::vector<std::vector<S>>& A, const std::vector<S>& b, S least, std::vector<S>& x);

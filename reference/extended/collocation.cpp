@@ -139,7 +139,8 @@ bool Collocation::solve_narrow(double t, double h) {
 }
 
 // Solves d = residual + J h A d by fixed-point iteration, with J the derivative of f at each stage along h A d, by a
-// difference quotient in double. d_ is then the first-order correction of F.
+// difference quotient in double. d_ is then the first-order correction of F. Where 40 rounds do not converge, the
+// caller sees it: its corrections stop shrinking, and it refuses the step.
 void Collocation::correct(double t, double h, const std::vector<double>& residual) {
   const NarrowTableau& tableau = narrow_tableau();
   const int n = problem_.size;

@@ -19,7 +19,7 @@ class MechanismMotion {
   virtual mechanism::StepChoice& choice() = 0;
   // Once a step, at its start; see mechanism/maximal.hpp.
   virtual mechanism::Independence choose(Wide t_s, const Wide* y) = 0;
-  virtual Wide project(Wide t_s, Wide* y) = 0;
+  [[nodiscard]] virtual Wide project(Wide t_s, Wide* y) = 0;
   virtual Sample sample(Wide t_s, const Wide* y) const = 0;
   virtual Wide stop_force(Wide t_s, const Wide* y, int joint) const = 0;
   virtual Wide acceleration(Wide t_s, const Wide* y, int joint) const = 0;

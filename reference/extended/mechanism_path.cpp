@@ -97,10 +97,19 @@ struct Integration {
     return choose();
   }
 
+  // Moves a state onto the constraints. False: one that is not finite, or constraints that are not satisfied together.
+  bool project(Wide t_s, Wide* state) {
+    const Wide residual = motion.project(t_s, state);
+    if (!std::all_of(state, state + y.size(), [](Wide x) { return x - x == 0; })) return fail_singular();
+    if (!(residual <= Wide(kContradiction) * size_m))
+      return fail("the constraints contradict one another by " + format_double(static_cast<double>(residual)), t);
+    path.residual = std::max(path.residual, residual);
+    return true;
+  }
+
   std::optional<std::vector<Wide>> state_at(const std::vector<Wide>& from, Wide tau) {
     std::vector<Wide> state = from;
-    if (!advance(*stepper, t, state.data(), tau)) return std::nullopt;
-    motion.project(t + tau, state.data());
+    if (!advance(*stepper, t, state.data(), tau) || !project(t + tau, state.data())) return std::nullopt;
     return state;
   }
 
@@ -257,14 +266,13 @@ struct Integration {
     const Wide span = 2 * after / (into * (1 - stop.restitution));
     if (!(stop.restitution < 1) || span > Wide(run.rest_span_s)) return true;
     lock(stop);
-    if (!choose_anew()) return false;
-    motion.project(t, y.data());
+    if (!choose_anew() || !project(t, y.data())) return false;
     log_event(stop, EventKind::rest, t + span, Wide(0), Wide(0), Wide(0));
     return true;
   }
 
   // Joints that start at a stop, or have just left it by a switch of forces.
-  bool settle_at_stops() {
+  bool hold_at_stops() {
     for (const Stop& stop : stops) {
       if (is_locked(stop.joint)) continue;
       const auto qu = motion.coordinate(y.data(), stop.joint);
@@ -282,7 +290,8 @@ struct Integration {
     return true;
   }
 
-  Wide pull(const mechanism::StepChoice::Lock& lock, const Wide* state, Wide t_s) {  // > 0: the stop would have to pull
+  // The force [N] or torque [N m] with which the stop would have to pull; negative: it presses.
+  Wide pulling_force_at(const mechanism::StepChoice::Lock& lock, const Wide* state, Wide t_s) {
     const Joint& joint = run.scene.joints[lock.joint];
     const int side = lock.coordinate == joint.limits->lower ? 1 : -1;
     return -side * motion.stop_force(t_s, state, lock.joint);
@@ -290,7 +299,7 @@ struct Integration {
   bool release() {
     auto& locks = motion.choice().locks;
     for (std::size_t k = 0; k < locks.size(); ++k)
-      if (pull(locks[k], y.data(), t) > 0) {
+      if (pulling_force_at(locks[k], y.data(), t) > 0) {
         for (const Stop& stop : stops)
           if (stop.joint == locks[k].joint && stop.limit == locks[k].coordinate)
             log_event(stop, EventKind::separate, t, Wide(0), Wide(0), Wide(0));
@@ -301,19 +310,24 @@ struct Integration {
     return true;
   }
 
-  // An instant of the step at which `value` is positive; the first one to 31 digits if 100 evaluations find it. False
-  // position, the value at the end that stays being halved. Nothing: the value is not positive at the step's end.
-  template <class Value>
-  std::optional<Wide> first_positive(const std::vector<Wide>& before, Wide taken, const Value& value) {
+  // The first instant of the step at which `value` is positive, to 31 digits; nothing: it is not positive at the step's
+  // end. False position, the value at the end that stays being halved. located: false after 100 evaluations, or where a
+  // part of the step failed.
+  struct Crossing {
+    std::optional<Wide> tau;
+    bool located = true;
+  };
+  template <class Value> Crossing first_positive(const std::vector<Wide>& before, Wide taken, const Value& value) {
     const Wide at_end = value(y.data(), t + taken);
-    if (!(at_end > 0)) return std::nullopt;
+    if (!(at_end > 0)) return {};
     Wide low = 0, high = taken, f_low = value(before.data(), t), f_high = at_end;
-    if (!(f_low < 0)) return Wide(0);
-    for (int tries = 0; tries < 100 && high - low > Wide(1e-31) * (t + high); ++tries) {
+    if (!(f_low < 0)) return {Wide(0)};
+    for (int tries = 0; high - low > Wide(1e-31) * (t + high); ++tries) {
+      if (tries == 100) return {high, false};
       Wide x = high - f_high * (high - low) / (f_high - f_low);
       if (!(x > low && x < high)) x = low + (high - low) / 2;
       const auto state = state_at(before, x);
-      if (!state) break;
+      if (!state) return {high, false};
       const Wide f = value(state->data(), t + x);
       if (f > 0) {
         high = x, f_high = f;
@@ -324,7 +338,7 @@ struct Integration {
       }
       if (f == 0) break;
     }
-    return high;
+    return {high};
   }
 
   // ---- the step ----
@@ -333,18 +347,20 @@ struct Integration {
     if (motion.off_plane(y.data()) > Wide(1e-12) * size_m) return fail("a rope leaves the plane of its pulley", t);
     std::optional<Wide> earliest;
     std::string why;
-    const auto note = [&](const std::optional<Wide>& tau, const std::string& what) {
-      if (tau && (!earliest || *tau < *earliest)) earliest = tau, why = what;
+    const auto compare = [&](const Crossing& found, const std::string& what) {
+      if (!found.located) return fail("the instant was not located at which " + what, t);
+      if (found.tau && (!earliest || *found.tau < *earliest)) earliest = found.tau, why = what;
+      return true;
     };
     for (std::size_t k = 0; k < run.scene.ropes.size(); ++k) {
       const std::string rope = "rope `" + run.scene.ropes[k].name + "`";
       const int index = static_cast<int>(k);
-      if (ropes.reaches_pulley(y.data(), index)) note(taken, rope + ": an end reaches its pulley");
-      note(first_positive(before, taken, [&](const Wide* state, Wide) { return ropes.uncovered(state, index); }),
-           rope + " leaves its pulley");
-      note(first_positive(before, taken,
-                          [&](const Wide* state, Wide t_s) { return -motion.sample(t_s, state).ropes[k].tension_N; }),
-           rope + " is slack");
+      const auto uncovered = [&](const Wide* state, Wide) { return ropes.uncovered(state, index); };
+      const auto pushing = [&](const Wide* state, Wide t_s) { return -motion.sample(t_s, state).ropes[k].tension_N; };
+      if (ropes.reaches_pulley(y.data(), index)) compare({taken}, rope + ": an end reaches its pulley");
+      if (!compare(first_positive(before, taken, uncovered), rope + " leaves its pulley") ||
+          !compare(first_positive(before, taken, pushing), rope + " is slack"))
+        return false;
     }
     return earliest ? fail(why, t + *earliest) : true;
   }
@@ -364,11 +380,7 @@ struct Integration {
       return fail("the truth has taken the " + std::to_string(stepper->evaluations) +
                       " evaluations of the rates that it is limited to",
                   t);
-    const Wide residual = motion.project(t + taken, y.data());
-    if (!std::all_of(y.begin(), y.end(), [](Wide x) { return x - x == 0; })) return fail_singular();
-    if (!(residual <= Wide(kContradiction) * size_m))
-      return fail("the constraints contradict one another by " + format_double(static_cast<double>(residual)), t);
-    path.residual = std::max(path.residual, residual);
+    if (!project(t + taken, y.data())) return false;
     if (motion.turned_over(t + taken, y.data())) {
       y = before;
       cap = taken / 4;
@@ -382,9 +394,11 @@ struct Integration {
     // A joint leaves its stop before anything hits one.
     std::optional<Wide> leaves;
     for (const auto& lock : motion.choice().locks) {
-      const auto at =
-          first_positive(before, taken, [&](const Wide* state, Wide t_s) { return pull(lock, state, t_s); });
-      if (at && (!leaves || *at < *leaves)) leaves = at;
+      const Crossing found = first_positive(
+          before, taken, [&](const Wide* state, Wide t_s) { return pulling_force_at(lock, state, t_s); });
+      if (!found.located)
+        return fail("the instant was not located at which " + name(lock.joint) + " leaves its stop", t);
+      if (found.tau && (!leaves || *found.tau < *leaves)) leaves = found.tau;
     }
     if (leaves && (!hit || *leaves < hit->tau)) {
       const auto state = state_at(before, *leaves);
@@ -417,9 +431,8 @@ struct Integration {
   void go() {
     const std::vector<double>& switches = motion.switch_times();
     enter_interval();
-    if (!choose()) return;
-    motion.project(t, y.data());
-    if (!take_sample() || !settle_at_stops()) return;
+    if (!choose() || !project(t, y.data())) return;
+    if (!take_sample() || !hold_at_stops()) return;
     ropes.begin(y.data());
     for (std::size_t k = 0; k < run.scene.ropes.size(); ++k) {
       const std::string rope = "rope `" + run.scene.ropes[k].name + "`";
@@ -432,7 +445,7 @@ struct Integration {
         if (!integrate_to(Wide(switches[interval]))) return;
         ++interval;
         enter_interval();
-        if (!release() || !settle_at_stops()) return;
+        if (!release() || !hold_at_stops()) return;
       }
       if (!integrate_to(target) || !take_sample()) return;
     }

@@ -86,7 +86,7 @@ Bars compare(const Scenario& scenario, std::int64_t samples, const Trial& trial)
     Sample marked = copy_of(trial.tight.samples[k]);
     for (std::size_t j = 0; j < marked.joints.size(); ++j)
       marked.joints[j].not_unique = trial.maximal.samples[k].joints[j].not_unique;
-    const std::vector<char> open = open_values(scene, marked);
+    const std::vector<char> open = undetermined_values(scene, marked);
     const std::vector<Wide> apart =
         differences(scene, trial.tight.samples[k], {trial.loose.samples[k], trial.maximal.samples[k]});
     std::size_t i = 0;

@@ -113,7 +113,7 @@ template <class S> Field<S> solve_square(const Asked& asked) {
   Field<S> made;
   made.note = "the field at t = 0; later the invariants judge";
   made.undefined = [](S t) -> std::string {
-    return t > 0 ? "the rotating square has an exact field at t = 0 alone" : "";
+    return t > 0 ? "the rotating square has an exact field only at t = 0" : "";
   };
   made.at = [=](S) -> FieldAt<S> {
     return [=](const Vec<S>& x) {

@@ -84,7 +84,7 @@ FluidPowersOf::~FluidPowersOf() = default;
 FluidPowersOf::FluidPowersOf(const Scene& scene, const std::string& response) {
   try {
     Response asked = parse_response(response);
-    require(asked.name == "sph", "the terms of +sph alone have powers");
+    require(asked.name == "sph", "only the terms of +sph have powers");
     const auto without = [&](const char* setting, const char* value) { asked.settings[setting] = value; };
     if (word(asked, "density", "continuity") == "summation") {
       require_summation_covered(scene, asked);

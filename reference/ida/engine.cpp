@@ -32,7 +32,7 @@ MethodInfo info() {
 }
 
 Result<ida::Options> read_options(const MethodId& id) {
-  const auto input = [](const std::string& why) { return Fault{Blame::input, why}; };
+  const auto input = [](const std::string& why) { return Fault{why}; };
   ida::Options options;
   if (id.scheme != "bdf") return input("ida has no scheme `" + id.scheme + "`; it has bdf");
   if (!id.scalar.empty() && id.scalar != "double") return input("ida runs in double, not " + id.scalar);

@@ -26,7 +26,7 @@ std::string uncovered(const Scene& scene) {
   for (const std::string& why : {mechanism::unsupported(scene), dynamics::unsupported(scene)})
     if (!why.empty()) return why;
   for (const Joint& joint : scene.joints)
-    if (joint.limits) return "the stops of joint `" + joint.name + "`: impacts of joints are not located";
+    if (joint.limits) return "joint `" + joint.name + "` has stops, whose impacts IDA's adapter does not locate";
   for (const Body& body : scene.bodies)
     if (!body.fixed && body.release_s > 0) return "`" + body.name + "` is held until its release: not covered";
   return "";

@@ -16,7 +16,7 @@ export function refusedMechanism(scene) {
   for (const joint of scene.joints) {
     const limits = limitsOf(joint),
       named = `; found it on the joint \`${joint.name}\``;
-    if (limits && limits.restitution !== 0) return `Jolt has no restitution of stops: expected stop_restitution = 0${named}`;
+    if (limits && limits.restitution !== 0) return `Jolt's stops have no restitution: expected stop_restitution = 0 on the joint \`${joint.name}\``;
     if (joint.kind === "hinge" && limits && limits.upper - limits.lower > 2 * Math.PI)
       return `Jolt's hinges have limits of at most one turn${named}`;
   }

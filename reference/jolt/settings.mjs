@@ -31,7 +31,7 @@ export const settings = [
   said("stops", "limits of the constraint, without restitution"),
   said("joint_forces", "springs, dampers and motors: evaluated by the adapter once a step"),
   said("driven_joints", "the constraint's motor with an unbounded force"),
-  said("reactions", "none: constraints tell impulses of their own rows alone"),
+  said("reactions", "not reported: Jolt gives the impulse of each constraint row only"),
   said("threads", 1),
   said("deterministic", true),
   said("active_edges_only", true),

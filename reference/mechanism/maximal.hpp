@@ -45,9 +45,10 @@ template <class S> class Maximal {
   // Chooses the rows and remembers branches at (t, y).
   Independence choose(const S& t_s, const S* y);
   void rate(const S& t_s, const S* y, S* dydt) const;
-  // Moves y back onto the constraints and their derivatives, along M^-1 G^T (mass metric). Returns the largest residual
-  // of all constraints, chosen or not, in m or rad.
-  S project(const S& t_s, S* y) const;
+  // Moves y back onto the constraints and their derivatives, along M^-1 G^T (mass metric), by Newton's method while
+  // each of at most 8 rounds divides the residual by ten. Returns the largest residual that is left, of all
+  // constraints, chosen or not, in m or rad: the caller judges it.
+  [[nodiscard]] S project(const S& t_s, S* y) const;
   // Poses, coordinates, reactions, tensions. not_unique is filled.
   Sample sample(const S& t_s, const S* y) const;
   // The force of a locked joint's stop along its coordinate.

@@ -30,7 +30,7 @@ template <class S> class Reduced {
   StepChoice choice;
   Independence choose(const S& t_s, const S* y);
   void rate(const S& t_s, const S* y, S* dydt) const;
-  S project(const S& t_s, S* y) const;
+  [[nodiscard]] S project(const S& t_s, S* y) const;
   Sample sample(const S& t_s, const S* y) const;
   S stop_force(const S& t_s, const S* y, int joint) const;
   S acceleration(const S& t_s, const S* y, int joint) const;  // of a joint's first coordinate

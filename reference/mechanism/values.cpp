@@ -15,7 +15,7 @@ std::vector<Wide> values_of(const Scene& scene, const SampleView& sample) {
   return made;
 }
 
-std::vector<char> open_values(const Scene& scene, const SampleView& sample) {
+std::vector<char> undetermined_values(const Scene& scene, const SampleView& sample) {
   Sample marks = copy_of(sample);
   each_value(scene, marks, [](Wide& x, ValueKind) { x = 0; });
   for (JointSample& joint : marks.joints)
@@ -54,7 +54,7 @@ std::vector<Wide> scales(const Scene& scene, const SampleSeries& samples) {
   made[position] = std::max(made[position], size);
   made[coordinate_length] = made[position];
   made[coordinate_angle] = std::max(made[coordinate_angle], Wide(1));
-  share({{velocity, true}, {rate_speed, true}, {turning, false}, {rate_turning, false}});
+  share({{velocity, true}, {rate_speed, true}, {angular_velocity, false}, {coordinate_rate_angular, false}});
   share({{force, false}, {tension, false}, {torque, true}, {applied_load, true}});
   for (Wide& s : made)
     if (s == 0) s = 1;

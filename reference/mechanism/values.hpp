@@ -13,10 +13,10 @@ enum ValueKind {
   position,
   attitude,
   velocity,
-  turning,
+  angular_velocity,
   coordinate_angle,
   coordinate_length,
-  rate_turning,
+  coordinate_rate_angular,
   rate_speed,
   force,
   torque,
@@ -32,7 +32,7 @@ template <class SampleType, class Value> void each_value(const Scene& scene, Sam
     for (auto& x : body.p_m) value(x, position);
     for (auto& x : body.q_wxyz) value(x, attitude);
     for (auto& x : body.v_m_per_s) value(x, velocity);
-    for (auto& x : body.w_rad_per_s) value(x, turning);
+    for (auto& x : body.w_rad_per_s) value(x, angular_velocity);
   }
   for (std::size_t j = 0; j < sample.joints.size(); ++j) {
     const JointKind kind = scene.joints[j].kind;
@@ -40,7 +40,7 @@ template <class SampleType, class Value> void each_value(const Scene& scene, Sam
     const auto slides = [&](int k) { return kind == JointKind::slider || (kind == JointKind::cylindrical && k == 1); };
     for (int k = 0; k < 4; ++k)
       value(joint.q[k], kind == JointKind::ball ? attitude : slides(k) ? coordinate_length : coordinate_angle);
-    for (int k = 0; k < 3; ++k) value(joint.u[k], slides(k) ? rate_speed : rate_turning);
+    for (int k = 0; k < 3; ++k) value(joint.u[k], slides(k) ? rate_speed : coordinate_rate_angular);
     for (auto& x : joint.force_N) value(x, force);
     for (auto& x : joint.torque_N_m) value(x, torque);
     for (auto& x : joint.applied) value(x, applied_load);
@@ -53,11 +53,11 @@ template <class SampleType, class Value> void each_value(const Scene& scene, Sam
 }
 
 std::vector<Wide> values_of(const Scene& scene, const SampleView& sample);
-// Bits of not_unique as flags of the same order: not 0: the value is open.
-std::vector<char> open_values(const Scene& scene, const SampleView& sample);
-// The largest value of each kind over the samples. Kinds of one unit share theirs, and forces with torques, speeds with
-// turning rates by way of the mechanism's size: a torque that is zero but for round-off has the scale of the forces'
-// moments.
+// One flag for each number, in the same order; nonzero where Sample::not_unique says that the value is not determined.
+std::vector<char> undetermined_values(const Scene& scene, const SampleView& sample);
+// The largest value of each kind over the samples. Kinds of one unit share theirs. Forces and torques share a scale,
+// converted by the mechanism's size, and so do speeds and angular velocities: a torque that is zero up to round-off is
+// then judged against the moments of the forces.
 std::vector<Wide> scales(const Scene& scene, const SampleSeries& samples);
 // The largest distance of each number from those of the others; infinite when one is not a number. Quaternions of
 // either sign are the same attitude.

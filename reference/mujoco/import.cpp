@@ -337,18 +337,18 @@ void require_finite(const mjModel& model) {
 }  // namespace
 
 Result<ImportedScene> import_model(const std::string& path) {
-  if (!std::filesystem::is_regular_file(path)) return Fault{Blame::input, path + ": no such file"};
+  if (!std::filesystem::is_regular_file(path)) return Fault{path + ": no such file"};
   warning.clear();
   mju_user_warning = hear;  // MuJoCo's own handlers write a file, and end the process
   mju_user_error = [](const char* message) { refuse(std::string("MuJoCo gave up: ") + message); };
   char error[1000] = "";
   try {
     const Model model(mj_loadXML(path.c_str(), nullptr, error, sizeof error));
-    if (!model) return Fault{Blame::input, path + ": MuJoCo's compiler says: " + one_line(error)};
+    if (!model) return Fault{path + ": MuJoCo's compiler says: " + one_line(error)};
     require_finite(*model);
     return Importer(*model, std::filesystem::path(path).filename().string()).run();
   } catch (const std::invalid_argument& refused) {
-    return Fault{Blame::input, path + ": " + refused.what()};
+    return Fault{path + ": " + refused.what()};
   }
 }
 

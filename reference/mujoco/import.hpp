@@ -21,7 +21,7 @@ struct ImportedScene {
   std::vector<std::string> notes;  // what is not taken or changed, in sentences
 };
 
-// The input is to blame for a file that MuJoCo's compiler refuses, for numbers that are not finite, and for a model
+// Fails for a file that MuJoCo's compiler refuses, for numbers that are not finite, and for a model
 // that cannot be a scene: other combinations of joints on one body, equality constraints between joints or tendons, no
 // body that moves.
 Result<ImportedScene> import_model(const std::string& path);

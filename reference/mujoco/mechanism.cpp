@@ -196,11 +196,11 @@ std::string refused_mechanism(const Scene& scene) {
     const std::string named = "; found it on the joint `" + joint.name + "`";
     if (joint.driven_rate) return "MuJoCo has no joint with a prescribed motion" + named;
     if (joint.limits && joint.limits->restitution != 0)
-      return "MuJoCo has no restitution of stops: expected stop_restitution = 0" + named;
+      return "MuJoCo's stops have no restitution: expected stop_restitution = 0 on the joint `" + joint.name + "`";
     const bool can_close =
         joint.kind == JointKind::ball || joint.kind == JointKind::fixed || joint.kind == JointKind::hinge;
     if (!joint.closes_loop) continue;
-    if (!can_close) return "MuJoCo's equality constraints close loops by fixed, hinge and ball joints alone" + named;
+    if (!can_close) return "MuJoCo's equality constraints close loops only by fixed, hinge and ball joints" + named;
     if (joint.limits) return "MuJoCo has no limits of a joint that closes a loop" + named;
   }
   for (const JointForce& force : scene.joint_forces) {

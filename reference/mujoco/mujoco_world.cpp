@@ -349,30 +349,32 @@ Settings tuned_changes() {
           {"joint_solimp_most", 0.9999}};
 }
 
-std::string refusal(const Scene& scene, const Settings& settings) {
-  if (const auto reason = refused_mechanism(scene); !reason.empty()) return reason;
-  if (!rivals::shapes_matter(scene)) return "";
+std::optional<Fault> refusal(const Scene& scene, const Settings& settings) {
+  if (const auto reason = refused_mechanism(scene); !reason.empty()) return Fault{reason};
+  if (!rivals::shapes_matter(scene)) return {};
   for (const auto& law : rivals::laws_in_play(scene)) {
-    if (law.restitution != 0) return "MuJoCo has no restitution: expected restitution = 0";
+    if (law.restitution != 0) return Fault{"MuJoCo has no restitution: expected restitution = 0"};
   }
   bool compound = false;
   for (const auto& body : scene.bodies) {
-    if (const auto reason = refused_shape(body); !reason.empty()) return reason;
+    if (const auto reason = refused_shape(body); !reason.empty()) return Fault{reason};
     compound = compound || std::holds_alternative<Compound>(body.shape);
   }
   if (!precedences(scene)) {
     if (const auto pairs = listed_pairs(scene); pairs > kMaxListedPairs) {
-      return "MuJoCo would need an explicit list of the friction of " + std::to_string(pairs) + " pairs";
+      return Fault{"MuJoCo would need an explicit list of the friction of " + std::to_string(pairs) + " pairs"};
     }
     if (compound)
-      return "MuJoCo's adapter does not list pairs of parts of a compound, and these materials have no order of priorities";
+      return Fault{
+          "MuJoCo's adapter does not list pairs of parts of a compound, and these materials have no order of priorities"};
   }
   if (room_for_contacts(scene, settings) == 0) {
-    return "MuJoCo 2.2 stores a square matrix over all contact rows in a buffer of 2 GiB, which is too small for two "
-           "contacts each of " +
-           std::to_string(scene.bodies.size()) + " bodies";
+    return Fault{
+        "MuJoCo 2.2 stores a square matrix over all contact rows in a buffer of 2 GiB, which is too small for two "
+        "contacts each of " +
+        std::to_string(scene.bodies.size()) + " bodies"};
   }
-  return "";
+  return {};
 }
 
 std::string diagnostics_since_last_call() {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,8 @@ namespace atwood::mujoco {
 std::vector<Setting> settings();
 Settings tuned_changes();
 
-// Why MuJoCo cannot represent the scene, beyond the refusals of every adapter; empty when it can.
-std::string refusal(const Scene& scene, const Settings& settings);
+// Why MuJoCo cannot represent the scene, beyond the refusals of every adapter; none when it can.
+std::optional<Fault> refusal(const Scene& scene, const Settings& settings);
 
 // MuJoCo's warnings since the last call: their number and the first; empty: none.
 std::string diagnostics_since_last_call();

@@ -16,7 +16,7 @@ void hear(const char*) {}
 void fail(const char* text) { throw std::invalid_argument(std::string("MuJoCo gave up: ") + text); }
 
 std::string refusal_of(const Scene& scene, const Settings& settings) {
-  if (const std::string reason = refusal(scene, settings); !reason.empty()) return reason;
+  if (const auto fault = refusal(scene, settings)) return fault->reason;
   for (const JointForce& force : scene.joint_forces)
     if (std::holds_alternative<JointTorque>(force))
       return "MuJoCo's derivatives are of its own forces; motors are evaluated by the adapter";

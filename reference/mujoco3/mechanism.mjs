@@ -42,10 +42,10 @@ function refusedJoint(joint) {
   const named = `; found it on the joint \`${joint.name}\``,
     limits = limitsOf(joint);
   if (drivenRate(joint) !== undefined) return `MuJoCo has no joint with a prescribed motion${named}`;
-  if (limits && limits.restitution !== 0) return `MuJoCo has no restitution of stops: expected stop_restitution = 0${named}`;
+  if (limits && limits.restitution !== 0) return `MuJoCo's stops have no restitution: expected stop_restitution = 0 on the joint \`${joint.name}\``;
   if (!joint.closes_loop) return "";
   if (!["ball", "fixed", "hinge"].includes(joint.kind))
-    return `MuJoCo's equality constraints close loops by fixed, hinge and ball joints alone${named}`;
+    return `MuJoCo's equality constraints close loops only by fixed, hinge and ball joints${named}`;
   return limits ? `MuJoCo has no limits of a joint that closes a loop${named}` : "";
 }
 

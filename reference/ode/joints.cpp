@@ -111,25 +111,28 @@ void Joints::after() {
   }
 }
 
-std::string refused_mechanism(const Scene& scene, double cfm) {
-  if (!scene.ropes.empty()) return "ODE has no ropes; found `" + scene.ropes[0].name + "`";
+std::optional<Fault> refused_mechanism(const Scene& scene, double cfm) {
+  if (!scene.ropes.empty()) return Fault{"ODE has no ropes; found `" + scene.ropes[0].name + "`"};
   if (const int body = rivals::turning_point_mass(scene); body >= 0)
-    return "ODE requires an inertia for every body that a joint rotates; `" +
-           scene.bodies[static_cast<std::size_t>(body)].name + "` has none";
+    return Fault{"ODE requires an inertia for every body that a joint rotates; `" +
+                 scene.bodies[static_cast<std::size_t>(body)].name + "` has none"};
   if (const int body = rivals::jointed_point_mass(scene); body >= 0)
-    return "ODE requires an inertia of a free body with joints; `" + scene.bodies[static_cast<std::size_t>(body)].name +
-           "` has none";
+    return Fault{"ODE requires an inertia of a free body with joints; `" +
+                 scene.bodies[static_cast<std::size_t>(body)].name + "` has none"};
   for (const Joint& joint : scene.joints) {
     if (joint.closes_loop && cfm == 0)
-      return "ODE aborts the process where constraints depend on each other and cfm is 0, as they may in the loop of `" +
-             joint.name + "`; expected cfm > 0";
+      return Fault{
+          "ODE aborts the process where constraints depend on each other and cfm is 0, as they may in the loop of `" +
+          joint.name + "`; expected cfm > 0"};
     if (!joint.limits) continue;
     const double lower = joint.limits->lower - joint.coordinates[0], upper = joint.limits->upper - joint.coordinates[0];
     if (joint.kind == JointKind::hinge && (lower <= -std::numbers::pi || upper >= std::numbers::pi))
-      return "ODE has stops of hinges within half a turn of the start only; those of `" + joint.name + "` are beyond";
-    if (joint.driven_rate) return "ODE's motors stop at stops; `" + joint.name + "` has a driven rate and limits";
+      return Fault{"ODE has stops of hinges within half a turn of the start only; those of `" + joint.name +
+                   "` are beyond"};
+    if (joint.driven_rate)
+      return Fault{"ODE's motors stop at stops; `" + joint.name + "` has a driven rate and limits"};
   }
-  return "";
+  return {};
 }
 
 }  // namespace atwood::ode

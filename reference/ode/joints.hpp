@@ -6,9 +6,11 @@
 #include <ode/ode.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "protocol/fault.hpp"
 #include "rivals/joints.hpp"
 
 namespace atwood::ode {
@@ -36,7 +38,7 @@ class Joints {
   std::vector<rivals::Reaction> reactions_;
 };
 
-// Why ODE cannot hold the scene's joints and ropes, with this softness of its constraints (cfm); empty when it can.
-std::string refused_mechanism(const Scene& scene, double cfm);
+// Why ODE cannot hold the scene's joints and ropes, with this softness of its constraints (cfm); none when it can.
+std::optional<Fault> refused_mechanism(const Scene& scene, double cfm);
 
 }  // namespace atwood::ode

@@ -318,30 +318,31 @@ std::vector<Setting> settings() {
       {"angular_damping", 0.0, {between(0, 1), "Share of the angular velocity lost in a step."}}};
 }
 
-std::string refusal(const Scene& scene, const Settings& settings) {
-  if (const auto reason = refused_mechanism(scene, rivals::number(settings, "cfm")); !reason.empty()) return reason;
-  if (!dCheckConfiguration("ODE_double_precision")) return "the installed ODE is not the double precision build";
+std::optional<Fault> refusal(const Scene& scene, const Settings& settings) {
+  if (auto fault = refused_mechanism(scene, rivals::number(settings, "cfm"))) return fault;
+  if (!dCheckConfiguration("ODE_double_precision")) return Fault{"the installed ODE is not the double precision build"};
   const auto shaped = std::count_if(scene.bodies.begin(), scene.bodies.end(), rivals::has_shape);
   int cylinders = 0, capsules = 0;
   for (const auto& body : scene.bodies) {
     if (shaped > 1) {
-      if (const auto reason = refused_shape(body); !reason.empty()) return reason;
+      if (const auto reason = refused_shape(body); !reason.empty()) return Fault{reason};
     }
     if (!body.fixed && rotates(body)) {
       const dMass mass = mass_of(body);
-      if (!dMassCheck(&mass)) return "ODE requires a positive definite inertia; that of `" + body.name + "` is not";
+      if (!dMassCheck(&mass))
+        return Fault{"ODE requires a positive definite inertia; that of `" + body.name + "` is not"};
     }
     if (!body.fixed && !rotates(body) && rivals::has_shape(body) && shaped > 1) {
-      return "ODE would rotate `" + body.name + "`, which has a shape and no inertia";
+      return Fault{"ODE would rotate `" + body.name + "`, which has a shape and no inertia"};
     }
     cylinders += std::holds_alternative<Cylinder>(body.shape);
     capsules += std::holds_alternative<Capsule>(body.shape);
   }
   if (cylinders > 1 || (cylinders > 0 && capsules > 0)) {
     if (!dCheckConfiguration("ODE_EXT_libccd"))
-      return "this build of ODE has no collision of a cylinder with a cylinder or capsule";
+      return Fault{"this build of ODE has no collision of a cylinder with a cylinder or capsule"};
   }
-  return "";
+  return {};
 }
 
 std::string diagnostics_since_last_call() {

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,8 @@ namespace atwood::ode {
 
 std::vector<Setting> settings();
 
-// Why ODE cannot represent the scene, beyond the refusals of every adapter; empty when it can.
-std::string refusal(const Scene& scene, const Settings& settings);
+// Why ODE cannot represent the scene, beyond the refusals of every adapter; none when it can.
+std::optional<Fault> refusal(const Scene& scene, const Settings& settings);
 
 // ODE's messages since the last call: "ODE printed 3 messages, first: LCP internal error"; empty: none.
 std::string diagnostics_since_last_call();

@@ -63,7 +63,7 @@ template <class S, class Odeint> class Plain : public stepping::Stepper<S> {
   }
   std::int64_t advance(S, S, std::vector<S>&) override {
     throw stepping::Failure(Status::unsupported,
-                            "this stepper has no error control: it takes equal steps, no tolerance");
+                            "this stepper has no error control: it takes equal steps; found a tolerance");
   }
 
  private:

@@ -60,12 +60,12 @@ MethodInfo info(const Entry& entry) {
 }
 
 Result<Choice> read_choice(const MethodId& id, const Entry& entry, const Settings& settings) {
-  const auto input = [](const std::string& why) { return Fault{Blame::input, why}; };
+  const auto input = [](const std::string& why) { return Fault{why}; };
   if (!id.scalar.empty() && id.scalar != "double" && id.scalar != "long-double")
     return input("odeint runs here in double and long-double, not " + id.scalar);
   if (!id.response.empty()) return input("odeint has no contacts: no +" + id.response);
   if (id.rtol && !entry.by_tolerance)
-    return input("odeint's " + entry.name + " has no error control: it takes equal steps, no tolerance");
+    return input("odeint's " + entry.name + " has no error control: it takes equal steps; found a tolerance");
   Choice choice;
   choice.rtol = id.rtol.value_or(1e-8);
   choice.atol = id.atol.value_or(choice.rtol / 100);

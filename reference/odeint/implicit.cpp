@@ -64,7 +64,7 @@ template <class S, class Odeint, bool has_out> class Implicit : public stepping:
     std::copy(x_.begin(), x_.end(), y.begin());
   }
   std::int64_t advance(S, S, std::vector<S>&) override {
-    throw stepping::Failure(Status::unsupported, "this stepper takes equal steps, no tolerance");
+    throw stepping::Failure(Status::unsupported, "this stepper takes equal steps; found a tolerance");
   }
 
  private:

@@ -74,7 +74,7 @@ def box_corner(fluid, x, spacing):
 def refuse(scene):
     fluids = scene.get("fluids", [])
     if len(fluids) != 1:
-        raise Refusal(f"PySPH is given scenes of one fluid; this one has {len(fluids) or 'none'}")
+        raise Refusal(f"this adapter supports exactly one fluid; the scene has {len(fluids) or 'none'}")
     fluid = fluids[0]
     if fluid.get("heat_capacity_J_per_kg_K", 0) > 0:
         raise Refusal("PySPH's schemes have no temperature")
@@ -84,12 +84,12 @@ def refuse(scene):
         if not body["fixed"]:
             raise Refusal(f"PySPH's schemes move no rigid bodies: `{body['name']}`")
         if any(body["angular_velocity_body_rad_per_s"]):
-            raise Refusal(f"PySPH is given walls that slide, not walls that turn: `{body['name']}`")
+            raise Refusal(f"this adapter supports walls that slide, not walls that rotate: `{body['name']}`")
     for boundary in scene.get("fluid_boundaries", []):
         body = next(each for each in scene["bodies"] if each["name"] == boundary["body"])
         normal = body.get("shape", {}).get("plane", {}).get("normal", [])
         if [abs(n) for n in normal].count(1) != 1:
-            raise Refusal(f"PySPH is given walls that are planes across an axis: `{body['name']}` is none")
+            raise Refusal(f"this adapter supports only planes perpendicular to an axis as walls: `{body['name']}` is not")
 
 
 def ticks(first, pitch, last):

@@ -100,8 +100,8 @@ SCHEMES = {
         {**numerics(1.0, "quintic", 0.0), **PB_FACTOR, **integrator("pec", "epec"),
          "edac_alpha": Setting(0.5, "Diffusion of pressure edac_alpha h c / 8; 0: the fluid's viscosity.", 0, 10),
          "bql": Setting(True, "Pressure forces relative to the mean pressure of the neighbours (Basa, Quinlan, Lastiwka)."),
-         "eps": Setting(0.0, "XSPH's coefficient; with a free surface alone.", 0, 1),
-         "clamp_pressure": Setting(False, "No negative pressure of walls; with a free surface alone.")},
+         "eps": Setting(0.0, "XSPH's coefficient; used only with a free surface.", 0, 1),
+         "clamp_pressure": Setting(False, "No negative pressure of walls; used only with a free surface.")},
         False, True, False, {"pec": 1, "epec": 2}, make_edac)}
 
 # Settings that differ from the defaults, found by trying edac_alpha in [0, 8], pb_factor in [0.2, 1.5] and hdx in [0.9, 1.4] on

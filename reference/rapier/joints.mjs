@@ -20,7 +20,7 @@ export function refusedMechanism(scene) {
     const limits = limitsOf(joint),
       named = `; found it on the joint \`${joint.name}\``;
     if (limits && limits.restitution !== 0)
-      return `rapier has no restitution of stops: expected stop_restitution = 0${named}`;
+      return `rapier's stops have no restitution: expected stop_restitution = 0 on the joint \`${joint.name}\``;
     if (joint.kind === "hinge" && limits && (limits.lower < -Math.PI || limits.upper > Math.PI))
       return `rapier's hinges have limits between -pi and pi${named}`;
     if (joint.kind === "universal")

@@ -49,8 +49,8 @@ Result<Settings> settings_of(const Rival& rival, const Preset& preset, const Met
   Result<Settings> settings = merged_settings(info, overrides);
   if (!settings) return settings;
   if (preset.adaptive && id.rtol) settings->at("steps") = std::string("chosen");
-  const std::string wrong = rival.contradiction ? rival.contradiction(*settings) : "";
-  if (!wrong.empty()) return Fault{Blame::input, info.id + ": " + wrong};
+  if (rival.contradiction)
+    if (const auto fault = rival.contradiction(*settings)) return Fault{info.id + ": " + fault->reason};
   return settings;
 }
 
@@ -63,13 +63,12 @@ Outcome run(const Rival& rival, const MethodId& id, const Scene& scene, const Pl
   }
   MethodId plain = id;
   if (preset->adaptive) plain.rtol.reset(), plain.atol.reset();
-  if (const auto reason = refusal(rival.name, plain, rival.scalar, scene, rival.compliant); !reason.empty())
-    return refused(reason);
+  if (const auto fault = refusal(rival.name, plain, rival.scalar, scene, rival.compliant)) return refused(*fault);
   if (!rival.joints && has_mechanism(scene)) return refused(rival.name + "'s adapter takes no joints or ropes");
   const Result<Settings> settings = settings_of(rival, *preset, id, scene);
   if (!settings) return refused(settings.fault());
   try {
-    if (const auto reason = rival.refusal(scene, *settings); !reason.empty()) return refused(reason);
+    if (const auto fault = rival.refusal(scene, *settings)) return refused(*fault);
     const auto make = [&](const Scene& s, bool observe) { return rival.make(s, *settings, observe); };
     if (rival.diagnostics) rival.diagnostics();
     Outcome outcome = run_world(make, scene, plan, observer, repeats, count(*settings, "substeps"));

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,10 +29,11 @@ struct Rival {
   std::vector<Preset> presets;
   bool compliant = false;  // has compliant contacts; `refusal` says which are not covered
   bool joints = false;     // takes joints; `refusal` says which are not covered
-  // What is wrong with settings that are each in range; empty: nothing. May be absent.
-  std::function<std::string(const Settings&)> contradiction = {};
-  // Why the engine cannot represent the scene, beyond the refusals of every adapter; empty when it can.
-  std::function<std::string(const Scene&, const Settings&)> refusal;
+  // What is wrong with settings that are each in range. May be absent.
+  std::function<std::optional<Fault>(const Settings&)> contradiction = {};
+  // Why the engine cannot represent the scene with these settings, beyond the refusals of every adapter; none when it
+  // can.
+  std::function<std::optional<Fault>(const Scene&, const Settings&)> refusal;
   // Throws std::invalid_argument where the engine itself refuses the scene.
   std::function<std::unique_ptr<World>(const Scene&, const Settings&, bool observe)> make;
   // Messages of the engine since the last call; empty: none. May be absent.

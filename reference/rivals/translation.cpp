@@ -33,33 +33,35 @@ std::string convention_note(const std::string& engine, const Scene& scene) {
          " has its own order for impacts of one instant: the scene's simultaneous_impacts = sequential is not followed";
 }
 
-std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene,
-                    bool compliant) {
-  if (id.rtol || id.atol) return engine + " has no error control: expected a method without a tolerance";
-  if (!id.response.empty()) return engine + " has its own contact response: +" + id.response + " is not available";
+std::optional<Fault> refusal(const std::string& engine, const MethodId& id, const std::string& scalar,
+                             const Scene& scene, bool compliant) {
+  if (id.rtol || id.atol) return Fault{engine + " has no error control: expected a method without a tolerance"};
+  if (!id.response.empty())
+    return Fault{engine + " has its own contact response: +" + id.response + " is not available"};
   if (!id.scalar.empty() && id.scalar != scalar)
-    return engine + " computes in " + scalar + "; found the scalar `" + id.scalar + "`";
+    return Fault{engine + " computes in " + scalar + "; found the scalar `" + id.scalar + "`"};
   if (!scene.problem.empty())
-    return engine + " simulates bodies and cannot integrate the bare equations `" + scene.problem + "`";
-  if (const auto reason = uncovered_force(scene); !reason.empty()) return engine + "'s adapter has " + reason;
+    return Fault{engine + " simulates bodies and cannot integrate the bare equations `" + scene.problem + "`"};
+  if (const auto reason = uncovered_force(scene); !reason.empty()) return Fault{engine + "'s adapter has " + reason};
 
   const bool matter = shapes_matter(scene);
   for (const auto& body : scene.bodies) {
     if (body.fixed && (body.velocity_m_per_s != Real3{} || body.angular_velocity_body_rad_per_s != Real3{}))
-      return engine + "'s adapter has no prescribed motion of fixed bodies; `" + body.name + "` moves";
+      return Fault{engine + "'s adapter has no prescribed motion of fixed bodies; `" + body.name + "` moves"};
     if (body.fixed) continue;
-    if (!(body.mass_kg > 0)) return engine + " requires a mass of mobile bodies; `" + body.name + "` has none";
+    if (!(body.mass_kg > 0)) return Fault{engine + " requires a mass of mobile bodies; `" + body.name + "` has none"};
     if (matter && std::holds_alternative<Plane>(body.shape))
-      return engine + " has fixed planes only; `" + body.name + "` is mobile";
+      return Fault{engine + " has fixed planes only; `" + body.name + "` is mobile"};
   }
   if (scene.simultaneous_impacts == SimultaneousImpacts::together && impacts_may_coincide(scene))
-    return engine +
-           " does not solve all impacts of one instant as one problem: the scene's simultaneous_impacts is together";
+    return Fault{
+        engine +
+        " does not solve all impacts of one instant as one problem: the scene's simultaneous_impacts is together"};
   for (const auto& law : laws_in_play(scene)) {
     if (!compliant && law.contact_law != ContactLaw::rigid)
-      return engine + "'s adapter has no compliant contact laws (contact_law)";
+      return Fault{engine + "'s adapter has no compliant contact laws (contact_law)"};
   }
-  return "";
+  return {};
 }
 
 bool shapes_matter(const Scene& scene) {

@@ -61,10 +61,10 @@ using WorldMaker = std::function<std::unique_ptr<World>(const Scene&, bool obser
 Outcome run_world(const WorldMaker& make, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
                   std::int64_t substeps);
 
-// The refusals of every adapter, with the name of the engine; empty when the scene can run. Compliant contact laws are
+// The refusals of every adapter, with the name of the engine; none when the scene can run. Compliant contact laws are
 // refused unless the engine is `compliant`.
-std::string refusal(const std::string& engine, const MethodId& id, const std::string& scalar, const Scene& scene,
-                    bool compliant = false);
+std::optional<Fault> refusal(const std::string& engine, const MethodId& id, const std::string& scalar,
+                             const Scene& scene, bool compliant = false);
 
 // What the cell of an engine states that has its own order for impacts of one instant where the scene states a
 // sequence; "": nothing. (A scene whose simultaneous impacts are one problem is refused.)

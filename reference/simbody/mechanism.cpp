@@ -98,7 +98,7 @@ std::string refused_mechanism(const Scene& scene) {
   for (const Joint& joint : scene.joints) {
     const std::string named = "; found it on the joint `" + joint.name + "`";
     if (joint.limits)
-      return "Simbody's stops are springs (MobilityLinearStop); rigid ones belong to its experimental time stepper" +
+      return "Simbody's stops are springs (MobilityLinearStop); rigid stops belong to its experimental time stepper" +
              named;
     if (joint.closes_loop && joint.driven_rate) return "Simbody has no drive of a joint that closes a loop" + named;
   }

@@ -25,7 +25,7 @@ std::string first_complaint;
 // The law of the pairs that can touch, null where none can; the fault of the engine where it is not the same for all of
 // them, or not one that Simbody has.
 Result<const PairLaw*> one_law(const Scene& scene) {
-  const auto refused = [](const std::string& reason) { return Fault{Blame::engine, reason}; };
+  const auto refused = [](const std::string& reason) { return Fault{reason}; };
   const PairLaw* one = nullptr;
   bool joined = false;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -381,14 +381,14 @@ std::vector<Setting> settings() {
       {"project_every_step", false, {{}, "Every step ends with a projection onto the constraints."}}};
 }
 
-std::string contradiction(const Settings& settings) {
+std::optional<Fault> contradiction(const Settings& settings) {
   if (rivals::word(settings, "integrator") == "CPodes" && rivals::word(settings, "steps") != "chosen")
-    return "setting `integrator`: CPodes has no steps of fixed size; expected the method simbody/cpodes";
-  return "";
+    return Fault{"setting `integrator`: CPodes has no steps of fixed size; expected the method simbody/cpodes"};
+  return {};
 }
 
-// CPodes throws where a quaternion's norm is a constraint, and its projection onto loops was seen to give wrong motions
-// with status ok (the seven-body mechanism of Andrews).
+// CPodes throws where a quaternion's norm is a constraint, and its projection onto loops was seen to give wrong
+// motions with status ok (the seven-body mechanism of Andrews).
 std::string refused_by_cpodes(const Scene& scene) {
   const std::vector<int> placing = rivals::placing_joints(scene);
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
@@ -406,13 +406,13 @@ std::string refused_by_cpodes(const Scene& scene) {
                              : "Simbody's CPodes is wrong on constraints; found the rope `" + scene.ropes[0].name + "`";
 }
 
-std::string refusal(const Scene& scene, const Settings& settings) {
+std::optional<Fault> refusal(const Scene& scene, const Settings& settings) {
   if (rivals::word(settings, "integrator") == "CPodes") {
-    if (const auto reason = refused_by_cpodes(scene); !reason.empty()) return reason;
+    if (const auto reason = refused_by_cpodes(scene); !reason.empty()) return Fault{reason};
   }
-  if (const auto reason = refused_mechanism(scene); !reason.empty()) return reason;
-  const auto law = one_law(scene);
-  return law ? "" : law.fault().reason;
+  if (const auto reason = refused_mechanism(scene); !reason.empty()) return Fault{reason};
+  if (const auto law = one_law(scene); !law) return law.fault();
+  return {};
 }
 
 std::string diagnostics_since_last_call() {

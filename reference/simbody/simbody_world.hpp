@@ -16,6 +16,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,8 +27,8 @@ namespace atwood::simbody {
 
 std::string version();
 std::vector<Setting> settings();
-std::string contradiction(const Settings& settings);  // of values that are each in range; empty: none
-std::string refusal(const Scene& scene, const Settings& settings);
+std::optional<Fault> contradiction(const Settings& settings);  // of values that are each in range
+std::optional<Fault> refusal(const Scene& scene, const Settings& settings);
 
 // Messages of exceptions that Simbody threw since the last call; empty: none.
 std::string diagnostics_since_last_call();

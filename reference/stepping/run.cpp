@@ -133,7 +133,7 @@ template <class S> struct Integration {
   }
 };
 
-// One run; `busy` (null: not timed) receives the time of the steps alone.
+// One run; `busy` (null: not timed) receives only the time of the steps.
 template <class S>
 Outcome run_once(const std::string& engine, Integration<S>& integration, const Maker<S>& make,
                  std::chrono::nanoseconds* busy) {

@@ -287,15 +287,15 @@ std::string no_coarser_words(const std::vector<WorkCurve>& all, const AdviceRung
 // The methods that ran and are not recommended, with reasons.
 void AdviceSearch::report_losers(const std::vector<WorkCurve>& all, const Contest& contest) {
   std::map<std::string, std::string> reasons;
-  const auto tell = [&](const std::string& reason, const std::string& family) {
+  const auto add_reason = [&](const std::string& reason, const std::string& family) {
     reasons[reason] += (reasons[reason].empty() ? "" : ", ") + family;
   };
   const bool by_error = advice_.wanted_error > 0;
   for (std::size_t i = 2; i < contest.ranked.size(); ++i) {
     const Reached& reached = contest.ranked[i];
-    tell(by_error ? "more expensive" : "less accurate within the budget",
-         fmt::format("{} ({})", reached.family,
-                     by_error ? time_words(reached.cost) : fmt::format("{:.2g}", reached.error)));
+    add_reason(by_error ? "more expensive" : "less accurate within the budget",
+               fmt::format("{} ({})", reached.family,
+                           by_error ? time_words(reached.cost) : fmt::format("{:.2g}", reached.error)));
   }
   for (const WorkCurve& curve : all) {
     if (std::any_of(contest.ranked.begin(), contest.ranked.end(),
@@ -306,21 +306,21 @@ void AdviceSearch::report_losers(const std::vector<WorkCurve>& all, const Contes
         (!by_error || std::any_of(curve.points.begin(), curve.points.end(),
                                   [&](const WorkPoint& point) { return known_error(point) <= advice_.wanted_error; }));
     if (reached && curve.under_wasm) {
-      tell(kUnrankedUnderWasm, curve.family);
+      add_reason(kUnrankedUnderWasm, curve.family);
       advice_.under_wasm = true;
     } else if (curve.points.empty()) {
-      tell(curve.failed.empty() ? "no figure of this kind"
-                                : to_string(curve.failed.back().status) + ": " + curve.failed.back().reason,
-           curve.family);
+      add_reason(curve.failed.empty() ? "no figure of this kind"
+                                      : to_string(curve.failed.back().status) + ": " + curve.failed.back().reason,
+                 curve.family);
     } else if (by_error) {
       const auto least =
           std::min_element(curve.points.begin(), curve.points.end(),
                            [](const WorkPoint& a, const WorkPoint& b) { return known_error(a) < known_error(b); });
-      tell(reached ? "reached the error, in runs too long to be timed"
-                   : "did not reach the error on the rungs that were run",
-           fmt::format("{} (best {:.2g})", curve.family, known_error(*least)));
+      add_reason(reached ? "reached the error, in runs too long to be timed"
+                         : "did not reach the error on the rungs that were run",
+                 fmt::format("{} (best {:.2g})", curve.family, known_error(*least)));
     } else {
-      tell("no rung within the budget", curve.family);
+      add_reason("no rung within the budget", curve.family);
     }
   }
   std::vector<std::pair<std::string, std::string>> told(reasons.begin(),

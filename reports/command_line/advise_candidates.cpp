@@ -315,7 +315,7 @@ Candidates at_same_rate(const Candidates& candidates, const std::vector<Worker>&
     if (i < candidates.short_list) ++same.short_list;
   }
   same.firsts = std::max<std::size_t>(same.firsts, 1);
-  if (!own.empty()) same.left_out.emplace_back("--same-rate: evaluates a rate of its own alone", own);
+  if (!own.empty()) same.left_out.emplace_back("--same-rate: evaluates only its own rate", own);
   return same;
 }
 

@@ -153,7 +153,7 @@ Against hold_against(const Place& place, const Options& options, const Selection
           fmt::format("--against {}: {} has no figures: none of its cells gave one", named, against.words));
     if (baseline.entries.front().method == kAllMethods)
       throw InputError(
-          fmt::format("--against {}: {} has no figures: of runs of 20 000 cells or more the history keeps counts alone",
+          fmt::format("--against {}: {} has no figures: of runs of 20 000 cells or more the history keeps only counts",
                       named, against.words));
     baseline.path = against.words;
     if (run.host != host_name()) {

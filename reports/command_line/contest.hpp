@@ -26,7 +26,7 @@ std::string caution_words(const Reached& reached, double wanted);
 
 // Why no ranking by time has a method whose curve is `under_wasm`.
 inline constexpr const char* kUnrankedUnderWasm =
-    "timed under WebAssembly alone: such times are not ranked with those of native engines "
+    "timed only under WebAssembly: such times are not ranked with those of native engines "
     "(docs/engines-under-node.md)";
 // The sentence on the methods that were timed so; empty where there is none.
 std::string under_wasm_note(const std::vector<Row>& rows);

@@ -96,7 +96,7 @@ int move_start(const Place& place, const Options& options, std::int64_t steps, S
   Scenario until = scenario;
   if (method != "truth" && !scenario.frame_ends_s.empty())
     throw InputError(
-        fmt::format("derivatives: the steps of `{}` are recorded frames, and methods are sampled at its end alone; "
+        fmt::format("derivatives: the steps of `{}` are recorded frames, and methods are sampled only at its end; "
                     "expected --method truth",
                     scenario.id));
   until.frame_ends_s.clear();  // a truth does not depend on the steps

@@ -93,7 +93,7 @@ struct Parser {
     sub->add_option("-j,--jobs", options.jobs, "Cells run at once (default: one per core)");
     sub->add_option(
         "--limit", options.cell_limit_s,
-        fmt::format("Seconds allowed for a cell (default {:g}), instead of a `limit` in the study. A truth gets 6\n"
+        fmt::format("Seconds allowed for a cell (default: {:g}), instead of a `limit` in the study. A truth gets 6\n"
                     "times this; 120 s where --limit is not given",
                     options.cell_limit_s));
     auto* fresh = sub->add_flag("--fresh", options.fresh, "Run every cell again, also those in the store");
@@ -116,12 +116,13 @@ struct Parser {
   }
 };
 
-void declare_commands(Parser& p) {
+// What there is, and one of it.
+void declare_catalogue(Parser& p) {
   Options& o = p.options;
   auto* list = p.add("list", "Scenarios, methods, metrics, gates and studies", command_list);
   list->add_option("KIND", o.input, "scenarios, methods, metrics, gates or studies (default: all but studies)");
   list->add_flag("--long", o.long_list, "Methods with their documentation, source and settings");
-  list->add_flag("--names", o.names, "Names alone, one a line, as completion reads them")->group("");
+  list->add_flag("--names", o.names, "Only names, one a line, as completion reads them")->group("");
   p.other_engines(list);
 
   auto* describe =
@@ -132,7 +133,10 @@ void declare_commands(Parser& p) {
                      "For a library's method: print a standalone program that shows the order it executes");
   describe->add_option("--scenario", o.scenarios, "The scene of that program (default: kepler-e0.6)")->expected(1);
   p.other_engines(describe);
+}
 
+void declare_run(Parser& p) {
+  Options& o = p.options;
   auto* run = p.add("run", "Run a study: measure, judge, report", command_run);
   run->add_option("STUDY", o.study,
                   "A study file, or the id of a study of the catalogue (default: the study `default`)");
@@ -158,7 +162,11 @@ void declare_commands(Parser& p) {
       ->check(CLI::IsMember({"all", "worst", "none"}))
       ->capture_default_str();
   p.telling(run);
+}
 
+// One scene: its motion, its pictures, its contacts, its derivatives.
+void declare_single_scenes(Parser& p) {
+  Options& o = p.options;
   auto* trace = p.add("trace", "One run's motion as CSV; --method truth prints the truth with its bars", command_trace);
   trace->add_option("SCENE", o.input, "A file or a catalogue id")->required();
   trace->add_option("--method", o.methods, "A method id, or truth")->required()->expected(1);
@@ -234,7 +242,11 @@ void declare_commands(Parser& p) {
   p.other_engines(derivatives);
   derivatives->add_option("--limit", o.cell_limit_s, "Seconds that the run, and each answer, may take")
       ->capture_default_str();
+}
 
+// Which method for a scene.
+void declare_choices(Parser& p) {
+  Options& o = p.options;
   auto* compare = p.add("compare", "Methods side by side: error, order and cost on each scenario", command_compare);
   compare->add_option("METHODS", o.methods, "Two or more method ids")->required()->expected(1, 64);
   compare->add_option("--scenario,--filter", o.scenarios, "Scenarios: ids, globs or files")->expected(1)->take_all();
@@ -307,7 +319,10 @@ void declare_commands(Parser& p) {
   tune->add_option("-j,--jobs", o.jobs, "Cells run at once (default: one per core)");
   tune->add_option("--limit", o.cell_limit_s, "Seconds a run may take")->capture_default_str();
   p.shown_progress(tune);
+}
 
+void declare_judgements(Parser& p) {
+  Options& o = p.options;
   auto* check = p.add("check", "Judge a trace that any program recorded", command_check);
   check
       ->add_option("RUN.CSV", o.input,
@@ -316,7 +331,8 @@ void declare_commands(Parser& p) {
   check->add_option("--scenario", o.scenarios, "The scenario that the program ran: an id or a file")
       ->required()
       ->expected(1);
-  check->add_option("--as", o.as_method, "Judge the trace by the gates of this method")->capture_default_str();
+  check->add_option("--as", o.as_method,
+                    "Judge the trace by the gates of this method (default: the method name `check`)");
   check->add_option("--max", o.limits, "Fail where the metric is above the value")->expected(1)->take_all();
   check->add_option("--tolerances", o.tolerances, "Gates from this file instead of the catalogue's own");
   check->add_option("--junit", o.junit, "Write verdicts as JUnit XML");
@@ -334,7 +350,10 @@ void declare_commands(Parser& p) {
   p.narrowing(bless);
   bless->add_option("--reason", o.reason, "Why this is the new baseline")->required();
   bless->add_option("--baseline", o.baseline, "The file (default: atwood-baseline.tsv)");
+}
 
+void declare_bench(Parser& p) {
+  Options& o = p.options;
   auto* bench = p.add(
       "bench",
       "Measure times: kernels and steps with Google Benchmark, goals, the largest pile of bodies within a frame, broad phases",
@@ -358,7 +377,11 @@ void declare_commands(Parser& p) {
   bench->add_option("-j,--jobs", o.jobs, "goals: cells run at once in the accuracy pass");
   bench->add_flag("--no-timing", o.no_timing, "goals: measure errors and evaluations only");
   bench->add_option("--out", o.out_dir, "Where the figures go")->capture_default_str();
+}
 
+// What is made of a store.
+void declare_stored_runs(Parser& p) {
+  Options& o = p.options;
   auto* report = p.add("report", "Make the report again from the store", command_report);
   report->add_option("STUDY", o.study, "The study to report");
   p.narrowing(report);
@@ -396,7 +419,11 @@ void declare_commands(Parser& p) {
   costs->add_option("STUDY", o.study, "The study whose cells are asked for");
   p.narrowing(costs);
   costs->add_option("-o,--output", o.outputs, "The file (default: standard output)")->expected(1);
+}
 
+// About the program itself.
+void declare_program(Parser& p) {
+  Options& o = p.options;
   auto* doctor = p.add("doctor", "The installation: engines, versions, precisions, the machine", command_doctor);
   p.other_engines(doctor);
   doctor->add_option("--out", o.out_dir, "Where the store is")->capture_default_str();
@@ -423,6 +450,18 @@ void declare_commands(Parser& p) {
                              return exit_pass;
                            });
   completion->add_option("SHELL", o.input, "bash, zsh or fish: source <(atwood completion bash)")->required();
+}
+
+// In the order in which `atwood --help` lists them.
+void declare_commands(Parser& p) {
+  declare_catalogue(p);
+  declare_run(p);
+  declare_single_scenes(p);
+  declare_choices(p);
+  declare_judgements(p);
+  declare_bench(p);
+  declare_stored_runs(p);
+  declare_program(p);
   name_values(p.app);
   check_values(p.app);
 }

@@ -94,7 +94,7 @@ std::string words_of(const OptionWords& option) {
 }
 
 std::string doc_of(const OptionWords& option) {
-  return option.preset.empty() ? option.doc : option.doc + " (" + option.preset + ")";
+  return option.preset.empty() ? option.doc : option.doc + " (default: " + option.preset + ")";
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ constexpr OptionalEngine kOptionalEngines[] = {
     {"jolt", "Jolt", kNodePackages, kNodeInstalled},
     {"mujoco", "MuJoCo", "libmujoco-dev", "the package atwood-mujoco brings its worker"},
     {"mujoco3", "MuJoCo 3", kNodePackages, kNodeInstalled},
-    {"pysph", "PySPH", "python3-pysph", "it runs from the project's folder alone: `ATWOOD_ENGINES=pysph ./atwood run`"},
+    {"pysph", "PySPH", "python3-pysph", "it runs only from the project's folder: `ATWOOD_ENGINES=pysph ./atwood run`"},
     {"rapier", "Rapier", kNodePackages, kNodeInstalled},
     {"simbody", "Simbody", "libsimbody-dev", "the package atwood-simbody brings its worker"}};
 

@@ -168,7 +168,7 @@ int command_play(const Place& place, const Options& options) {
                                  scenario.id));
   if (!methods.empty() && !scenario.frame_ends_s.empty())
     throw InputError(
-        fmt::format("play: the steps of `{}` are recorded frames, and methods are sampled at its end alone; "
+        fmt::format("play: the steps of `{}` are recorded frames, and methods are sampled only at its end; "
                     "expected no --method",
                     scenario.id));
   scenario.frame_ends_s.clear();  // a truth does not depend on the steps

@@ -17,7 +17,6 @@
 #include "reports/command_line/verdicts.hpp"
 #include "reports/render/baseline_table.hpp"
 #include "reports/render/solver_table.hpp"
-#include "reports/render/statistics_text.hpp"
 #include "reports/render/text.hpp"
 #include "scene/files.hpp"
 #include "validation/study/process.hpp"

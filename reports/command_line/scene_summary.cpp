@@ -267,7 +267,8 @@ void ask_fluid_engines(const Scenario& scenario, const std::vector<Worker>& work
 
 std::string truth_answer(const Place& place, const Scenario& scenario) {
   const std::string words = truth_words(scenario.truth);
-  if (scenario.truth.kind == TruthKind::none) return "none is named: engines can be compared with each other alone";
+  if (scenario.truth.kind == TruthKind::none)
+    return "the scene names none: engines can only be compared with each other";
   const Truth truth = truth_once(place.truth_worker, scenario, scenario.samples, kAskLimit_s);
   if (truth.outcome.status == Status::timeout) return words + fmt::format("; not solved within {:g} s", kAskLimit_s);
   if (truth.outcome.status != Status::ok) return words + "; it does not cover this scene: " + truth.outcome.reason;

@@ -117,7 +117,7 @@ bool is_named(const Worker& worker, const std::string& engine) {
 // Why a known engine has no adapter; empty for any other name.
 std::string why_left_out(const std::string& engine) {
   if (engine != "physx") return "";
-  return " (PhysX's package for JavaScript, physx-js-webidl, is built for browsers alone and does not load under Node.js)";
+  return " (PhysX's package for JavaScript, physx-js-webidl, is built only for browsers and does not load under Node.js)";
 }
 
 // InputError unless some available engine provides the method, or its engine is known and not built. `who` says where

@@ -60,7 +60,7 @@ std::string other_truths(const Place& place, const Scenario& scenario, double li
       reason = error.what();
     }
     if (!reason.empty()) {
-      reasons += fmt::format("{}{}: {}", reasons.empty() ? "" : "; ", kind_words(other), reason);
+      reasons += fmt::format("{}{} answers \"{}\"", reasons.empty() ? "" : ", and ", kind_words(other), reason);
       continue;
     }
     covers += (covers.empty() ? "" : ", or ") +
@@ -71,8 +71,7 @@ std::string other_truths(const Place& place, const Scenario& scenario, double li
   const std::string none =
       "`kind = \"none\"` says that there is none: energy, momentum and contacts are still measured";
   if (covers.empty() && mechanism && !reasons.empty())
-    return fmt::format("No other truth of mechanisms covers this scene within {:g} s ({}); {}.", limit_s, reasons,
-                       none);
+    return fmt::format("No other truth of mechanisms covers this scene within {:g} s: {}. {}.", limit_s, reasons, none);
   return covers.empty()
              ? fmt::format("Neither `rest`, `extended` nor `cvode` covers this scene within {:g} s; {}.", limit_s, none)
              : fmt::format("What covers it: {}; {}.", covers, none);

@@ -120,7 +120,7 @@ std::string audit_section(const std::vector<AuditFinding>& findings) {
     }
   }
   out +=
-      "\nEvidence that stands alone: `./atwood describe METHOD --program` prints a program with nothing of Atwood in "
+      "\nEvidence without Atwood: `./atwood describe METHOD --program` prints a program with nothing of Atwood in "
       "it.\n\n";
   return out;
 }

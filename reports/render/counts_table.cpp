@@ -10,7 +10,7 @@ namespace {
 constexpr const char* kCountsLegend =
     "Every cell and gate of the study is counted here. The rest of this page shows some ladders of each scene: the most "
     "and the least accurate at the finest rung, and those where something did not pass. The command writes a page of that "
-    "scene alone, and with --method METHOD one with every row of a method.";
+    "scene only, and with --method METHOD one with every row of a method.";
 constexpr std::array<const char*, 9> kCountHeads{"ladders", "shown", "cells",  "not ok", "missing",
                                                  "pass",    "fail",  "unver.", "not run"};
 

@@ -70,31 +70,4 @@ std::string statistics_section(const std::vector<Row>& rows) {
          table + "\n" + definitions + "\n";
 }
 
-std::string render_statistics(const std::vector<Row>& rows, int width) {
-  std::string out;
-  for (const char* metric : kShown) {
-    const auto found = of_metric(rows, metric);
-    if (found.empty()) continue;
-    out += fmt::format("{}\n", metric);
-    const std::string definition = definition_of(metric);
-    const std::size_t line = static_cast<std::size_t>(std::max(40, std::min(width, 110))) - 2;
-    for (std::size_t at = 0; at < definition.size();) {  // broken at spaces
-      std::size_t end = std::min(definition.size(), at + line);
-      if (end < definition.size()) {
-        const std::size_t space = definition.rfind(' ', end);
-        if (space != std::string::npos && space > at) end = space;
-      }
-      out += "  " + definition.substr(at, end - at) + "\n";
-      at = end + 1;
-    }
-    for (const Row* row : found) {
-      const std::string steps = row->steps > 0 ? std::to_string(row->steps) : "";
-      out += fmt::format("    {:<22} {:<34} {:>7}  {}\n", fit(one_line(row->scenario), 22),
-                         fit(one_line(row->method), 34), steps, value_words(*row));
-    }
-    out += "\n";
-  }
-  return out;
-}
-
 }  // namespace atwood

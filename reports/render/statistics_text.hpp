@@ -9,7 +9,5 @@
 namespace atwood {
 
 std::string statistics_section(const std::vector<Row>& rows);  // Markdown; empty when there are none
-std::string render_statistics(const std::vector<Row>& rows,
-                              int width);  // a terminal's table and the definitions under it
 
 }  // namespace atwood

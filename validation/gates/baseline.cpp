@@ -364,7 +364,7 @@ std::vector<std::string> environment_changes(const Baseline& baseline, std::span
     std::string what = part.name == "cpu_features" ? changed_words(then->second, here->second) : "";
     if (what.empty()) what = "`" + joined(here->second) + "`, then `" + joined(then->second) + "`";
     notes.push_back("The " + part.words + " " + part.differs + " from the baseline's: " + what +
-                    "; figures may differ for that alone.");
+                    "; this alone may change figures.");
   }
   return notes;
 }

@@ -130,16 +130,16 @@ std::vector<MetricInfo> common_metrics() {
        "Mean exponential rate at which two neighbouring runs separate, their distance reset after each sample "
        "(Benettin et al. 1980); bar = 95 % from means of ten blocks."},
       {"state-differences", "1",
-       "How many numbers of the samples (instants, bodies, particles, joints) differ in any bit between the run and the "
-       "same run repeated, or made by another number of threads."},
+       "Number of values of the samples (instants, bodies, particles, joints) differ in any bit between the run and the "
+       "same run repeated, or a run with another number of threads."},
       {"state-hash", "1",
        "The upper 48 bits of the 64-bit hash (xxHash, XXH64) of the last sample's numbers, widened to quadruple "
        "precision, in the order of the scene: equal on every machine, compiler and thread count, or the bits differ."},
       {"tolerance-ratio", "1",
        "Relative position error (error-position-max over size-position) divided by the relative tolerance of the run."},
       {"tolerance-exponent", "1",
-       "Slope of log error-position-max on log rtol, tolerances whose error is within 30 times the floor are "
-       "left out; 1: proportional; bar = 95 %; NaN: inconclusive."},
+       "Slope of log error-position-max against log rtol; tolerances whose error is within 30 times the floor are "
+       "left out. 1: proportional; bar = 95 %; NaN: inconclusive."},
       {"gci-position", "m",
        "Grid convergence index of the worst body's last position from the finest three usable steps, "
        "1.25 |x2 - x1| / (r^p - 1): the band about the finest value. No truth is used. The reason says whether the "
@@ -165,7 +165,7 @@ std::vector<MetricInfo> common_metrics() {
       {"order-impact-time", "1",
        "Slope of log impact-time-error on log h over the asymptotic window; bar = 95 % half-width; NaN: inconclusive."},
       {"landing-range-error", "m",
-       "Horizontal distance flown to z = 0 less the true one; landing by the parabola through three samples, on run "
+       "Horizontal distance flown to z = 0 minus the true one; landing by the parabola through three samples, on run "
        "and truth alike; positive: too far."},
       {"impact-time-error", "s",
        "Largest error |t_k - true t_k| of an impact's time. Impacts of a pair are matched by their number k; only those "
@@ -181,7 +181,8 @@ std::vector<MetricInfo> common_metrics() {
        "Largest error |t_k - true t_k| of the time at which a contact's regime changes (rest, slip, stick, roll, "
        "separate). Changes of one kind and pair are matched by their number k. NaN: the run reports fewer than the truth."},
       {"impact-count-error", "1",
-       "Reported impacts less true ones, of those that fell from a clearance of at least 1e-3 m."},
+       "Number of reported impacts minus number of true ones; only impacts after a clearance of at least 1e-3 m are "
+       "counted."},
       {"apex-error", "1",
        "Largest |apex - true apex| / true apex over the first five apexes after an impact; an apex is the clearance at "
        "the vertex of the parabola through three samples of one flight, the same samples of run and truth."},
@@ -199,7 +200,8 @@ std::vector<MetricInfo> common_metrics() {
        "Largest max(0, |f_t| - mu f_n) over the largest f_n, of the contacts in the samples and the reported "
        "impulses."},
       {"signorini-gap", "m",
-       "Largest |gap| of a contact that carries force, over the samples: force and gap exclude each other."},
+       "Largest |gap| of a contact that carries force, over the samples: a contact with a gap must carry no "
+       "force."},
       {"signorini-pull", "N",
        "Largest tensile force of a contact, max(0, -f_n), over the samples: contacts can only push."},
       {"dissipation-defect", "1",
@@ -223,14 +225,14 @@ std::vector<MetricInfo> common_metrics() {
        "|deepest reported depth - least-penetration depth| over the smaller body's bounding radius, over overlapping "
        "poses of a sweep: largest."},
       {"contact-normal-error-median", "rad",
-       "Angle between reported and true normal, over overlapping poses of a sweep whose direction of least depth is "
-       "unique by a thousandth of the depth: median."},
+       "Angle between reported and true normal, over overlapping poses of a sweep in which no other "
+       "direction has a depth within 0.1 % of the least: median."},
       {"contact-normal-error-p99", "rad",
-       "Angle between reported and true normal, over overlapping poses of a sweep whose direction of least depth is "
-       "unique by a thousandth of the depth: 99th percentile."},
+       "Angle between reported and true normal, over overlapping poses of a sweep in which no other "
+       "direction has a depth within 0.1 % of the least: 99th percentile."},
       {"contact-normal-error-max", "rad",
-       "Angle between reported and true normal, over overlapping poses of a sweep whose direction of least depth is "
-       "unique by a thousandth of the depth: largest."},
+       "Angle between reported and true normal, over overlapping poses of a sweep in which no other "
+       "direction has a depth within 0.1 % of the least: largest."},
       {"contact-distance-error-median", "1",
        "|reported distance - true distance| over the smaller body's bounding radius, over poses of a sweep that are "
        "apart, of engines that report it: median."},
@@ -247,8 +249,8 @@ std::vector<MetricInfo> common_metrics() {
       {"touch-time-error-max", "s",
        "|reported first touch - true one| over swept poses that touch within a second: largest."},
       {"penetration-max", "m",
-       "Deepest overlap of two shapes over the samples; 0 when none. NaN: shapes came near of which no depth is known, a "
-       "cylinder and anything but a sphere or a plane."},
+       "Deepest overlap of two shapes over the samples; 0 when none. NaN: shapes came near whose depth cannot be "
+       "computed (a cylinder with anything but a sphere or a plane)."},
       {"penetration-rms", "m", "Root mean square over the samples (t = 0 left out) of the deepest overlap."},
       {"penetration-relative", "1",
        "Deepest overlap over the samples in units of the smaller body: its radius or least half extent."},
@@ -262,7 +264,7 @@ std::vector<MetricInfo> common_metrics() {
        "Time of the whole run: the same median as step-time's, times the number of steps taken, with the same bar."},
       {"step-time-wasm", "s",
        "step-time of an engine that runs as WebAssembly under Node.js. No ranking, goal or gate compares it with the "
-       "step-time of native engines: the same engine, built for the processor, takes another time."},
+       "step-time of native engines: a native build of the same engine has another step time."},
       {"run-time-wasm", "s", "run-time of an engine that runs as WebAssembly under Node.js, as step-time-wasm."},
       {"call-time-wasm", "s",
        "Part of step-time-wasm: a step of a world without bodies, which is the call from JavaScript and what the engine "
@@ -274,7 +276,7 @@ std::vector<MetricInfo> common_metrics() {
       {"solver-residual-max", "1",
        "Largest residual that a solve ended with. `body` names the solver, the reason the scale of its residual; "
        "without `body`: the largest of all solvers. Solves of rejected steps are left out."},
-      {"solver-iterations-max", "1", "Most iterations of one solve; the solver's name stands in `body`."},
+      {"solver-iterations-max", "1", "Largest number of iterations of one solve; `body` names the solver."},
       {"solver-converged", "1",
        "Solves whose residual fell to the solver's own tolerance. `body` names the solver; `atwood list metrics` says "
        "what each one solves."},
@@ -283,7 +285,8 @@ std::vector<MetricInfo> common_metrics() {
        "solver."},
       {"rate-evaluations", "1", "Evaluations of the equations of motion over the run, as the engine counts them."},
       {"steps-taken", "1",
-       "Accepted steps of a run with a tolerance, which chooses them itself; of other runs where no other figure is known."},
+       "Accepted steps of a run with a tolerance, which chooses them itself; of runs with equal "
+       "steps only if no other figure is reported."},
   };
 }
 

@@ -37,28 +37,28 @@ std::vector<MetricInfo> fluid_metrics() {
       {"space-error", "1",
        "Error of the spatial discretisation: V - u_c(X). X and V are the positions and velocities that solve the particles' "
        "own equations of motion exactly in time, u_c the exact velocity of the weakly compressible equations. "
-       "Where X and V are not known, the run's own take their place, and the reason says so. l1 norm, over that of the "
+       "Where X and V are not known, they are replaced by those of the run, and the reason says so. l1 norm, over that of the "
        "exact velocity; l2 and linf as in model-error."},
       {"time-error", "1",
        "The error of the steps: (v - u_c(x)) - (V - u_c(X)). x and v are the run's positions and velocities, X and V those "
        "of the particles' own equations of motion, u_c the exact velocity of the weakly compressible equations. Where no "
        "field is known, v - V. l1 norm, over that of the exact velocity (of V); l2 and linf as in model-error."},
       {"closing-residual", "1",
-       "Largest |total - model - space - time| of a particle, over the largest exact velocity. It is round-off."},
+       "Residual of the split into model, space and time error: largest |total - model - space - time| of a particle, over the largest exact velocity. It is round-off."},
       {"order-space", "1",
        "Observed order of the space-error along the ladder of spacings at one sound speed, each with its finest steps."},
       {"order-time", "1", "Observed order of the time-error along the ladder of steps at one spacing and sound speed."},
       {"order-model", "1",
        "Observed order of the model-error in the Mach number, along the ladder of sound speeds at one spacing."},
       {"kinetic-energy-error", "1",
-       "Kinetic energy of the particles less that of the exact field at the particles, at the end, over the largest "
+       "Kinetic energy of the particles minus that of the exact field at the particles, at the end, over the largest "
        "kinetic energy of the exact field."},
       {"energy-budget", "1",
        "Largest |E - E0| over the samples. E is the sum of kinetic energy, elastic energy (the integral of p / rho^2), "
        "potential energy and heat. Divided by the largest kinetic energy plus the largest change of potential and elastic "
        "energy. Only where nothing else takes or gives energy."},
       {"heat-entered-error", "1",
-       "Heat that the fluid gained, the sum of m C (T - T at the start), less the given fluxes times the areas of their "
+       "Heat that the fluid gained, the sum of m C (T - T at the start), minus the given fluxes times the areas of their "
        "walls times the time, at the end, over the sum of |flux| area time. Only where one box of fluid fills the space "
        "between fixed planes and periods, every plane has a flux or is insulated, and nothing else makes heat. The "
        "reason has the same sum of the exact temperatures: its deviation is a quadrature error, for on disturbed "
@@ -72,30 +72,30 @@ std::vector<MetricInfo> fluid_metrics() {
        "Work of the motion relative to the fluid that keeps particles in order (+sph{shift}), with its fluxes, found as "
        "work-by-diffusion is."},
       {"work-by-viscosity", "1",
-       "Work of viscosity among particles and at walls, less the heat that viscous_heat makes of it, found as "
+       "Work of viscosity among particles and at walls, minus the heat that viscous_heat makes of it, found as "
        "work-by-diffusion is; the work of moving walls is included."},
       {"work-by-bodies", "1",
        "Work of the other terms of bodies that can move: the pressure of their points, which is extrapolated from the "
-       "fluid, and heat through them; found as work-by-diffusion is. The energy is the fluid's alone."},
+       "fluid, and heat through them; found as work-by-diffusion is. The energy is that of the fluid only."},
       {"work-by-walls", "1",
        "Work of the other terms of fixed walls: the pressure of their points, which is extrapolated from the fluid, and "
        "heat through them; found as work-by-diffusion is."},
       {"work-by-sources", "1",
        "Work of body accelerations (`source`) and of buoyancy (`expansion_per_K`), found as work-by-diffusion is."},
       {"energy-unaccounted", "1",
-       "|E - E0 - work| at the end, over the scale of energy-budget: what neither the plain pairs of particles nor the rows "
-       "of work account for: the error of the steps, and that of the integral. More than a fifth of the works: the samples "
-       "are too few for the motion (sound, for instance), and rows of work are left out. Only for +sph and "
-       "nine samples or more; with density=summation, without shift and without walls that slide in themselves."},
+       "|E - E0 - work| at the end, over the scale of energy-budget: the part that neither pressure between "
+       "particles nor the rows of work explain: the error of the time steps and of the quadrature. If it exceeds a fifth of "
+       "the works, the samples are too few for the motion (sound, for instance), and the rows of work are left out. Only for +sph and "
+       "nine samples or more; with density=summation, without shift and without walls that move within their own plane."},
       {"neighbours", "1",
        "Mean number of other particles within the support of the method's kernel, at the end, walls not counted. The "
        "reason has the support."},
       {"ns-per-particle-evaluation", "ns",
        "Time of the whole run (run-time) over its evaluations of the rate and the number of particles. The reason has "
        "both, and the neighbours where they are known."},
-      {"volume-error", "1", "Sum of m / rho at the end over that at the start, less 1."},
+      {"volume-error", "1", "Ratio of the sum of m / rho at the end to that at the start, minus 1."},
       {"fluid-momentum-error", "1",
-       "Largest change of the linear momentum of fluids and moving bodies over the samples, less the impulse of gravity and "
+       "Largest change of the linear momentum of fluids and moving bodies over the samples, minus the impulse of gravity and "
        "of point forces that are always on, divided by the sum of |m v|. Only where no other force acts from outside."},
       {"fluid-angular-momentum-error", "1",
        "Largest change of the angular momentum about the origin over the samples, divided by the sum of |m x v|. Only where "
@@ -105,16 +105,16 @@ std::vector<MetricInfo> fluid_metrics() {
        "particles lie at random."},
       {"spacing-min", "1", "Least distance of two particles at the end, over their spacing."},
       {"speed-max", "m/s", "Largest speed of a particle at the end: the noise of a fluid that should rest."},
-      {"front-error", "1", "The probe `front` less its true value, over that value."},
+      {"front-error", "1", "The probe `front` minus its true value, over that value."},
       {"front-speed-error", "1",
-       "Speed of the run's front over that of the measured one, less 1. Both are slopes of straight lines through the same "
+       "Speed of the run's front over that of the measured one, minus 1. Both are slopes of straight lines through the same "
        "places, from 1.4 of the front's first distance on."},
       {"front-delay", "s",
        "How much later the measured front is than the run's: the delay that makes front-delayed-error least. Releasing the "
        "column takes time."},
       {"front-delayed-error", "1",
        "Largest |front / measured front - 1| after that one delay, over the readings from 1.4 of the distance at t = 0 on."},
-      {"probe-error", "1", "A probe less its true value, over that value; the probe's name stands in `body`."},
+      {"probe-error", "1", "A probe minus its true value, over that value; `body` names the probe."},
   };
   all.insert(all.end(), others.begin(), others.end());
   return all;

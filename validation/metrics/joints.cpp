@@ -400,10 +400,10 @@ std::vector<MetricInfo> joint_metrics() {
        "of offsets in m (the row's unit says which; the offset of a cylindrical joint stands in `body` joint.offset). "
        "Coordinates that are not reported are computed from the poses, whole turns left out. Without `body`: the largest of "
        "all that are not prescribed, angles in rad beside offsets in m."},
-      {"error-joint-coordinate-end", "rad", "error-joint-coordinate of all joints at the last sample alone."},
+      {"error-joint-coordinate-end", "rad", "error-joint-coordinate of all joints, at the last sample only."},
       {"error-joint-angle", "rad",
-       "The largest error-joint-coordinate of angles and balls alone, prescribed ones left out."},
-      {"error-joint-offset", "m", "The largest error-joint-coordinate of offsets alone, prescribed ones left out."},
+       "The largest error-joint-coordinate of angles and balls; prescribed ones are left out."},
+      {"error-joint-offset", "m", "The largest error-joint-coordinate of offsets; prescribed ones are left out."},
       {"error-joint-rate", "rad/s",
        "Largest error of a joint's rates over the samples, t = 0 and samples on the instant of an impact left out; of a "
        "ball the norm. Units and `body` as in error-joint-coordinate."},

@@ -49,7 +49,7 @@ std::vector<Row> reversal_of_fluids(const ProbeRequest& request) {
     if (fluid.viscosity_m2_per_s > 0)
       throw ProbeEnds(Status::unsupported,
                       "the fluid `" + fluid.name + "` has viscosity: its motion does not run back");
-  if (!scene.bodies.empty()) throw ProbeEnds(Status::unsupported, "a fluid alone is reversed, without bodies");
+  if (!scene.bodies.empty()) throw ProbeEnds(Status::unsupported, "fluids can be reversed only without bodies");
   const Recording there = good_run(request, scene, request.plan);
   const Recording back = good_run(request, fluids_turned_round(scene, there.values.back()), request.plan);
   double position = 0, velocity = 0;

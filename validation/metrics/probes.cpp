@@ -83,7 +83,7 @@ void require_bodies(const ProbeRequest& request) {
 
 void require_no_contacts(const ProbeRequest& request) {
   if (dynamics::contacts_possible(request.scenario.scene))
-    throw ProbeEnds(Status::unsupported, "bodies of the scene can touch; smooth motion alone is probed");
+    throw ProbeEnds(Status::unsupported, "bodies of the scene can touch; probes need smooth motion");
   if (!request.plan.frame_ends_s.empty())
     throw ProbeEnds(Status::unsupported, "recorded frames are not probed, equal steps are");
 }

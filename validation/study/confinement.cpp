@@ -242,7 +242,7 @@ std::vector<ConfinementLine> describe(const ConfinementMeans& means, std::int64_
                      "NOT confined (" + no_namespace + "; Landlock restricts TCP from ABI " +
                          std::to_string(kLandlockOfTcp) + " on)",
                      false});
-  const std::string scratch = "in the scratch directory alone: ";
+  const std::string scratch = "only in the scratch directory: ";
   if (means.landlock_abi > 0 && means.mount != none)
     lines.push_back({"writing", scratch + landlock + ", and a mount namespace" + in_user(means.mount)});
   else if (means.landlock_abi > 0)

@@ -1,4 +1,5 @@
 // The file of costs as JSON, written and read.
+#include <algorithm>
 #include <cmath>
 
 #include <nlohmann/json.hpp>
@@ -43,8 +44,13 @@ Costs read_costs(const std::string& path) {
         costs.ladder_ns[name][steps] = ns;
       }
     }
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(path + ": expected a file of `atwood costs`: " + error.what());
+  } catch (const nlohmann::json::parse_error& error) {
+    const std::string before = text.substr(0, error.byte > 0 ? error.byte - 1 : 0);
+    const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+    throw InputError(path + ":" + std::to_string(line) + ":" + std::to_string(before.size() - before.rfind('\n')) +
+                     ": not valid JSON; expected a file of `atwood costs`");
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(path + ": found other JSON; expected a file of `atwood costs`");
   }
   costs.hash = content_hash(std::string_view(text));
   return costs;

@@ -146,7 +146,7 @@ void check_sweep(const StudyCells& cells, const std::vector<Offer>& offers, cons
     if (known || offers.empty()) continue;
     std::string methods;
     for (const std::string& method : cells.methods) methods += (methods.empty() ? "" : ", ") + method;
-    throw InputError("study `" + study.id + "`: sweep over `" + shortened(key, kLongestName) +
+    throw InputError(cells.place + "study `" + study.id + "`: sweep over `" + shortened(key, kLongestName) +
                      "`: no method of the block has this setting: " + shortened(methods, 5 * kLongestName) +
                      "; `atwood describe METHOD` prints the settings");
   }
@@ -385,10 +385,10 @@ void refuse_joints(Cell& cell) {
   cell.worker = -1;
 }
 
-void check_steps(const std::vector<std::int64_t>& steps, const Scenario& scenario, const Study& study) {
-  for (const std::int64_t n : steps) {
+void check_steps(const StudyCells& cells, const Scenario& scenario, const Study& study) {
+  for (const std::int64_t n : cells.steps.empty() ? scenario.steps : cells.steps) {
     if (scenario.samples > 0 && n % scenario.samples == 0) continue;
-    throw InputError("study `" + study.id + "`: steps = " + std::to_string(n) + " on `" + scenario.id +
+    throw InputError(cells.place + "study `" + study.id + "`: steps = " + std::to_string(n) + " on `" + scenario.id +
                      "`; expected a multiple of its " + std::to_string(scenario.samples) + " samples");
   }
 }
@@ -420,7 +420,7 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
     std::vector<Resolved> scenarios;
     for (const Scenario& scenario : catalogue) {
       if (!scenario_matches(cells.scenarios, scenario)) continue;
-      check_steps(cells.steps.empty() ? scenario.steps : cells.steps, scenario, study);
+      check_steps(cells, scenario, study);
       for (Resolved& one : resolutions(cells, scenario)) scenarios.push_back(std::move(one));
     }
     for (const Resolved& resolved : scenarios) {

@@ -41,6 +41,7 @@ struct StudyCells {
   std::vector<double> spacings_m = {}, sound_speeds_m_per_s = {};
   std::vector<Status> allow = {};  // `diverged`, `not finite`: statuses that do not fail the run
   std::string allow_reason = {};   // why; required with `allow`
+  std::string place = {};          // of the block, "FILE:LINE:COLUMN: "; empty: not from a file
 };
 struct Study {
   std::string id;

@@ -51,7 +51,10 @@ struct StudyFile {
   std::string id = {};  // of the study, once it is read
 
   [[noreturn]] void refuse(const toml::source_region& at, const std::string& what) const {
-    throw InputError(path + ":" + std::to_string(at.begin.line) + ":" + std::to_string(at.begin.column) + ": " + what);
+    throw InputError(place_of(at) + what);
+  }
+  std::string place_of(const toml::source_region& at) const {
+    return path + ":" + std::to_string(at.begin.line) + ":" + std::to_string(at.begin.column) + ": ";
   }
 
   template <std::size_t n>
@@ -151,9 +154,11 @@ struct StudyFile {
     if (!orders) return;
     const toml::array* pair = orders->as_array();
     if (!pair || pair->size() != 2 || !pair->get(0)->is_number() || !pair->get(1)->is_number())
-      refuse(orders->source(), "`orders` is " + found_text(*orders) + "; expected two numbers, [least, most]");
+      refuse(orders->source(), "`orders` is " + found_text(*orders) + "; expected two numbers, [lowest, highest]");
     cells.least_order = *pair->get(0)->value<double>();
     cells.most_order = *pair->get(1)->value<double>();
+    if (cells.least_order > cells.most_order)
+      refuse(orders->source(), "`orders` is " + found_text(*orders) + "; expected the lower order first");
   }
 
   Probe probe(const toml::node& node) const {
@@ -312,6 +317,7 @@ struct StudyFile {
                             "probe", "limit", "allow", "allow_reason", "spacings_m", "sound_speeds_m_per_s"},
                  "[[cells]]");
     StudyCells cells;
+    cells.place = place_of(table->source());
     cells.scenarios = scenarios(table->get("scenarios") || !root.get("scenarios") ? *table : root);
     // A block without `methods` takes all methods of the study's own engines.
     if (table->get("methods") || !root.get("engines")) cells.methods = strings(*table, "methods");

@@ -34,7 +34,7 @@ template <class S> struct LeverArms {
 template <class S> struct Contact {
   int candidate = 0;
   Facet<S> facet;
-  int last_triangle = 0;  // of a mesh: where the search for the triangle below begins
+  int last_triangle = 0;  // of a mesh: where the search for the nearest triangle begins
   FrictionMode mode = FrictionMode::frictionless;
   RollingMode rolling = RollingMode::free;
   bool active = false;         // transmits a normal force; otherwise it touches without one

@@ -100,7 +100,7 @@ template <class S> S gap_zero_of(Flow<S>& flow, const Candidate<S>& candidate, S
   for (; i < max_iterations; ++i) {
     const GapKinematics<S> kinematics = gap_at(flow.run.bodies, flow.run.proximity, candidate, flow.at(theta).data());
     if (real::abs(kinematics.gap) <= tiny / S(16)) {
-      flow.note(i + 1, S(0), true);
+      flow.report_search(i + 1, S(0), true);
       return theta;
     }
     if (kinematics.gap > S(0)) low = theta;
@@ -109,7 +109,7 @@ template <class S> S gap_zero_of(Flow<S>& flow, const Candidate<S>& candidate, S
     const S slope = kinematics.rate * flow.h_s, next = slope < S(0) ? theta - kinematics.gap / slope : low;
     theta = next > low && next < high ? next : low + (high - low) / S(2);
   }
-  flow.note(i < max_iterations ? i + 1 : i, high - low, i < max_iterations);
+  flow.report_search(i < max_iterations ? i + 1 : i, high - low, i < max_iterations);
   return real::abs(gap_at(flow.run.bodies, flow.run.proximity, candidate, flow.at(high).data()).gap) <=
                  S(4) * tiny + drift_m
              ? high
@@ -244,7 +244,7 @@ template <class S> bool locate_penetration(Flow<S>& flow, S low, S high, Crossin
       return clear_of_boundary(run.bodies, run.proximity, run.active, boundary, flow.at(theta).data());
     };
     const BracketedRoot<S> begins = bisect(clear_at, low, high, S(0x1p-40), 60);
-    flow.note(begins.evaluations, begins.high - begins.low, begins.converged);
+    flow.report_search(begins.evaluations, begins.high - begins.low, begins.converged);
     const S overlap = begins.high;
     const ShapePair<S>& pair = run.proximity.pairs[boundary.pair];
     // Next to a lasting contact that drifts, a candidate may become valid with a gap as far below zero.

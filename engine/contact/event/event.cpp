@@ -22,9 +22,9 @@ Result<EventOptions> with_convention(const MethodId& id, const Scene& scene, Eve
   if (scene.simultaneous_impacts == SimultaneousImpacts::unspecified) return options;
   const bool together = scene.simultaneous_impacts == SimultaneousImpacts::together;
   if (id.overrides.count("simultaneous") > 0 && together != options.simultaneous)
-    return Fault{Blame::input, std::string("+event: simultaneous=") + (together ? "sequential" : "together") +
-                                   " contradicts the scene, whose simultaneous_impacts is `" +
-                                   (together ? "together" : "sequential") + "`"};
+    return Fault{std::string("+event: simultaneous=") + (together ? "sequential" : "together") +
+                 " contradicts the scene, whose simultaneous_impacts is `" + (together ? "together" : "sequential") +
+                 "`"};
   options.simultaneous = together;
   return options;
 }

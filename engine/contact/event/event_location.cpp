@@ -42,7 +42,7 @@ template <class S> S locate_zero_gap(Flow<S>& flow, const Candidate<S>& candidat
     last = change;
     theta = next;
   }
-  flow.note(i < max_iterations ? i + 1 : i, real::min(change, high - low), i < max_iterations);
+  flow.report_search(i < max_iterations ? i + 1 : i, real::min(change, high - low), i < max_iterations);
   return flow.theta_of_probe;
 }
 
@@ -75,7 +75,7 @@ template <class S> Penetration<S> first_penetration(Flow<S>& flow, const Candida
     if (kinematics.rate < S(0)) low = middle;
     else high = middle;
   }
-  flow.note(halvings, high - low, high - low < real::epsilon<S>());
+  flow.report_search(halvings, high - low, high - low < real::epsilon<S>());
   return none;
 }
 
@@ -187,7 +187,7 @@ template <class S> S locate(SwitchValues<S>& values, SwitchingFunction function,
   constexpr int max_iterations = 100;
   const BracketedRoot<S> root = false_position([&](S theta) { return -values.value(function, index, theta); }, S(0),
                                                -f_low, high, -f_high, real::epsilon<S>(), max_iterations);
-  values.flow.note(root.evaluations, root.high - root.low, root.converged);
+  values.flow.report_search(root.evaluations, root.high - root.low, root.converged);
   return root.high;
 }
 
@@ -260,7 +260,7 @@ template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first) {
     };
     const BracketedRoot<S> root =
         false_position(against_first, S(0), -f_low, S(1), -f_high, real::epsilon<S>(), max_iterations);
-    flow.note(root.evaluations, root.high - root.low, root.converged);
+    flow.report_search(root.evaluations, root.high - root.low, root.converged);
     if (root.high < S(1) && root.high < first.theta)
       first = {root.high, SwitchingFunction::zero_wind, static_cast<int>(i)};
   }

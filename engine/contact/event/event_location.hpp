@@ -35,8 +35,8 @@ template <class S> struct Crossing {
   int index = -1;  // of the candidate, also where it is in contact; of the body under drag
 };
 
-// The state after a step of h_s from y into y_new, by the stepper, or by what does the same for bodies under gravity
-// only. False: an implicit step has no solution.
+// The state after a step of h_s from y into y_new, by the stepper or, for bodies under gravity only, by
+// integration.free_flight, which takes the same step. False: an implicit step has no solution.
 template <class S>
 bool take_step(const ActiveSet<S>& active, Integration<S>& integration, Stepper<S>& stepper, S t_s, S h_s, const S* y,
                S* y_new) {
@@ -59,7 +59,7 @@ template <class S> struct Flow {
 
   // Reports how a search for the root of an event function ended; `width` is what it leaves undecided, as a share of
   // h_s.
-  void note(int iterations, S width, bool converged) {
+  void report_search(int iterations, S width, bool converged) {
     run.bodies.model.system().solvers.add(
         IterativeSolver::event_location,
         {iterations, static_cast<double>(width), converged ? SolveEnd::converged : SolveEnd::capped});
@@ -80,8 +80,9 @@ template <class S> struct Flow {
 template <class S> void locate_impact(Flow<S>& flow, Crossing<S>& first);
 template <class S> void locate_mode_change(Flow<S>& flow, Crossing<S>& first);
 template <class S> void locate_zero_wind(Flow<S>& flow, Crossing<S>& first);
-// Does no body overlap the boundary of a face up to `first`? If one does, `first` becomes the earlier crossing of a gap
-// that shows it, of edges too. False: there is none; report.outcome says which bodies overlap.
+// Looks for bodies that overlap the boundary of a face before `first`. Where the gap of a vertex or of two edges
+// explains the overlap, `first` becomes that earlier crossing, and the result is true. False: no gap explains it; the
+// run ends, and report.outcome names the bodies.
 template <class S> bool check_boundaries(Flow<S>& flow, Crossing<S>& first);
 // Does no sphere in contact with a facet of a mesh overlap another facet, up to `first`? False: the run ends, and
 // report.outcome says so.

@@ -210,8 +210,8 @@ void circle_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, cons
   const Vec3<S> arm = to_world(of, feature.center_B), axis = to_world(of, feature.axis_B),
                 n = plane ? surface.normal_W : to_world(on, facet.direction_B);
   const Vec3<S> center = of.p + arm;
-  const S lean = dot(n, axis);
-  const Vec3<S> up = n - lean * axis;
+  const S tilt_cosine = dot(n, axis);
+  const Vec3<S> up = n - tilt_cosine * axis;
   const S tilt = norm(up), s = tilt > tilt_round_off<S>() ? tilt : S(0);
   const Vec3<S> e = s > S(0) ? (S(1) / s) * up : Vec3<S>{};
   kinematics.normal = n;
@@ -226,7 +226,7 @@ void circle_kinematics(const ContactFeature<S>& feature, const Pose<S>& of, cons
   kinematics.x_dot = of.v + cross(of.w, arm);
   if (!(s > S(0))) return;
   const Vec3<S> axis_dot = cross(of.w, axis), &n_dot = kinematics.normal_dot;
-  const Vec3<S> up_dot = n_dot - (dot(n_dot, axis) + dot(n, axis_dot)) * axis - lean * axis_dot;
+  const Vec3<S> up_dot = n_dot - (dot(n_dot, axis) + dot(n, axis_dot)) * axis - tilt_cosine * axis_dot;
   kinematics.x_dot -= (feature.radius / s) * (up_dot - dot(e, up_dot) * e);
 }
 

@@ -44,7 +44,8 @@ template <class S> struct GaussSeidel {
       constraints.acceleration[row.body[side]].angular += row.response[side].angular;
     }
   }
-  // Sets the contact's start values, unit loads and inverse effective masses.
+  // Sets the contact's start values, unit loads and inverse effective masses; a warm start's load is added to the
+  // accelerations of its bodies.
   void prepare(Contact<S>& contact) {
     const ShapePair<S>& pair = proximity.pairs[proximity.candidates[contact.candidate].pair];
     const Vec3<S>& n = contact.kinematics.normal;

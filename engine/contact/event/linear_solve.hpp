@@ -13,7 +13,8 @@ namespace atwood::event {
 // nor kept. A block that has no factors gets the unknowns 0 and unsets constraints.solvable. Residual, with the scale
 // |x_i| sqrt(A_ii):
 //   |r_i| / sqrt(A_ii);
-// converged: to 64 roundings; stagnated: each |r_i| is at most constraints.right_round_off[i].
+// converged: to 64 roundings; stagnated: each |r_i| is at most constraints.right_round_off[i]. Without redundancy the
+// system is solved once and directly: the residual is not measured, and 0 stands in its place.
 template <class S>
 SolveReport solve_rows(const Bodies<S>& bodies, const ActiveSet<S>& active, ConstraintSystem<S>& constraints,
                        bool redundant, std::uint64_t key);

@@ -66,7 +66,7 @@ bool laws_hold(const Proximity<S>& proximity, const ActiveSet<S>& active, const 
 
 namespace {
 
-constexpr int kMaxModeIterations = 12;
+constexpr int kMaxModeIterations = 12;  // after them projected Gauss-Seidel solves the forces, which is reported
 
 // Deactivates contacts with a tensile normal force, or none. If there are none of these, changes contacts beyond their
 // friction cone to slip, and those beyond the rolling bound to roll. True: some contact changed.

@@ -217,13 +217,14 @@ template <class S> bool impact_without_collision(EventRun<S>& run, S t_s) {
   if (k > S(64) * real::epsilon<S>() * without_slip)
     return refuse_at(run.report, t_s, "no contact forces were found that obey Coulomb's law and keep the bodies apart");
   if (run.options.restitution == Restitution::newton)
-    return refuse_at(run.report, t_s,
-                     "Coulomb's law has no contact force (Painleve's inconsistent case), and Newton's restitution no "
-                     "answer for the impact without collision that follows; restitution=poisson and stronge have one");
+    return refuse_at(
+        run.report, t_s,
+        "Coulomb's law has no contact force (Painleve's inconsistent case), and restitution=newton does not "
+        "define the impact without collision that follows; use restitution=poisson or stronge");
   const ImpactLaw<S> law{pair.restitution, pair.friction, pair.rolling_friction_m, run.options.restitution};
   const Impulse<S> impulse = collide_without_approach(law, n, surface, feature);
   if (!impulse.converged || !(impulse.normal_N_s > S(0)))
-    return refuse_at(run.report, t_s, "the impact without collision of Painleve's inconsistent case has no end");
+    return refuse_at(run.report, t_s, "the impact without collision of Painleve's inconsistent case did not end");
   if (run.bodies.moves[candidate.surface_body])
     store_velocity(run.bodies, candidate.surface_body, surface.v_W, surface.w_W, run.states.overwrite(run.states.y));
   if (run.bodies.moves[candidate.feature_body])

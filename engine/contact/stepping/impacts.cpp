@@ -115,10 +115,15 @@ template <class S> bool refine_on_surfaces(World<S>& world, int contact, S from_
       return true;
     }
     const S t_s = predicted.t_s + point->gap / approach;
-    // The root lies outside the substep: the velocity increment closes the remaining gap, or they overlap already.
+    // The root lies after the substep: the velocity increment closes the remaining gap. Or before from_s: they overlap
+    // there already, and the impact takes place at from_s. Unless the gap was evaluated there, that is a guess.
+    const bool at_from = predicted.t_s <= from_s;
     if (t_s > world.sub_s && predicted.t_s >= world.sub_s) return true;
     predicted.t_s = real::min(real::max(t_s, from_s), world.sub_s);
-    if (t_s <= from_s && iteration > 0) return true;
+    if (t_s <= from_s && iteration > 0) {
+      if (!at_from) report(iteration + 1, SolveEnd::capped);
+      return true;
+    }
   }
   report(kMaxRefinements, SolveEnd::capped);
   return true;
@@ -145,9 +150,7 @@ template <class S> void apply_impact(World<S>& world, int contact, const Predict
     set_velocity_after_impact(world, a, body_a, t_s);
     set_velocity_after_impact(world, b, body_b, t_s);
   }
-  if (!impulse.converged)
-    world.model->system().solvers.add(IterativeSolver::slip_path,
-                                      {1, std::numeric_limits<double>::quiet_NaN(), SolveEnd::capped});
+  if (!impulse.converged) world.model->system().solvers.add(IterativeSolver::slip_path, impulse.solve);
   if (world.records_impulses) {
     ImpulseSum<S>& sum = world.impulse_sums[static_cast<std::size_t>(contact)];
     const Vec3<S> along = dot(change, predicted.normal) * predicted.normal;

@@ -9,12 +9,15 @@
 namespace atwood::stepping {
 namespace {
 
-// Keeps the velocities of a mechanism and the rates of its joints, at poses t_s after the beginning of the substep.
+// Factors the rows at the poses t_s after the beginning of the substep, takes the present rates as the targets that
+// satisfy_joints() restores, and stores velocities (tied->velocity_before_impact) and the gap rates of the stops from
+// before the impact for end_impact().
 template <class S> void begin_impact(World<S>& world, Mechanism<S>& mechanism, S t_s) {
-  factor_rows(world, mechanism, t_s, false);
+  factor_rows(world, mechanism, t_s, /*compliant=*/false);
   for (TiedRow<S>& row : mechanism.rows) row.target_rate = rate_of(world, row);
   for (const int body : mechanism.bodies)
-    world.tied->kept[static_cast<std::size_t>(body)] = world.bodies.velocity[static_cast<std::size_t>(body)];
+    world.tied->velocity_before_impact[static_cast<std::size_t>(body)] =
+        world.bodies.velocity[static_cast<std::size_t>(body)];
   for (const int s : mechanism.stops) {
     StopConstraint<S>& stop = world.tied->stops[static_cast<std::size_t>(s)];
     set_stop_row(world, stop, t_s);
@@ -22,14 +25,15 @@ template <class S> void begin_impact(World<S>& world, Mechanism<S>& mechanism, S
   }
 }
 
-// After the impulse: that of the joints, and shifts by which the motion starts from the place of the impact.
+// After an impulse at t_s: applies the impulses of the joints, adds them to the reactions, and shifts positions
+// (impact_shift) and the gaps of stops as if the new velocities had acted since the beginning of the substep.
 template <class S> void end_impact(World<S>& world, Mechanism<S>& mechanism, S t_s) {
   satisfy_joints(world, mechanism);
   add_reactions(world, mechanism, t_s);
   for (const int body : mechanism.bodies) {
     const auto i = static_cast<std::size_t>(body);
     if (!world.bodies.moves[i]) continue;
-    const Row<S>&before = world.tied->kept[i], &after = world.bodies.velocity[i];
+    const Row<S>&before = world.tied->velocity_before_impact[i], &after = world.bodies.velocity[i];
     for (int c = 0; c < 6; ++c) world.bodies.impact_shift[i].at[c] -= t_s * (after.at[c] - before.at[c]);
   }
   for (const int s : mechanism.stops) {
@@ -43,7 +47,9 @@ template <class S> Mechanism<S>* mechanism_of(World<S>& world, int body) {
   return index < 0 ? nullptr : &world.tied->mechanisms[static_cast<std::size_t>(index)];
 }
 
-// The gap rate that the free increments of a substep would give under the joints.
+// The gap rate that a substep's velocity increments, with the impulses of the joints, give at this stop. Works on the
+// mechanism itself: its velocities are restored; its rows and their factors, tied->velocity_before_impact and the
+// rate_before of its stops are overwritten.
 template <class S> S gap_rate_increment(World<S>& world, Mechanism<S>& mechanism, const StopConstraint<S>& stop) {
   begin_impact(world, mechanism, S(0));
   auto& velocity = world.bodies.velocity;
@@ -54,7 +60,7 @@ template <class S> S gap_rate_increment(World<S>& world, Mechanism<S>& mechanism
   const S rate = rate_of(world, stop.row);
   for (TiedRow<S>& row : mechanism.rows) row.impulse = S(0);
   for (const int body : mechanism.bodies)
-    velocity[static_cast<std::size_t>(body)] = world.tied->kept[static_cast<std::size_t>(body)];
+    velocity[static_cast<std::size_t>(body)] = world.tied->velocity_before_impact[static_cast<std::size_t>(body)];
   return rate;
 }
 
@@ -78,8 +84,9 @@ void report_stop(const World<S>& world, const StopConstraint<S>& stop, S t_s, S 
   world.observer->event(event);
 }
 
-// The stop of the mechanism that is reached first from now_s on, faster than its round-off and than the free increments
-// move it; -1: none.
+// The stop with restitution that the mechanism reaches first in [now_s, until_s], and when (t_s); -1: none. Approaches
+// that close less than the round-off of the gap in a substep, or are slower than the change of the gap rate in a
+// substep, are left to the velocity solver. Overwrites the rows of the stops.
 template <class S> int next_stop(World<S>& world, Mechanism<S>& mechanism, S now_s, S until_s, S& t_s) {
   int next = -1;
   for (const int s : mechanism.stops) {
@@ -159,7 +166,8 @@ Impulse<S> collide_tied(World<S>& world, int a, int b, const ImpactLaw<S>& law, 
   const S slip_speed = norm(slip);
   const Vec3<S> along = slip_speed > S(0) ? (S(1) / slip_speed) * slip : unit_tangent(normal);
   const Vec3<S> axis[3] = {along, cross(normal, along), normal};
-  // inverse masses at the point: a body without joints adds its own, a mechanism the product of its responses
+  // K: change of the relative velocity at the point per unit impulse, in the axes (slip, across, normal). A body
+  // without joints adds J M^-1 J^T, a mechanism the scalar products of its responses.
   S K[3][3] = {};
   for (int k = 0; k < 2; ++k) {
     if (is_tied(world, pair[k]) || !bodies.moves[static_cast<std::size_t>(pair[k])]) continue;
@@ -196,7 +204,7 @@ Impulse<S> collide_tied(World<S>& world, int a, int b, const ImpactLaw<S>& law, 
     const S u0[3] = {slip_speed, S(0), impulse.vn_before_m_per_s};
     const SlipPath<S> path = slip_path(law, K, u0);
     std::copy(path.impulse_N_s, path.impulse_N_s + 3, J);
-    impulse.converged = path.converged;
+    add_solve(path.solve, impulse);
   }
   impulse_W = J[0] * axis[0] + J[1] * axis[1] + J[2] * axis[2];
   impulse.normal_N_s = J[2];

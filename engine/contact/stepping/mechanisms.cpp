@@ -157,7 +157,7 @@ template <class S>
 void add_to_response(const World<S>& world, int body, const Vec3<S>& force, const Vec3<S>& torque,
                      TiedResponse<S>& to) {
   const auto i = static_cast<std::size_t>(body);
-  add_scaled(world.bodies.inertia[i], force, torque, to.z.data() + world.tied->local[i]);
+  add_scaled(world.bodies.inertia[i], force, torque, to.z.data() + world.tied->first_unknown[i]);
 }
 
 template <class S> void project_response(World<S>& world, TiedResponse<S>& response) {
@@ -213,7 +213,7 @@ template <class S> void factor_rows(World<S>& world, Mechanism<S>& mechanism, S 
     for (int k = 0; k < 2; ++k) {
       if (row.body[k] < 0 || tied.mechanism_of[static_cast<std::size_t>(row.body[k])] < 0) continue;
       const auto i = static_cast<std::size_t>(row.body[k]);
-      add_scaled(world.bodies.inertia[i], row.on[k].force, row.on[k].torque, column + tied.local[i]);
+      add_scaled(world.bodies.inertia[i], row.on[k].force, row.on[k].torque, column + tied.first_unknown[i]);
     }
     if (row.compliant_unknown >= 0) column[bodies + row.compliant_unknown] = row.compliance;
     S square{};
@@ -304,7 +304,7 @@ template <class S> void list_bodies(const Scene& scene, std::vector<int>& parent
     if (index < 0) continue;
     Mechanism<S>& mechanism = to.mechanisms[static_cast<std::size_t>(index)];
     to.mechanism_of[i] = index;
-    to.local[i] = kUnknowns * static_cast<int>(mechanism.bodies.size());
+    to.first_unknown[i] = kUnknowns * static_cast<int>(mechanism.bodies.size());
     mechanism.bodies.push_back(static_cast<int>(i));
   }
 }
@@ -327,11 +327,11 @@ template <class S> std::unique_ptr<TiedBodies<S>> make_tied_bodies(const Scene& 
   auto out = std::make_unique<TiedBodies<S>>();
   const std::size_t count = scene.bodies.size();
   out->mechanism_of.assign(count, -1);
-  out->local.assign(count, -1);
+  out->first_unknown.assign(count, -1);
   out->q_begin.resize(count);
   out->q_end.resize(count);
   out->p_end.resize(count);
-  out->kept.resize(count);
+  out->velocity_before_impact.resize(count);
   std::vector<int> parent(count);
   for (std::size_t i = 0; i < count; ++i) parent[i] = static_cast<int>(i);
   for (const Joint& joint : scene.joints) {

@@ -47,7 +47,7 @@ template <class S> struct StopConstraint {
   S limit{};  // the coordinate there [rad], [m]
   S restitution{}, round_off{};
   S begin_gap{};  // at the beginning of the substep
-  S gap{};        // there, of the uniform motion that the impacts of the substep leave
+  S gap{};        // at the beginning of the substep, of the uniform motion that follows the impacts so far
   S bias{}, impulse{};
   S rate_before{};  // of the gap, at an impact
   S mobility{};     // change of the gap's rate by a unit impulse, under the joints
@@ -78,7 +78,8 @@ template <class S> struct TiedBodies {
   std::vector<Mechanism<S>> mechanisms;
   std::vector<TiedJoint<S>> joints;  // in the scene's order
   std::vector<StopConstraint<S>> stops;
-  std::vector<int> mechanism_of, local;     // by body, -1: none; where its six unknowns stand
+  std::vector<int> mechanism_of;            // by body, -1: none
+  std::vector<int> first_unknown;           // by body: of its six
   std::vector<std::pair<int, int>> joined;  // pairs of bodies that a joint ties, smaller index first, sorted
   // by body, of this substep
   std::vector<Quat<S>> q_begin, q_end;
@@ -86,12 +87,13 @@ template <class S> struct TiedBodies {
   S size_m{};           // of the mechanisms at the start
   bool failed = false;  // the joint constraints were not satisfied; the run ends
   bool has_stop_restitution = false;
-  std::vector<Row<S>> kept;  // work array: velocities
+  std::vector<Row<S>> velocity_before_impact;  // by body: work array
 };
 
 // Null where the scene has no joints.
 template <class S> std::unique_ptr<TiedBodies<S>> make_tied_bodies(const Scene& scene);
-// The state at t = 0 of the bodies, in the model's layout, by the exact start of the mechanisms. Returns a fault or "".
+// The state at t = 0 of the bodies, in the model's layout, from the mechanisms' start, projected onto the
+// joints. Returns why there is none; empty: it was set.
 template <class S> std::string set_mechanism_start(World<S>& world, S* y);
 
 template <class S> bool is_tied(const World<S>& world, int body) {

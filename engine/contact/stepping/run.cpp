@@ -28,11 +28,9 @@ std::optional<Fault> convention_fault(const Scene& scene) {
   for (const PairLaw& law : laws_in_play(scene)) {
     if (named == SimultaneousImpacts::together && law.restitution > 0)
       return Fault{
-          Blame::engine,
           "the scene's simultaneous_impacts is together: +impulse takes impacts with restitution one after another"};
     if (named == SimultaneousImpacts::sequential && !(law.restitution > 0))
       return Fault{
-          Blame::engine,
           "the scene's simultaneous_impacts is sequential: +impulse solves contacts without restitution together"};
   }
   return {};
@@ -42,7 +40,7 @@ std::optional<Fault> convention_fault(const Scene& scene) {
 std::optional<Fault> scene_fault(const Scene& scene) {
   if (const auto fault = convention_fault(scene)) return fault;
   for (const PairLaw& pair : scene.pairs)
-    if (pair.rolling_friction_m > 0) return Fault{Blame::engine, "atwood's +impulse has no rolling friction"};
+    if (pair.rolling_friction_m > 0) return Fault{"atwood's +impulse has no rolling friction"};
   // Whether a pair of shapes has a contact test depends on their kinds alone: two moving and two fixed bodies of each
   // kind stand for all.
   std::vector<const Body*> representatives;
@@ -59,18 +57,18 @@ std::optional<Fault> scene_fault(const Scene& scene) {
       const char* what = missing_contact_test(static_cast<ShapeKind>(representatives[a]->shape.index()),
                                               static_cast<ShapeKind>(representatives[b]->shape.index()));
       if (what != nullptr)
-        return Fault{Blame::engine, "atwood has no contact test for `" + representatives[a]->name + "` and `" +
-                                        representatives[b]->name + "`: " + what};
+        return Fault{"atwood has no contact test for `" + representatives[a]->name + "` and `" +
+                     representatives[b]->name + "`: " + what};
     }
   return {};
 }
 
 std::optional<Fault> joints_fault(const MethodId& id, const Scene& scene, const Options& options) {
-  if (!scene.ropes.empty()) return Fault{Blame::engine, "+impulse takes no ropes; use +penalty"};
+  if (!scene.ropes.empty()) return Fault{"+impulse takes no ropes; use +penalty"};
   if (scene.joints.empty()) return {};
   if (id.scheme != "symplectic-euler")
-    return Fault{Blame::engine, "+impulse steps mechanisms by symplectic-euler alone"};
-  if (options.sleeping) return Fault{Blame::engine, "+impulse{sleeping=true} takes no bodies on joints"};
+    return Fault{"+impulse steps mechanisms only by symplectic-euler; found atwood/" + id.scheme};
+  if (options.sleeping) return Fault{"+impulse{sleeping=true} takes no bodies on joints"};
   return {};
 }
 
@@ -208,7 +206,7 @@ template <class S> Outcome run_once(World<S>& world, const Plan& plan, const Obs
     }
     if (world.end.points_beyond_limit > 0)
       return refused("+impulse{solver=direct}: an island has " + std::to_string(world.end.points_beyond_limit) +
-                     " contact points, direct_points is " + std::to_string(world.options.direct_points));
+                     " contact points, more than direct_points = " + std::to_string(world.options.direct_points));
     const bool joints_failed = world.tied != nullptr && world.tied->failed;
     if (const char* fault = joints_failed               ? kJointsNotMet
                             : world.end.impacts_stalled ? kImpactsStalled
@@ -236,7 +234,7 @@ Outcome run_in(const MethodId& id, const Scene& scene, const Plan& plan, const O
   const Result<Settings> settings = response_settings(id);
   if (!settings) return refused(settings.fault());
   const Options options = options_of(*settings);
-  if (id.rtol) return refused("+impulse takes equal steps, no tolerance");
+  if (id.rtol) return refused("+impulse takes equal steps; found a tolerance");
   if (const auto fault = scene_fault(scene)) return refused(*fault);
   if (options.sleeping && !scene.forces.empty())
     return refused(

@@ -6,13 +6,13 @@
 //   impacts    fast approaches that meet within the substep are resolved one after another, in the order of their times
 //              (impacts.cpp)
 //   velocity   v += dv_free, the increment of the motion without contacts
-//   prepare    position correction: overlap is reduced in the positions alone, no velocity changes;
+//   prepare    position correction: overlap is reduced only in the positions, no velocity changes;
 //              velocity bias:       gaps and normals at the new positions give the bound on the normal velocity;
 //              warm start:          the impulses of the last substep are applied again
 //   solve      v_n >= -max(gap, 0) / sub_s, impulses inside the round friction cone
 //   position   p += sub_s v
 //
-// The order of the contacts depends on the contacts alone (graph colouring, contact_batches.hpp), so the results have
+// The order of the contacts depends only on the contacts (graph colouring, contact_batches.hpp), so the results have
 // the same bits for every number of threads.
 #pragma once
 
@@ -73,7 +73,7 @@ struct Sleep {
   std::vector<int> parent;             // union-find over bodies
 };
 
-// Work arrays, kept from call to call for their memory alone.
+// Work arrays, kept from call to call only to keep their memory.
 template <class S> struct Scratch {
   GraphColouring colouring;
   std::vector<int> count, next_slot, colour, other_colour;
@@ -102,7 +102,7 @@ template <class S> struct DirectSolver {
   std::vector<std::pair<int, int>> contacts;  // contact, island
   std::vector<int> inactive;             // contacts left out: without impulse, and too far to close in this substep
   std::vector<SolverPoint<S>> points;    // of the island
-  std::vector<int> contact_of_point;     // negative: -1 - s for joint stop s, which has a normal impulse alone
+  std::vector<int> contact_of_point;     // negative: -1 - s for joint stop s, which has only a normal impulse
   std::vector<JacobianRow<S>> jacobian;  // three rows a point: n, t, s
   std::vector<TiedResponse<S>> tied;     // two a row: of the mechanisms of a and b; empty where the scene has no joints
   std::vector<int> mechanisms;           // that the rows act on
@@ -160,7 +160,7 @@ template <class S> struct Candidates {
   std::vector<S> rotation_path;                // by body, m: sum of how far surface points rotated since
 };
 
-// Why a run ends before its time; as below: it goes on.
+// Why a run ends early; with these default values it continues.
 template <class S> struct RunEnd {
   bool impacts_stalled = false;  // impacts at one instant found no end (impacts.cpp)
   S stall_time_s{};              // that instant

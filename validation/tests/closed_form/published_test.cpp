@@ -102,6 +102,9 @@ TEST_CASE("Carlson's integrals: published values, and elementary cases to the la
   // Carlson 1995, section 3.
   CHECK(distance(carlson_rf(Wide(2), Wide(3), Wide(4)), "0.58408284167715") < 1e-14);
   CHECK(distance(carlson_rj(Wide(2), Wide(3), Wide(4), Wide(5)), "0.14297579667157") < 1e-14);
+  // Two arguments 0: the integral diverges, and duplication never ends.
+  for (const Wide& x : {carlson_rf(Wide(0), Wide(0), Wide(1)), carlson_rj(Wide(0), Wide(0), Wide(1), Wide(1))})
+    CHECK(x != x);
   CHECK(distance(carlson_rc(Wide(0), Wide(0.25)), "3.1415926535897932384626433832795028842") < 1e-32);
   for (const double y : {1.25, 2.0, 7.0, 0.5}) {
     const Wide x = 1, c = carlson_rc(x, Wide(y));

@@ -223,12 +223,12 @@ class Settings(Case):
     def test_settings_of_step_control_need_a_tolerance(self):
         for method, name in (("atwood/ias15{criterion=prs23}", "criterion"), ("atwood/dopri5{safety=0.8}", "safety")):
             self.expect(self.run_in("trace", "kepler-e0", "--method", method), 1, "unsupported",
-                        f"`{name}` acts in runs with a tolerance alone; expected one, as in")
+                        f"`{name}` has an effect only with a tolerance; expected one, as in")
         self.expect(self.run_in("trace", "kepler-e0", "--method", "atwood/ias15:1e-16{criterion=prs23}"), 0)
 
     def test_settings_that_others_leave_without_effect(self):
-        for method, told in (("atwood/ias15:1e-12{epsilon=1e-7}", "`epsilon` acts with criterion=rein-spiegel or criterion=prs23 alone"),
-                             ("atwood/gbs:1e-9{columns=7}", "`columns` acts with order=fixed alone"),
+        for method, told in (("atwood/ias15:1e-12{epsilon=1e-7}", "`epsilon` has an effect only with criterion=rein-spiegel or criterion=prs23"),
+                             ("atwood/gbs:1e-9{columns=7}", "`columns` has an effect only with order=fixed"),
                              ("atwood/gbs:1e-12{order=fixed,columns=9}", "at most 8 columns")):
             self.expect(self.run_in("trace", "kepler-e0", "--method", method), 1, "unsupported", told)
         self.expect(self.run_in("trace", "kepler-e0", "--method", "atwood/gbs{columns=9}"), 0)
@@ -263,7 +263,7 @@ class Settings(Case):
     def test_what_a_study_names_is_there(self):
         study = "id = 'mine'\n[[cells]]\nscenarios = ['kepler-e0.6']\nsteps = [960]\nmethods = ['%s']\n"
         for method, told in (("atwood/rk5", "atwood has no method `rk5`"), ("bulet64/default", "no engine `bulet64`"),
-                             ("physx/default", "no engine `physx` is available (PhysX's package for JavaScript, physx-js-webidl, is built for browsers"),
+                             ("physx/default", "no engine `physx` is available (PhysX's package for JavaScript, physx-js-webidl, is built only for browsers"),
                              ("atwood/rx*", "no method of atwood")):
             self.expect(self.run_in("run", self.path("study.toml", study % method)), 2, "study `mine`", told)
         self.expect(self.run_in("run", self.path("study.toml", study % "atwood/rk4'\n, 'atwood/leapfrog"), "--no-timing", "--tolerances", self.path("none.toml", GATE)), 0)

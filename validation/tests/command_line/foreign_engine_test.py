@@ -131,7 +131,7 @@ for line in sys.stdin:
         return self.path("wasm", code, 0o755)
 
     def test_advise_says_that_times_under_webassembly_are_not_ranked(self):
-        reason, engine = "timed under WebAssembly alone: such times are not ranked", self.under_wasm()
+        reason, engine = "timed only under WebAssembly: such times are not ranked", self.under_wasm()
         for asked in (("--error", "1e-3"), ("--budget", "1s")):
             told = json.loads(self.ask("advise", self.scene, *asked, "--engine", engine, "--method", "mine/a", "--method",
                                        "atwood/rk4", "--json").stdout)
@@ -142,7 +142,7 @@ for line in sys.stdin:
 
     def test_compare_says_that_times_under_webassembly_are_not_ranked(self):
         words = ("compare", "mine/a", "atwood/rk4", "--scenario", self.scene, "--engine", self.under_wasm())
-        told = self.ask(*words, told=["mine/a: timed under WebAssembly alone: such times are not ranked"]).stdout
+        told = self.ask(*words, told=["mine/a: timed only under WebAssembly: such times are not ranked"]).stdout
         self.assertRegex(told, r"16 steps .* wasm +-")
         self.assertNotIn("WebAssembly", self.ask(*words, "--no-timing", "--out", "untimed").stdout)  # no store of times
 

@@ -301,7 +301,7 @@ class ImpulseJoints(Case):
     # ---- what is refused
     def test_refusals(self):
         text = self.dumbbells()
-        for method, told in (("atwood/rk4+impulse", "+impulse steps mechanisms by symplectic-euler alone"),
+        for method, told in (("atwood/rk4+impulse", "+impulse steps mechanisms only by symplectic-euler"),
                              ("atwood/symplectic-euler+impulse{sleeping=true}", "takes no bodies on joints"),
                              ("atwood/rk4+event", "+event takes no bodies on joints or ropes; use +impulse or +penalty")):
             self.ask("trace", self.path("scene.toml", text), "--method", method, code=1, told=[told])

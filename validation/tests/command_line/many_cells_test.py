@@ -69,7 +69,7 @@ class ManyCells(Shards):
         counts = f"{kept['pass']} pass, {kept['fail']} fail, {kept['unverifiable']} unverifiable, {kept['not_run']} not run"
         self.assertIn(counts, self.counts(ran)[1])
         refused = self.atwood("report", *words, "--against", "1", code=2)
-        self.assertIn("of runs of 20 000 cells or more the history keeps counts alone", refused.stderr)
+        self.assertIn("of runs of 20 000 cells or more the history keeps only counts", refused.stderr)
         counted = {}
         for trend in json.loads(self.atwood("history", "--metric", "*", "--scenario", "oscillator", "--json").stdout):
             counted[trend["metric"]] = trend["points"][0]["value"]

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "contact/impulse.hpp"
+#include "contact/slip_path.hpp"
 
 using namespace atwood;
 using V = Vec3<double>;
@@ -105,4 +106,18 @@ TEST_CASE("a ball on a rough floor: slip stays on the cone, stick stops the slip
     CHECK(ball.v_W.x == Approx(vx * 5 / 7).epsilon(1e-14));
     CHECK(ball.w_W.y == Approx(ball.v_W.x / r).epsilon(1e-14));
   }
+}
+
+TEST_CASE("the slip path reports its iterations, and one that has no end is capped") {
+  const ImpactLaw<double> law{0.5, 0.3, 0, Restitution::newton};
+  const double u0[3] = {1, 0, -1};
+  const double turning[3][3] = {{2, 0.3, 0.4}, {0.3, 1.5, 0.2}, {0.4, 0.2, 1}};
+  const SlipPath<double> path = slip_path(law, turning, u0);
+  CHECK(path.solve.ended == SolveEnd::converged);
+  CHECK(path.solve.iterations > 0);
+  // Not positive definite, which no masses give: the normal velocity falls for ever.
+  const double falling[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, -1}};
+  const SlipPath<double> endless = slip_path(law, falling, u0);
+  CHECK(endless.solve.ended == SolveEnd::capped);
+  CHECK(std::isinf(endless.solve.residual));
 }

@@ -103,7 +103,6 @@ TEST_CASE("methods that need bodies, positions, an energy or a series refuse a b
     const auto stepper = make_stepper(scheme, system);
     REQUIRE(!stepper);
     INFO(stepper.fault().reason);
-    CHECK(stepper.fault().blame == Blame::engine);
     CHECK_THAT(stepper.fault().reason, Catch::StartsWith("atwood/" + scheme + " ") &&
                                            Catch::EndsWith("; this problem is a system of equations without bodies"));
   }
@@ -165,7 +164,6 @@ TEST_CASE("unknown schemes and settings out of range are the input's fault") {
     INFO(scheme);
     const auto stepper = make_stepper(scheme, system, settings);
     REQUIRE(!stepper);
-    CHECK(stepper.fault().blame == Blame::input);
   }
 }
 

@@ -79,7 +79,7 @@ TEST_CASE("numbers that are none, or that no body has") {
 
 TEST_CASE("orientations and directions that are no unit") {
   check(body("mass_kg = 1\norientation_wxyz = [1, 0, 0, 0.1]\n"), "10:20", "length 1.00498756211208",
-        "a quaternion (w, x, y, z) of length 1 (within 1e-3, which is normalised)");
+        "a quaternion (w, x, y, z) of length 1 (a deviation up to 1e-3 is normalised)");
   REQUIRE(message(body("mass_kg = 1\norientation_wxyz = [1.0000000009, 0, 0, 0]\n")) == "no error");
   check(body("mass_kg = 1\norientation_wxyz = [1.0011, 0, 0, 0]\n"), "10:20", "length", "a quaternion");
   check(body("mass_kg = 1\norientation_wxyz = [0, 0, 0, 0]\n"), "10:20", "length 0", "a quaternion");
@@ -124,8 +124,8 @@ TEST_CASE("masses given twice or from nothing; planes and fixed bodies") {
 }
 
 TEST_CASE("names: unknown, used twice, malformed") {
-  check(body("mass_kg = 1\n[[body]]\nname = \"b\"\nmass_kg = 1\n"), "11:8", "the name `b` a second time",
-        "each name once");
+  check(body("mass_kg = 1\n[[body]]\nname = \"b\"\nmass_kg = 1\n"), "11:8", "two [[body]] tables have the name `b`",
+        "unique names");
   check(body("mass_kg = 1\nmaterial = \"wod\"\n[material.wood]\n"), "10:12", "`material` in [[body]] `b` is \"wod\"",
         "the name of a material");
   CHECK_THAT(message(body("mass_kg = 1\nmaterial = \"wod\"\n[material.wood]\n")), Contains("(did you mean wood?)"));

@@ -384,7 +384,7 @@ TEST_CASE("axes, frames and starts that a kind does not have") {
   check(line21 + "limits_rad = [-1, 1]\ndriven_rate_rad_per_s = 1\n", "21:14",
         "limits in [[joint]] `J` beside a driven rate", "one of the two");
   check(line21 + "rate_rad_per_s = 2\ndriven_rate_rad_per_s = 1\n", "21:18", "is 2 beside a driven rate of 1",
-        "the driven rate alone");
+        "only the driven rate");
   check(line21 + "hold = [\"J\"]\n", "21:8", "without closes_loop", "it with closes_loop");
   check(line21 + "angle = 1\n", "21:1", "unknown key `angle`", "one of name, kind");
   check(kBodies + kHinge + "[[fluid]]\nname = \"w\"\n", "15:1", "beside a fluid", "one of the two");
@@ -523,7 +523,7 @@ TEST_CASE("forces along joints") {
       kBodies +
           "[[joint]]\nname = \"J\"\nkind = \"ball\"\nbodies = [\"world\", \"a\"]\n[[force]]\nkind = \"joint-spring\"\n"
           "joint = \"J\"\nstiffness_N_m_per_rad = 1\n",
-      "22:25", "the ball joint `J`, which has no angle", "damping_N_m_s_per_rad alone");
+      "22:25", "the ball joint `J`, which has no angle", "only damping_N_m_s_per_rad");
 }
 
 TEST_CASE("resolved scenes that no file makes are refused as well") {

@@ -107,7 +107,7 @@ TEST_CASE("unit vectors of three digits are normalised with a note, of nine in s
                                       Contains("; it was normalised"));
   CHECK(plane("[0.5773502692, 0.5773502692, 0.5773502692]").notes.empty());
   CHECK_THAT(message(kHead + "[[body]]\nname = \"p\"\nshape.plane = { normal = [0.57, 0.57, 0.57] }\n"),
-             Contains("has length 0.98726") && Contains("of length 1 (within 1e-3, which is normalised)"));
+             Contains("has length 0.98726") && Contains("of length 1 (a deviation up to 1e-3 is normalised)"));
   const auto turned = read(kHead + "[[body]]\nname = \"b\"\nmass_kg = 1\norientation_wxyz = [0.7071, 0.7071, 0, 0]\n");
   CHECK(turned.notes.size() == 1);
   // What engines read is the normalised one, and reading it again changes no bit.

@@ -220,7 +220,7 @@ TEST_CASE("what the kernel lacks is said") {
   means.landlock_abi = 4;
   CHECK(confinement_gaps(means) ==
         "network: no TCP, but other protocols (Landlock, ABI 4; no network namespace: Operation not permitted); "
-        "writing: in the scratch directory alone: Landlock, ABI 4; modes, times and attributes of files can be changed "
+        "writing: only in the scratch directory: Landlock, ABI 4; modes, times and attributes of files can be changed "
         "everywhere (no mount namespace: Operation not permitted)");
   means.network = means.mount = Namespaces::user;
   CHECK(confinement_gaps(means).empty());
@@ -228,7 +228,7 @@ TEST_CASE("what the kernel lacks is said") {
   REQUIRE(lines.size() == 3);
   CHECK(lines[0].how == "at most 1.5 GiB resident, with descendants");
   CHECK(lines[1].how == "none: a network namespace in a user namespace");
-  CHECK(lines[2].how == "in the scratch directory alone: Landlock, ABI 4, and a mount namespace in a user namespace");
+  CHECK(lines[2].how == "only in the scratch directory: Landlock, ABI 4, and a mount namespace in a user namespace");
 }
 
 TEST_CASE("a worker that takes memory is ended at the limit, with descendants that each take less") {

@@ -205,6 +205,9 @@ TEST_CASE("cells of a claim: only methods that claim an order in that class of m
                     Catch::Contains(":5:") && Catch::Contains("class of motion"));
   CHECK_THROWS_WITH(read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['b/c']\norders = [1, 2]\n"),
                     Catch::Contains("found `orders` without `claim`"));
+  CHECK_THROWS_WITH(
+      read("id = 'x'\n[[cells]]\nscenarios = ['a']\nmethods = ['b/c']\nclaim = 'rotation'\norders = [6, 4]\n"),
+      Catch::Contains(":6:10: `orders` is ") && Catch::Contains("; expected the lower order first"));
 }
 
 TEST_CASE("a hash changes with all that decides a run, and with nothing else") {

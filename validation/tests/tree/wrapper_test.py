@@ -165,7 +165,7 @@ class Wrapper(unittest.TestCase):
         self.assertEqual(self.machine.run("run").stderr.splitlines()[0], "atwood: configuring")
 
     def test_engines_that_are_not_offered_are_refused_by_name(self):
-        for engine, told in (("physx", "built for browsers alone"), ("havok", "no engine `havok`; expected all, or some of dart")):
+        for engine, told in (("physx", "built only for browsers"), ("havok", "no engine `havok`; expected all, or some of dart")):
             ended = self.machine.run("run", ATWOOD_ENGINES=f"rapier,{engine}")
             self.assertEqual(ended.returncode, 2)
             self.assertIn(engine, ended.stderr)
