@@ -3,6 +3,7 @@ add_library(atwood_engine STATIC
   simulation.cpp
   parallel/team.cpp
   fluid/body_acceleration.cpp
+  fluid/body_overlaps.cpp
   fluid/corrections.cpp
   fluid/kernel.cpp
   fluid/kick_drift.cpp

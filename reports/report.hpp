@@ -82,6 +82,8 @@ struct RefusedTruth {
   std::string scenario, truth;  // "extended precision, two methods"
   Status status = Status::unsupported;
   std::string reason, remedy;  // which other truth covers the scene, in words
+  std::string method = {};     // whose cells alone have no such truth; empty: all that ran
+  bool has_errors = false;     // errors against an exact field are measured; that of the steps is not told apart
 };
 
 // What a method claims beside what its ladder shows.

@@ -23,13 +23,15 @@ MethodInfo sph_info() {
       "Weakly compressible smoothed particle hydrodynamics by sums over pairs; equations in docs/fluids.md. Pressures "
       "enter in the symmetric form, so that with shift=0 linear momentum is kept to round-off; angular momentum where "
       "viscosity is central or absent; kinetic and elastic energy and heat to the error of time stepping, beside the work of "
-      "density_diffusion, shift, viscosity without heat, bodies and walls (rows work-by-diffusion, -shift, -viscosity, "
-      "-bodies, -walls; what is left: energy-unaccounted). At a fixed ratio of smoothing to spacing the error in space of "
+      "density_diffusion, shift, viscosity without heat, bodies, walls and sources (rows work-by-diffusion, -shift, "
+      "-viscosity, -bodies, -walls, -sources; what is left: energy-unaccounted). At a fixed ratio of smoothing to spacing the error in space of "
       "disturbed particles has no fixed order: it reaches a plateau that falls with smoothing. Order in time: the "
       "method's own, at most that of the kernel (cubic 3, wendland-c2 4, quintic 5, wendland-c4 6, wendland-c6 8). "
       "Kicks and drifts (leapfrog, velocity Verlet and their compositions) need density=summation and no viscosity. "
       "Equal steps beyond the limit by sound, viscosity, conduction or gravity are refused with the limit. Walls: dummy "
-      "particles that carry the fluid's values to their side. Rows: neighbours, momenta, energy-budget, works.";
+      "particles that carry the fluid's values to their side. Bodies have no contact with each other: a run ends, with "
+      "where and when, in the step in which one that moves begins to overlap a boundary or another body, and a scene "
+      "that starts so is refused. Rows: neighbours, momenta, energy-budget, works.";
   info.source =
       "Monaghan, Rep. Prog. Phys. 68 (2005) 1703; Morris, Fox, Zhu, J. Comput. Phys. 136 (1997) 214; Cleary, Monaghan, "
       "J. Comput. Phys. 148 (1999) 227; Adami, Hu, Adams, J. Comput. Phys. 231 (2012) 7057";

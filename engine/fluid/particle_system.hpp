@@ -22,6 +22,9 @@ template <class S> class ParticleSystem {
   virtual void write(S t_s, const S* y, Sample& sample) = 0;
   // Empty: the state is sound. Else which particle is lost or not finite, and how.
   virtual std::string fault(const S* y) const = 0;
+  // The part of fault() that a run asks for after every step, with y finite: a particle that went through a wall, or
+  // bodies that overlap.
+  virtual std::string lost(S /*t_s*/, const S* /*y*/) { return ""; }
 
   // Why the system is not separable (x' = v, v' = a(x)), as kicks and drifts need; empty: it is.
   virtual std::string not_separable() const { return "has no kicks and drifts"; }

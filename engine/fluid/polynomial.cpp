@@ -312,12 +312,27 @@ template <class S> std::string Polynomial<S>::fault(const S* y) const {
     if (!(y[at.densities() + i] > S(0)))
       return particle_name(set_, scene_, i) + " has a density of " +
              format_double(static_cast<double>(y[at.densities() + i])) + " kg/m^3";
-    if (walls_ == nullptr) continue;
-    const std::string through = walls_->boundary_behind(y + at.positions() + std::ptrdiff_t(i) * at.dimensions);
-    if (!through.empty())
-      return particle_name(set_, scene_, i) + " went through the boundary `" + through + "` at " +
-             position_text(y + at.positions() + std::ptrdiff_t(i) * at.dimensions, at.dimensions);
+    if (std::string through = went_through(y, i); !through.empty()) return through;
   }
+  return "";
+}
+
+template <class S> std::string Polynomial<S>::went_through(const S* y, int particle) const {
+  if (walls_ == nullptr) return "";
+  const int d = set_.layout.dimensions;
+  const S* const x = y + set_.layout.positions() + std::ptrdiff_t(particle) * d;
+  const std::string* const through = walls_->boundary_behind(x);
+  if (through == nullptr) return "";
+  return particle_name(set_, scene_, particle) + " went through the boundary `" + *through + "` at " +
+         position_text(x, d);
+}
+
+template <class S> std::string Polynomial<S>::lost(S, const S* y) {
+  if (walls_ == nullptr) return "";
+  const Layout& at = set_.layout;
+  for (int i = 0; i < at.particles; ++i)
+    if (walls_->boundary_behind(y + at.positions() + std::ptrdiff_t(i) * at.dimensions) != nullptr)
+      return went_through(y, i);
   return "";
 }
 

@@ -48,6 +48,7 @@ template <class S> class Polynomial final : public ParticleSystem<S> {
   void write(S t_s, const S* y, Sample& sample) override;
   // Also names the particle whose neighbourhood did not determine its polynomial, with its condition number.
   std::string fault(const S* y) const override;
+  std::string lost(S t_s, const S* y) override;
 
   const ParticleSet<S>& particles() const { return set_; }
   const PolynomialOptions& options() const { return options_; }
@@ -59,6 +60,7 @@ template <class S> class Polynomial final : public ParticleSystem<S> {
   bool update(const S* y);  // lists at a state; false: some position is not finite
   void pack(const S* y, int first_block, int last_block);
   bool holds_a_particle(int block) const;  // else it holds points of walls and of the surface, which take no fit
+  std::string went_through(const S* y, int particle) const;
   void rate_of_particles(S t_s, const S* y, S* dydt, int first_slot, int last_slot, int& singular) const;
 
   const Scene& scene_;

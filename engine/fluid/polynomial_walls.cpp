@@ -120,10 +120,10 @@ template <class S> void PolynomialWalls<S>::fill(const Neighbours<S>& lists, S* 
   }
 }
 
-template <class S> std::string PolynomialWalls<S>::boundary_behind(const S* x) const {
+template <class S> const std::string* PolynomialWalls<S>::boundary_behind(const S* x) const {
   for (const Wall& wall : walls_)
-    if (wall.sign * x[wall.axis] - wall.offset < -S(kDeepestParticle) * spacing_) return scene_.bodies[wall.body].name;
-  return "";
+    if (wall.sign * x[wall.axis] - wall.offset < -S(kDeepestParticle) * spacing_) return &scene_.bodies[wall.body].name;
+  return nullptr;
 }
 
 template class PolynomialWalls<float>;

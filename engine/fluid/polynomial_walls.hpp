@@ -33,8 +33,8 @@ template <class S> class PolynomialWalls {
   S support_at(const S* x) const;
   // Records and weights of the slots of walls, from those of the particles.
   void fill(const Neighbours<S>& lists, S* records, SlotWeight<S>* weights) const;
-  // The name of a boundary behind which x stands, deeper than half a spacing; empty: none.
-  std::string boundary_behind(const S* x) const;
+  // The name of a boundary behind which x stands, deeper than half a spacing; null: none.
+  const std::string* boundary_behind(const S* x) const;
 
  private:
   struct Wall {

@@ -72,6 +72,11 @@ template <class S> struct March {
     if (fault.ends_with(kNotFinite)) outcome.reason += place_before(state);
     return false;
   }
+  // After every step: no particle went through a wall, no bodies overlap.
+  bool kept(const S* state, S t_s) {
+    const std::string lost = particles.lost(t_s, state);
+    return lost.empty() || fail(Status::diverged, lost, t_s);
+  }
   bool observe(std::int64_t k, const S* state) {
     const S t_s = time_of_sample(k);
     if (const std::string fault = particles.fault(state); !fault.empty()) return fail(Status::diverged, fault, t_s);
@@ -106,7 +111,7 @@ template <class S> struct March {
     for (std::int64_t n = 0; n < plan.steps; ++n) {
       const S t_s = begin_of(n), h_s = equal ? begin_of(1) : begin_of(n + 1) - t_s;
       if (!stepper.step(t_s, h_s, y.data(), y_new.data())) return void(unsolved(t_s));
-      if (!finite(y_new.data(), t_s + h_s)) return;
+      if (!finite(y_new.data(), t_s + h_s) || !kept(y_new.data(), t_s + h_s)) return;
       y.swap(y_new);
       ++outcome.steps_taken;
       if ((n + 1) % stride == 0 && !observe((n + 1) / stride, y.data())) return;
@@ -156,6 +161,7 @@ template <class S> struct March {
       if (!advice.accepted) continue;
       const S reached_s = last ? end_s : t_s + step_s;
       if (!finite(y_new.data(), reached_s)) return;
+      if (!kept(y_new.data(), reached_s)) return;
       if (observer != nullptr && !samples_inside(k, t_s, step_s, reached_s)) return;
       y.swap(y_new);
       t_s = reached_s;
@@ -192,6 +198,10 @@ ModeRates mode_rates(const Scene& scene, const SphOptions& options, const Kernel
   for (const double g : scene.gravity_m_per_s2) rates.gravity_m_per_s2 += g * g;
   rates.gravity_m_per_s2 = std::sqrt(rates.gravity_m_per_s2);
   return rates;
+}
+
+EqualSteps equal_steps_of(const Plan& plan) {
+  return {plan.t_end_s / static_cast<double>(plan.steps), plan.steps, plan.samples};
 }
 
 Lattice lattice_of(const Scene& scene) {
@@ -237,9 +247,8 @@ Outcome run_sph(const MethodId& id, const Scene& asked, const Plan& plan, const 
     const double spacing = scene.fluids.front().spacing_m;
     const auto kernel =
         make_kernel<double>(request->options.kernel, scene.domain.dimensions, request->options.smoothing * spacing);
-    const std::string why =
-        instability_message(own.scheme, own.overrides, kernel, spacing, mode_rates(scene, particles.options(), kernel),
-                            plan.t_end_s / static_cast<double>(plan.steps), plan.steps);
+    const std::string why = instability_message(own.scheme, own.overrides, kernel, spacing,
+                                                mode_rates(scene, particles.options(), kernel), equal_steps_of(plan));
     if (!why.empty()) return refused(why);
   }
   return march(particles, **stepper, own, plan, observer, repeats);
@@ -264,8 +273,7 @@ std::string unstable_at_start(const MethodId& id, const Scene& scene, const Poly
   const Spectrum modes = extremal_eigenvalues(particles.system(), 0, y.data(), scale, kSpectrumDimension);
   if (modes.eigenvalues.empty())
     return "the rates at the start, or the eigenvalues of their derivative, are not finite: no step is known to be stable";
-  const std::string why = instability_message(id.scheme, id.overrides, modes.eigenvalues,
-                                              plan.t_end_s / static_cast<double>(plan.steps), plan.steps);
+  const std::string why = instability_message(id.scheme, id.overrides, modes.eigenvalues, equal_steps_of(plan));
   const bool rough = modes.residual > kRoughSpectrum;
   return why.empty() || !rough ? why
                                : why + "; estimated to " + format_double(std::round(100 * modes.residual)) + " % of it";

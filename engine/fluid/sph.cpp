@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 
+#include "fluid/body_overlaps.hpp"
 #include "fluid/corrections.hpp"
 #include "fluid/transport.hpp"
 #include "fluid/walls.hpp"
@@ -90,6 +91,10 @@ Sph<S>::Sph(const Scene& scene, const SphOptions& asked)
   if (!scene.fluid_boundaries.empty()) {
     walls_ = std::make_unique<Walls<S>>(scene, set_, sums_, bodies_.get());
     unsupported_ = walls_->unsupported();
+  }
+  if (set_.layout.body_scalars > 0 && unsupported_.empty()) {
+    overlaps_ = std::make_unique<BodyOverlaps<S>>(scene, *bodies_);
+    unsupported_ = overlaps_->unsupported();
   }
   system_.size = set_.layout.size();
   system_.context = this;
@@ -422,14 +427,27 @@ template <class S> std::string Sph<S>::fault(const S* y) const {
     if (at.density && !(y[at.densities() + i] > S(0)))
       return particle_name(set_, scene_, i) + " has a density of " +
              format_double(static_cast<double>(y[at.densities() + i])) + " kg/m^3";
-    if (walls_ != nullptr) {
-      const std::string through = walls_->boundary_behind(y + at.positions() + std::ptrdiff_t(i) * at.dimensions);
-      if (!through.empty())
-        return particle_name(set_, scene_, i) + " went through the boundary `" + through + "` at " +
-               position_text(y + at.positions() + std::ptrdiff_t(i) * at.dimensions, at.dimensions);
-    }
+    if (std::string through = went_through(y, i); !through.empty()) return through;
   }
   return "";
+}
+
+template <class S> std::string Sph<S>::went_through(const S* y, int particle) const {
+  if (walls_ == nullptr) return "";
+  const int d = set_.layout.dimensions;
+  const S* const x = y + set_.layout.positions() + std::ptrdiff_t(particle) * d;
+  const std::string through = walls_->boundary_behind(x);
+  if (through.empty()) return "";
+  return particle_name(set_, scene_, particle) + " went through the boundary `" + through + "` at " +
+         position_text(x, d);
+}
+
+template <class S> std::string Sph<S>::lost(S t_s, const S* y) {
+  const Layout& at = set_.layout;
+  if (walls_ != nullptr && walls_->some_may_be_behind(y + at.positions()))
+    for (int i = 0; i < at.particles; ++i)
+      if (std::string through = went_through(y, i); !through.empty()) return through;
+  return overlaps_ == nullptr ? "" : overlaps_->found(t_s, y + at.bodies());
 }
 
 template class Sph<float>;

@@ -13,6 +13,7 @@
 
 namespace atwood::fluid {
 
+template <class S> class BodyOverlaps;
 template <class S> class Walls;
 
 struct SphOptions {
@@ -43,6 +44,7 @@ template <class S> class Sph final : public ParticleSystem<S> {
   void initial_state(S* y) const override;
   void write(S t_s, const S* y, Sample& sample) override;
   std::string fault(const S* y) const override;
+  std::string lost(S t_s, const S* y) override;
   std::string not_separable() const override;
   Team* team() override { return team_.get(); }
   void accelerations(S t_s, const S* y, S* acceleration) override;
@@ -68,6 +70,7 @@ template <class S> class Sph final : public ParticleSystem<S> {
   template <class Finish> void over_sums(const S* y, const Finish& finish);
   void set_corrections();
   void set_transport(const S* y);
+  std::string went_through(const S* y, int particle) const;
 
   const Scene& scene_;
   SphOptions options_;
@@ -75,8 +78,9 @@ template <class S> class Sph final : public ParticleSystem<S> {
   ParticleSet<S> set_;
   std::vector<BodyAcceleration<S>> sources_;  // one a fluid; empty: no fluid has one
   std::unique_ptr<Team> team_;
-  std::unique_ptr<RigidModel<S>> bodies_;  // null: no bodies
-  std::unique_ptr<Walls<S>> walls_;        // null: no boundary
+  std::unique_ptr<RigidModel<S>> bodies_;      // null: no bodies
+  std::unique_ptr<Walls<S>> walls_;            // null: no boundary
+  std::unique_ptr<BodyOverlaps<S>> overlaps_;  // null: no body moves
   std::unique_ptr<Neighbours<S>> lists_;
   PairSums<S> sums_;
   System<S> system_;

@@ -156,14 +156,21 @@ template <class Stable> double largest_stable(double fastest, const Stable& is_s
   return low;
 }
 
+// How many steps of h_s a run over t_end_s has. A wave's share of growth depends on it: explicit Euler's method, which
+// lets every undamped oscillation grow, is stable up to steps proportional to 1 / t_end_s.
+std::int64_t steps_over(double t_end_s, double h_s) {
+  return static_cast<std::int64_t>(std::clamp(std::ceil(t_end_s / h_s), 1.0, 1e15));
+}
+
 double largest_stable(const std::string& scheme, const Settings& overrides, const std::vector<Symbol>& all,
-                      const ModeRates& rates, std::int64_t steps) {
+                      const ModeRates& rates, double t_end_s) {
   double fastest = 0;
   for (const Symbol& symbol : all)
     fastest = std::max({fastest, rates.sound_speed_m_per_s * symbol.G,
                         symbol.L * std::max({rates.longitudinal_m2_per_s, rates.transverse_m2_per_s,
                                              rates.thermal_m2_per_s, rates.density_m2_per_s})});
-  return largest_stable(fastest, [&](double h_s) { return stable(scheme, overrides, all, rates, h_s, steps); });
+  return largest_stable(
+      fastest, [&](double h_s) { return stable(scheme, overrides, all, rates, h_s, steps_over(t_end_s, h_s)); });
 }
 
 // Modes of given eigenvalues, each as the real system a' = re a - im b, b' = im a + re b.
@@ -209,14 +216,29 @@ std::string per_second(double rate) {
   return digits;
 }
 
+// The fewest steps, a multiple of `samples`, with which the run is accepted: from the bound on, which the search knows
+// to a part in a million.
+template <class Accepted>
+std::int64_t steps_needed(double t_end_s, double bound_s, std::int64_t samples, const Accepted& is_accepted) {
+  constexpr int tries = 100;
+  std::int64_t frame = (steps_over(t_end_s, bound_s) + samples - 1) / samples;  // steps between two samples
+  for (int n = 0; n < tries; ++n) {
+    const std::int64_t steps = frame * samples;
+    if (is_accepted(t_end_s / static_cast<double>(steps), steps)) break;
+    frame += 1 + frame / 1000;
+  }
+  return frame * samples;
+}
+
 // What a refusal says: the limit, what it comes from, and how many equal steps the run would need.
-std::string refusal(const std::string& scheme, double bound_s, const std::string& causes, double h_s,
-                    std::int64_t steps) {
+template <class Accepted>
+std::string refusal(const std::string& scheme, double bound_s, const std::string& causes, const EqualSteps& asked,
+                    const Accepted& is_accepted) {
   const std::string method = "atwood/" + scheme;
   if (bound_s == 0) return "no step of " + method + " is stable here (" + causes + ")";
-  const double needed = std::ceil(h_s * static_cast<double>(steps) / bound_s);
-  return "steps of " + seconds(h_s) + " are beyond the stability limit of " + method + ", " + seconds(bound_s) + " (" +
-         causes + "); the run needs at least " + std::to_string(std::int64_t(needed)) + " equal steps";
+  return "steps of " + seconds(asked.h_s) + " are beyond the stability limit of " + method + ", " + seconds(bound_s) +
+         " (" + causes + "); the run needs at least " +
+         std::to_string(steps_needed(asked.t_end_s(), bound_s, asked.samples, is_accepted)) + " equal steps";
 }
 
 std::string effects(const StepBounds& bounds) {
@@ -238,34 +260,38 @@ std::string effects(const StepBounds& bounds) {
 }  // namespace
 
 std::string instability_message(const std::string& scheme, const Settings& overrides, const Kernel<double>& kernel,
-                                double spacing_m, const ModeRates& rates, double h_s, std::int64_t steps) {
+                                double spacing_m, const ModeRates& rates, const EqualSteps& asked) {
   const std::vector<Symbol> all = symbols(kernel, spacing_m);
   StepBounds bounds;
   bounds.force_s = rates.gravity_m_per_s2 > 0
                        ? std::sqrt(kernel.support / support_ratio(kernel.shape) / rates.gravity_m_per_s2)
                        : kNone;
-  const bool slow = h_s <= bounds.force_s;
-  if (slow && stable(scheme, overrides, all, rates, h_s, steps)) return "";
-  bounds.all_s = std::min(bounds.force_s, largest_stable(scheme, overrides, all, rates, steps));
-  bounds.sound_s = largest_stable(scheme, overrides, all, {rates.sound_speed_m_per_s}, steps);
+  const auto is_accepted = [&](double h_s, std::int64_t steps) {
+    return h_s <= bounds.force_s && stable(scheme, overrides, all, rates, h_s, steps);
+  };
+  if (is_accepted(asked.h_s, asked.steps)) return "";
+  const double t_end_s = asked.t_end_s();
+  bounds.all_s = std::min(bounds.force_s, largest_stable(scheme, overrides, all, rates, t_end_s));
+  bounds.sound_s = largest_stable(scheme, overrides, all, {rates.sound_speed_m_per_s}, t_end_s);
   ModeRates viscous, thermal;
   viscous.longitudinal_m2_per_s = rates.longitudinal_m2_per_s;
   viscous.transverse_m2_per_s = rates.transverse_m2_per_s;
   viscous.density_m2_per_s = rates.density_m2_per_s;
   thermal.thermal_m2_per_s = rates.thermal_m2_per_s;
-  bounds.viscosity_s = largest_stable(scheme, overrides, all, viscous, steps);
-  bounds.heat_s = largest_stable(scheme, overrides, all, thermal, steps);
-  return refusal(scheme, bounds.all_s, effects(bounds), h_s, steps);
+  bounds.viscosity_s = largest_stable(scheme, overrides, all, viscous, t_end_s);
+  bounds.heat_s = largest_stable(scheme, overrides, all, thermal, t_end_s);
+  return refusal(scheme, bounds.all_s, effects(bounds), asked, is_accepted);
 }
 
 std::string instability_message(const std::string& scheme, const Settings& overrides,
-                                const std::vector<std::complex<double>>& eigenvalues, double h_s, std::int64_t steps) {
+                                const std::vector<std::complex<double>>& eigenvalues, const EqualSteps& asked) {
   if (eigenvalues.empty()) return "";
   std::vector<std::complex<double>> all = eigenvalues;
   double highest = 0;
   for (const std::complex<double>& lambda : eigenvalues) highest = std::max(highest, std::abs(lambda.imag()));
   for (int wave = 1; wave < kWaves; ++wave) all.push_back({0, highest * wave / kWaves});
-  if (stable(scheme, overrides, all, h_s, steps)) return "";
+  const auto is_accepted = [&](double h_s, std::int64_t steps) { return stable(scheme, overrides, all, h_s, steps); };
+  if (is_accepted(asked.h_s, asked.steps)) return "";
   std::complex<double> fastest = 0;
   double oscillating = 0, decaying = 0;
   for (const std::complex<double>& lambda : all) {
@@ -274,10 +300,10 @@ std::string instability_message(const std::string& scheme, const Settings& overr
     decaying = std::max(decaying, -lambda.real());
   }
   const double bound =
-      largest_stable(std::abs(fastest), [&](double h) { return stable(scheme, overrides, all, h, steps); });
+      largest_stable(std::abs(fastest), [&](double h_s) { return is_accepted(h_s, steps_over(asked.t_end_s(), h_s)); });
   return refusal(scheme, bound,
-                 "fastest oscillation " + per_second(oscillating) + ", fastest decay " + per_second(decaying), h_s,
-                 steps);
+                 "fastest oscillation " + per_second(oscillating) + ", fastest decay " + per_second(decaying), asked,
+                 is_accepted);
 }
 
 }  // namespace atwood::fluid

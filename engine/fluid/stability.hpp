@@ -30,14 +30,22 @@ struct ModeRates {
   double gravity_m_per_s2 = 0;
 };
 
-// Why `scheme` may not take steps of h_s, with the bounds; empty: it may. Waves may grow by a tenth over `steps` steps.
+struct EqualSteps {
+  double h_s = 0;
+  std::int64_t steps = 1;
+  std::int64_t samples = 1;  // of which the number of steps is a multiple
+  double t_end_s() const { return h_s * static_cast<double>(steps); }
+};
+
+// Why `scheme` may not take these steps, with the bounds and a number of steps that it may take; empty: it may. Waves
+// may grow by a tenth over the run. The bounds are those of runs as long as this one.
 std::string instability_message(const std::string& scheme, const Settings& overrides, const Kernel<double>& kernel,
-                                double spacing_m, const ModeRates& rates, double h_s, std::int64_t steps);
+                                double spacing_m, const ModeRates& rates, const EqualSteps& asked);
 
 // The same for modes y' = lambda y with extremal eigenvalues [1/s] (spectrum.hpp), and for undamped
 // oscillations of all frequencies up to the highest one: sound waves of all lengths. A mode that grows by its own
 // equation may grow as fast.
 std::string instability_message(const std::string& scheme, const Settings& overrides,
-                                const std::vector<std::complex<double>>& eigenvalues, double h_s, std::int64_t steps);
+                                const std::vector<std::complex<double>>& eigenvalues, const EqualSteps& asked);
 
 }  // namespace atwood::fluid

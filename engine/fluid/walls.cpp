@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "collision/geometry.hpp"
 #include "scene/fluid_walls.hpp"
 
 namespace atwood::fluid {
@@ -57,6 +58,8 @@ Walls<S>::Walls(const Scene& scene, const ParticleSet<S>& set, const PairSums<S>
     unsupported_ = "+sph: " + std::string(refused.what());
     return;
   }
+  for (const FluidBoundary& boundary : scene.fluid_boundaries)
+    if (scene.bodies[boundary.body].fixed) add_barrier(scene.bodies[boundary.body]);
   half_lattice_sum_ = lattice_beside(sums.kernel, d, spacing, volume_);
   const std::size_t count = points_.size();
   x_.resize(count * d);
@@ -257,6 +260,58 @@ template <class S> std::string Walls<S>::boundary_behind(const S* x) const {
     if (depth_in_body_m(body, d, at) > scene_.fluids.front().spacing_m) return body.name;
   }
   return "";
+}
+
+template <class S> void Walls<S>::add_barrier(const Body& body) {
+  const Real4& q = body.orientation_wxyz;
+  const Aabb<double> box = bounds(make_geometry<double>(body.shape),
+                                  transform(narrow3<double>(body.position_m), Quat<double>{q[0], q[1], q[2], q[3]}));
+  Barrier barrier{std::holds_alternative<Plane>(body.shape),
+                  {S(box.low.x), S(box.low.y), S(box.low.z)},
+                  {S(box.high.x), S(box.high.y), S(box.high.z)}};
+  if (const auto* plane = std::get_if<Plane>(&body.shape)) {
+    const int axis = normal_axis(*plane, scene_.domain.dimensions);
+    const double across = plane->normal[axis];
+    (across > 0 ? barrier.high : barrier.low)[axis] = S((plane->offset_m - scene_.fluids.front().spacing_m) / across);
+  }
+  barriers_.push_back(barrier);
+}
+
+template <class S> bool Walls<S>::some_may_be_behind(const S* x) const {
+  return scene_.domain.dimensions == 2 ? some_may_be_behind<2>(x) : some_may_be_behind<3>(x);
+}
+
+template <class S> template <int d> bool Walls<S>::some_may_be_behind(const S* x) const {
+  // The extent of all particles, by several of each extreme, so that a comparison need not wait for the one before.
+  constexpr int parts = 4 * d;
+  const int size = d * set_.layout.particles, whole = size - size % parts;
+  S low[parts], high[parts];
+  for (int k = 0; k < parts; ++k) low[k] = high[k] = x[k % d];
+  for (int i = 0; i < whole; i += parts)
+    for (int k = 0; k < parts; ++k) {
+      low[k] = x[i + k] < low[k] ? x[i + k] : low[k];
+      high[k] = x[i + k] > high[k] ? x[i + k] : high[k];
+    }
+  for (int i = whole; i < size; ++i) {
+    low[i % d] = std::min(low[i % d], x[i]);
+    high[i % d] = std::max(high[i % d], x[i]);
+  }
+  for (int k = d; k < parts; ++k) {
+    low[k % d] = std::min(low[k % d], low[k]);
+    high[k % d] = std::max(high[k % d], high[k]);
+  }
+  for (const Barrier& barrier : barriers_) {
+    bool meets = true;
+    for (int c = 0; c < d; ++c) meets = meets && low[c] <= barrier.high[c] && high[c] >= barrier.low[c];
+    if (!meets) continue;
+    if (barrier.plane) return true;
+    for (int i = 0; i < size; i += d) {
+      bool inside = true;
+      for (int c = 0; c < d; ++c) inside = inside & (x[i + c] <= barrier.high[c]) & (x[i + c] >= barrier.low[c]);
+      if (inside) return true;
+    }
+  }
+  return false;
 }
 
 template class Walls<float>;

@@ -36,6 +36,9 @@ template <class S> class Walls {
   void load_bodies(const Neighbours<S>& lists, const S* records, const S* densities, const S* y);
   // The name of a fixed boundary that a particle at x has passed by more than one spacing; empty: none.
   std::string boundary_behind(const S* x) const;
+  // Whether boundary_behind() may name one for some particle: false only where it names none. Two or three comparisons
+  // a particle and box or ball, and none a plane but for the extent of all particles.
+  bool some_may_be_behind(const S* x) const;
 
  private:
   struct Point {
@@ -43,6 +46,12 @@ template <class S> class Walls {
     Vec3<S> at;  // world of a fixed body, else its axes
     S power;     // of a given flux through the point's part of the surface
   };
+  struct Barrier {  // around the points that are deeper than a spacing behind a fixed boundary
+    bool plane;
+    S low[3], high[3];  // of a plane infinite but for one
+  };
+  void add_barrier(const Body& body);
+  template <int d> bool some_may_be_behind(const S* x) const;
   struct WallPairTerms;  // what a wall point does to a particle
   WallPairTerms wall_pair_terms(const Neighbours<S>& lists, const S* records, const S* densities, const S* y, int slot,
                                 int wall_slot) const;
@@ -55,6 +64,7 @@ template <class S> class Walls {
   std::string unsupported_;
   S volume_{}, half_lattice_sum_{}, gravity_[3]{};
   std::vector<Point> points_;
+  std::vector<Barrier> barriers_;
   std::vector<S> x_, u_;                                             // positions, velocities of the surface: d a point
   std::vector<S> weight_, slip_, pressure_, density_, temperature_;  // of the points: sum of W; v~ (d); p; rho; T~
   std::vector<S> heating_;      // [W] heat entering through a point, divided by its sum of V W

@@ -145,12 +145,23 @@ std::vector<std::string> field_names(bool sources) {
 }
 
 Value field_schema(bool sources) {
-  Value name = choice_of(field_names(sources)).schema;
-  Value table = table_of({{"type", "object"},
-                          {"properties", table_of({{"field", name}})},
-                          {"required", Value::List{Value("field")}},
-                          {"additionalProperties", table_of({{"type", "number"}})}});
-  return table_of({{"oneOf", Value::List{std::move(name), std::move(table)}}});
+  Value::List forms{choice_of(field_names(sources)).schema};
+  for (const FieldInfo& field : fluid_fields()) {
+    if (sources && !field.has_source) continue;
+    Value properties = table_of({{"field", table_of({{"const", Value(field.name)}})}});
+    for (const FieldParameter& parameter : field.parameters) {
+      Value number = table_of({{"type", "number"}, {"description", Value(parameter.doc)}});
+      if (parameter.whole) add(number, "multipleOf", Value(1.0));
+      if (parameter.positive) add(number, "exclusiveMinimum", Value(0.0));
+      add(properties, parameter.name, std::move(number));
+    }
+    forms.push_back(table_of({{"type", "object"},
+                              {"description", Value(field.doc)},
+                              {"properties", std::move(properties)},
+                              {"required", Value::List{Value("field")}},
+                              {"additionalProperties", false}}));
+  }
+  return table_of({{"oneOf", std::move(forms)}});
 }
 
 // "taylor-green", or { field = "taylor-green", speed_m_per_s = 2 }. Parameters left out are filled in check_fluid().
@@ -320,9 +331,11 @@ Key<Fluid> particles_key() {
   return k;
 }
 
-template <class T> Key<T> optional_number(std::string name, std::optional<double> T::*member, std::string doc) {
+template <class T>
+Key<T> optional_number(std::string name, std::optional<double> T::*member, std::string doc,
+                       Range range = any_number()) {
   Key<T> k;
-  const auto codec = number();
+  const auto codec = number(std::move(range));
   k.name = std::move(name), k.doc = std::move(doc), k.schema = codec.schema;
   k.read = [codec, member](Reading& r, const Value& v, T& out) { codec.read(r, v, (out.*member).emplace()); };
   k.write = [member](const Scene&, const T& from) { return from.*member ? Value(*(from.*member)) : Value(); };
@@ -402,7 +415,7 @@ const Keys<Fluid>& fluid_keys() {
                       "specific heat [J/(kg K)]; 0, no temperature, unless given"),
         left_out_at_0("conductivity_W_per_m_K", &Fluid::conductivity_W_per_m_K, non_negative(),
                       "heat conductivity [W/(m K)]; 0 unless given"),
-        left_out_at_0("temperature_K", &Fluid::temperature_K, any_number(),
+        left_out_at_0("temperature_K", &Fluid::temperature_K, non_negative(),
                       "at t = 0, and the reference of expansion and viscosity decay [K]; 0 unless given"),
         unless(key<Fluid>("viscous_heat", &Fluid::viscous_heat, boolean(),
                           "viscous dissipation raises the temperature; false unless given"),
@@ -434,7 +447,8 @@ const Keys<FluidBoundary>& fluid_boundary_keys() {
     };
     return Keys<FluidBoundary>{
         required(key<FluidBoundary>("body", &FluidBoundary::body, body_name(), "a body of the scene")), slip,
-        optional_number<FluidBoundary>("temperature_K", &FluidBoundary::temperature_K, "of its surface [K]"),
+        optional_number<FluidBoundary>("temperature_K", &FluidBoundary::temperature_K, "of its surface [K]",
+                                       non_negative()),
         optional_number<FluidBoundary>("heat_flux_W_per_m2", &FluidBoundary::heat_flux_W_per_m2,
                                        "through its surface into the fluid [W/m^2]")};
   }();

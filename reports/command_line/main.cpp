@@ -167,7 +167,12 @@ void declare_run(Parser& p) {
 // One scene: its motion, its pictures, its contacts, its derivatives.
 void declare_single_scenes(Parser& p) {
   Options& o = p.options;
-  auto* trace = p.add("trace", "One run's motion as CSV; --method truth prints the truth with its bars", command_trace);
+  auto* trace =
+      p.add("trace",
+            "One run's motion as CSV; --method truth prints the truth with its bars. Positions, velocities and\n"
+            "q, which turns body axes into world axes, are in world axes; wx_rad_per_s, wy_rad_per_s and\n"
+            "wz_rad_per_s are in body axes",
+            command_trace);
   trace->add_option("SCENE", o.input, "A file or a catalogue id")->required();
   trace->add_option("--method", o.methods, "A method id, or truth")->required()->expected(1);
   p.counts(trace, "Step count (default: the scenario's last rung)");

@@ -317,6 +317,11 @@ std::string domain_words(const Scene& scene) {
   for (const FluidBoundary& boundary : scene.fluid_boundaries)
     words += fmt::format(", {} boundary `{}`", boundary.slip == Slip::no_slip ? "no-slip" : "free-slip",
                          scene.bodies[static_cast<std::size_t>(boundary.body)].name);
+  const auto moves = [](const Body& body) {
+    return !body.fixed && !std::holds_alternative<std::monostate>(body.shape);
+  };
+  if (std::any_of(scene.bodies.begin(), scene.bodies.end(), moves))
+    words += "; bodies have no contact with each other (a run ends where one begins to overlap a boundary or a body)";
   return words;
 }
 

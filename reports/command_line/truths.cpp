@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -23,6 +24,12 @@ std::string kind_words(const TruthSpec& truth) {
     case TruthKind::literature: return "literature `" + truth.solution + "`";
   }
   return "";
+}
+
+// Of a fluid's field against an exact one, or of the steps against the particles' own equations.
+bool is_error_of_a_fluid(const std::string& metric) {
+  return metric == "time-error" || metric == "velocity-l1" || metric == "pressure-l1" || metric == "density-l1" ||
+         metric == "temperature-l1";
 }
 
 // The class of motion whose claimed order this metric shows on this scene; empty: none is claimed there.
@@ -85,11 +92,20 @@ std::vector<RefusedTruth> refused_truths(const Place& place, const std::vector<S
     if (std::any_of(refused.begin(), refused.end(), [&](const auto& one) { return one.scenario == row.scenario; }))
       continue;
     RefusedTruth one{row.scenario, "", row.status, row.reason, ""};
+    std::set<std::string> without;
+    for (const Row& other : rows)
+      if (other.scenario == row.scenario && other.metric == "truth" && other.status != Status::ok)
+        without.insert(other.method);
+    for (const Row& other : rows) {
+      if (other.scenario != row.scenario || other.status != Status::ok || !is_error_of_a_fluid(other.metric)) continue;
+      if (!without.contains(other.method)) one.method = row.method;
+      one.has_errors = one.has_errors || other.method == row.method;
+    }
     const auto found =
         std::find_if(scenarios.begin(), scenarios.end(), [&](const auto& s) { return s.id == row.scenario; });
     if (found != scenarios.end()) {
       one.truth = kind_words(found->truth);
-      if (row.status == Status::unsupported)
+      if (row.status == Status::unsupported && one.method.empty() && !one.has_errors)
         one.remedy = try_truths && refused.size() < 3
                          ? other_truths(place, *found, 5)
                          : "`atwood trace SCENE --method truth` shows which truths cover it.";

@@ -188,10 +188,13 @@ std::string sentences(const ReportData& data, const Palette& palette, std::size_
 }  // namespace
 
 std::string refused_words(const RefusedTruth& refused) {
-  return fmt::format(
-      "{}: its truth ({}) ended as {}: {}. Errors, orders and what else needs a truth are not measured.{}",
-      refused.scenario, refused.truth, to_string(refused.status), refused.reason,
-      refused.remedy.empty() ? "" : " " + refused.remedy);
+  const char* const lost = refused.has_errors
+                               ? "The error of the steps is not told apart, and is within that of space; the errors "
+                                 "against the exact field are measured."
+                               : "Errors, orders and what else needs a truth are not measured.";
+  return fmt::format("{}: its truth ({}){} ended as {}: {}. {}{}", refused.scenario, refused.truth,
+                     refused.method.empty() ? "" : " for " + refused.method, to_string(refused.status), refused.reason,
+                     lost, refused.remedy.empty() ? "" : " " + refused.remedy);
 }
 
 std::string render_verdict_table(const std::vector<Verdict>& verdicts, const std::vector<Row>& rows, bool colour,

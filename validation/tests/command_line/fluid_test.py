@@ -55,6 +55,35 @@ class Fluids(Case):
             if r["metric"] == "closing-residual":
                 self.assertLess(float(r["value"]), 1e-14)
 
+    def test_an_engine_of_its_own_equations_on_a_scene_measured_in_parts(self):
+        scene = SCENE.replace('kind = "closed-form"', 'kind = "semi-discrete"').replace("heat_capacity_J_per_kg_K = 1\n", "")
+        self.path("scene.toml", scene)
+        words = ["run", "--scenario", "scene.toml", "--engine", ENGINE, "--no-timing", "--spacing", "0.125", "--sound-speed", "10",
+                 "--out", "out", "-o", "csv:rows.csv", "--method", "known/vortices"]
+        told = self.ask(*words).stdout
+        self.assertNotIn("no truth", told)
+        self.assertIn("1 cell\n", told)
+        with open(self.path("rows.csv")) as file:
+            rows = list(csv.DictReader(file))
+        metrics = {r["metric"] for r in rows}
+        self.assertNotIn("truth", metrics)
+        self.assertLessEqual({"velocity-l1", "model-error", "space-error"}, metrics)
+        self.assertNotIn("time-error", metrics)
+        # Without a solution nothing is measured of such an engine, and the report says of which.
+        self.path("scene.toml", scene.replace('solution = "taylor-green"\n', ""))
+        told = " ".join(self.ask(*words, code=[0, 1]).stdout.split())
+        self.assertIn("ended as unsupported", told)
+        self.assertIn("Errors, orders and what else needs a truth are not measured.", told)
+        told = " ".join(self.ask(*words, "--method", "atwood/rk4+sph", "--steps", "80", code=[0, 1]).stdout.split())
+        self.assertIn("(`semi-discrete`) for known/vortices ended as unsupported", told)
+        self.assertNotIn("Neither `rest`", told)
+
+    def test_temperatures_below_0_kelvin_are_refused(self):
+        for cold in ("-300", "-1e-9"):
+            self.path("scene.toml", SCENE.replace("heat_capacity_J_per_kg_K = 1\n",
+                                                  "heat_capacity_J_per_kg_K = 1\ntemperature_K = " + cold + "\n"))
+            self.ask("describe", "scene.toml", code=2, told=["temperature_K", "at least 0"])
+
     def test_order_in_space(self):
         rows = self.rows("--method", "known/vortices{space=1.0}", "--sound-speed", "10", "--spacing", "0.25", "--spacing", "0.125",
                          "--spacing", "0.0625", "--spacing", "0.05", "--spacing", "0.03125", scene=SCENE.replace(

@@ -28,15 +28,30 @@ Scene noisy_scene() {
   return scene;
 }
 
-// The limit that a refusal of long steps prints.
-double limit_s(const std::string& method, const Scene& scene) {
-  const Outcome refused = run_fluid(parse_method_id(method), scene, {100, 1000, 1, {}}, {}, 0);
-  INFO(refused.reason);
-  REQUIRE(refused.status == Status::unsupported);
-  const std::string before = "stability limit of ";
-  const std::size_t at = refused.reason.find(", ", refused.reason.find(before));
-  REQUIRE(at != std::string::npos);
-  return std::stod(refused.reason.substr(at + 2));
+// The limit that a refusal of long steps prints for a run of so many steps at the limit.
+double limit_s(const std::string& method, const Scene& scene, int steps) {
+  double t_end_s = 100, limit = 0;
+  for (int n = 0; n < 8; ++n, t_end_s = steps * limit) {
+    const Outcome refused = run_fluid(parse_method_id(method), scene, {t_end_s, 10, 1, {}}, {}, 0);
+    INFO(refused.reason);
+    REQUIRE(refused.status == Status::unsupported);
+    const std::string before = "stability limit of ";
+    const std::size_t at = refused.reason.find(", ", refused.reason.find(before));
+    REQUIRE(at != std::string::npos);
+    limit = std::stod(refused.reason.substr(at + 2));
+  }
+  return limit;
+}
+
+// The number of steps that a refusal asks for; 0: the run was not refused.
+std::int64_t needed_steps(const std::string& method, const Scene& scene, double t_end_s, std::int64_t steps,
+                          std::int64_t samples) {
+  const Outcome made = run_fluid(parse_method_id(method), scene, {t_end_s, steps, samples, {}}, {}, 0);
+  const std::string before = "needs at least ";
+  const std::size_t at = made.reason.find(before);
+  INFO(method << ": " << made.reason);
+  REQUIRE((made.status == Status::unsupported) == (at != std::string::npos));
+  return at == std::string::npos ? 0 : std::stoll(made.reason.substr(at + before.size()));
 }
 
 double largest_speed(const std::string& scheme, const Scene& scene, int degree, double h_s, int steps) {
@@ -66,16 +81,32 @@ TEST_CASE("steps of +polynomial below the limit are stable, steps above it are n
   const Scene scene = noisy_scene();
   for (const int degree : {2, 4})
     for (const char* scheme : {"rk4", "heun", "dopri5"}) {
+      const int steps = 1000;
       const double limit = limit_s(
           "atwood/" + std::string(scheme) + "+polynomial{degree=" + std::to_string(degree) + ",shift=0,filter=0.2}",
-          scene);
+          scene, steps);
       INFO(scheme << " degree " << degree << " limit " << limit << " s");
       const double below = 0.97 * limit, above = (scheme == std::string("rk4") ? 1.25 : 4) * limit;
-      const int steps = 1000;
       CHECK(largest_speed(scheme, scene, degree, below, steps) <
             3 * largest_speed(scheme, scene, degree, below / 4, 4 * steps));
       CHECK_FALSE(largest_speed(scheme, scene, degree, above, steps) <
                   100 * largest_speed(scheme, scene, degree, above / 4, 4 * steps));
+    }
+}
+
+TEST_CASE("the number of steps that a refusal asks for is accepted, and a tenth less is not") {
+  const Scene scene = noisy_scene();
+  const double t_end_s = 0.1;
+  const std::int64_t samples = 2;
+  for (const char* response : {"+polynomial{degree=2,shift=0,filter=0.2}", "+sph"})
+    for (const char* scheme : {"explicit-euler", "heun", "rk4"}) {
+      const std::string method = "atwood/" + std::string(scheme) + response;
+      const std::int64_t needed = needed_steps(method, scene, t_end_s, samples, samples);
+      REQUIRE(needed > samples);
+      CHECK(needed % samples == 0);
+      CHECK(needed_steps(method, scene, t_end_s, needed, samples) == 0);
+      const std::int64_t fewer = std::max(samples, needed * 9 / 10 / samples * samples);
+      if (fewer < needed) CHECK(needed_steps(method, scene, t_end_s, fewer, samples) == needed);
     }
 }
 

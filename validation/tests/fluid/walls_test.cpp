@@ -235,3 +235,121 @@ TEST_CASE("a particle that goes through a wall ends the run with its name") {
   CHECK_THAT(outcome.reason, Catch::Contains("particle 3 of `water` went through the boundary `floor` at [") &&
                                  Catch::Contains(" m at t = "));
 }
+
+TEST_CASE("a lost particle is reported in the step in which it is lost, whatever the samples") {
+  Scene scene = channel(12);
+  add_plane(scene, "floor", {0, 1, 0}, 0);
+  scene.fluids[0].particles.velocity_m_per_s[3] = {0, -400, 0};
+  for (const char* method : {"atwood/rk4+sph", "atwood/rk4+polynomial{degree=2}"}) {
+    const MethodId id = parse_method_id(method);
+    const Outcome often = run_fluid(id, scene, {0.01, 200, 200, {}}, {}, 0);
+    const Outcome once = run_fluid(id, scene, {0.01, 200, 1, {}}, {}, 0);
+    const Outcome timed = run_fluid(id, scene, {0.01, 200, 1, {}}, {}, 1);
+    INFO(method << ": " << often.reason << " / " << once.reason);
+    CHECK(often.status == Status::diverged);
+    CHECK_THAT(often.reason, Catch::Contains("went through the boundary `floor`"));
+    CHECK(once.reason == often.reason);
+    CHECK(timed.reason == often.reason);
+  }
+}
+
+TEST_CASE("a particle inside a fixed box or ball is lost too") {
+  for (const Shape& shape : {Shape(Box{{0.25, 0.25, 0.25}}), Shape(Sphere{0.25})}) {
+    Scene scene = channel(12);
+    Body body;
+    body.name = "obstacle";
+    body.shape = shape;
+    body.fixed = true;
+    body.position_m = {0.5, -0.5, 0};
+    scene.bodies.push_back(body);
+    scene.fluid_boundaries.push_back({0, Slip::no_slip, {}, {}});
+    scene.fluids[0].particles.position_m[3] = {0.5, -0.5, 0};
+    const Outcome outcome = run_fluid(parse_method_id("atwood/rk4+sph"), scene, {1e-4, 10, 1, {}}, {}, 0);
+    CHECK_THAT(outcome.reason, Catch::Contains("particle 3 of `water` went through the boundary `obstacle`"));
+  }
+}
+
+namespace {
+
+Body moving_body(const std::string& name, const Shape& shape, const Real3& at, const Real3& velocity) {
+  Body body;
+  body.name = name;
+  body.shape = shape;
+  body.mass_kg = 1e6;  // the fluid hardly moves it
+  body.inertia_kg_m2 = {1e6, 0, 0, 0, 1e6, 0, 0, 0, 1e6};
+  body.position_m = at;
+  body.velocity_m_per_s = velocity;
+  return body;
+}
+
+Scene with_bodies(const std::vector<Body>& bodies) {
+  Scene scene = channel(12);
+  add_plane(scene, "floor", {0, 1, 0}, -1);
+  for (const Body& body : bodies) {
+    scene.fluid_boundaries.push_back({static_cast<int>(scene.bodies.size()), Slip::no_slip, {}, {}});
+    scene.bodies.push_back(body);
+  }
+  return scene;
+}
+
+Outcome run_bodies(const Scene& scene, double t_end_s, const std::string& method = "atwood/rk4+sph") {
+  return run_fluid(parse_method_id(method), scene, {t_end_s, 200, 1, {}}, {}, 0);
+}
+
+double time_in(const std::string& reason) {
+  const std::string before = " at t = ";
+  const std::size_t at = reason.rfind(before);
+  return at == std::string::npos ? -1 : std::stod(reason.substr(at + before.size()));
+}
+
+}  // namespace
+
+TEST_CASE("a body that runs into a boundary or a body ends the run where and when it does") {
+  const Box cube{{0.1, 0.1, 0.1}};
+  // All far from the fluid, which is at rest above y = 0: the touch is known.
+  const Body falling = moving_body("cube", cube, {0.5, -0.8, 0}, {0, -10, 0});  // the floor is 0.1 m below
+  const Outcome floor = run_bodies(with_bodies({falling}), 0.02);
+  INFO(floor.reason);
+  CHECK(floor.status == Status::diverged);
+  CHECK_THAT(floor.reason, Catch::Contains("the body `cube` ran into the boundary `floor`") &&
+                               Catch::Contains("contact between bodies is not part of +sph"));
+  CHECK(time_in(floor.reason) == Approx(0.01).margin(2e-4));
+  CHECK(run_bodies(with_bodies({falling}), 0.0098).status == Status::ok);
+  CHECK(time_in(run_bodies(with_bodies({falling}), 0.02, "atwood/rk4+sph@float").reason) == Approx(0.01).margin(2e-4));
+
+  // Two boxes, the second turned by 45 degrees; a ball; an image along the period of 1 m.
+  Body turned = moving_body("turned", cube, {0.8, -0.5, 0}, {-10, 0, 0});
+  turned.orientation_wxyz = {std::cos(std::acos(-1.0) / 8), 0, 0, std::sin(std::acos(-1.0) / 8)};
+  const Body still = moving_body("still", cube, {0.5, -0.5, 0}, {0, 0, 0});
+  const double corner = 0.3 - 0.1 - 0.1 * std::sqrt(2.0);
+  const Outcome pair = run_bodies(with_bodies({still, turned}), 0.02);
+  CHECK_THAT(pair.reason, Catch::Contains("the body `still` ran into the body `turned`"));
+  CHECK(time_in(pair.reason) == Approx(corner / 10).margin(2e-4));
+  const Body ball = moving_body("ball", Sphere{0.1}, {0.2, -0.5, 0}, {-10, 0, 0});
+  const Outcome image =
+      run_bodies(with_bodies({moving_body("east", Sphere{0.1}, {0.9, -0.5, 0}, {0, 0, 0}), ball}), 0.02);
+  CHECK_THAT(image.reason, Catch::Contains("the body `east` ran into the body `ball`"));
+  CHECK(time_in(image.reason) == Approx(0.01).margin(2e-4));
+  CHECK(run_bodies(with_bodies({still, ball}), 0.002).status == Status::ok);
+}
+
+TEST_CASE("a scene that starts with overlapping bodies is refused, one with bodies that touch is not") {
+  const Box cube{{0.1, 0.1, 0.1}};
+  const auto refused = [&](const std::vector<Body>& bodies) { return run_bodies(with_bodies(bodies), 1e-4); };
+  const Outcome low = refused({moving_body("cube", cube, {0.5, -0.95, 0}, {})});
+  CHECK(low.status == Status::unsupported);
+  CHECK_THAT(low.reason, Catch::Contains("the body `cube` and the boundary `floor` overlap at the start, by 0.05"));
+  const Outcome two =
+      refused({moving_body("a", cube, {0.5, -0.5, 0}, {}), moving_body("b", cube, {0.65, -0.5, 0}, {})});
+  CHECK(two.status == Status::unsupported);
+  CHECK_THAT(two.reason, Catch::Contains("the body `a` and the body `b` overlap at the start"));
+  CHECK(refused({moving_body("cube", cube, {0.5, -0.9, 0}, {})}).status == Status::ok);
+  CHECK(refused({moving_body("a", cube, {0.5, -0.5, 0}, {}), moving_body("b", cube, {0.7, -0.5, 0}, {})}).status ==
+        Status::ok);
+  // What a joint ties may overlap.
+  Scene tied = with_bodies({moving_body("a", cube, {0.5, -0.5, 0}, {}), moving_body("b", cube, {0.65, -0.5, 0}, {})});
+  Joint joint;
+  joint.parent = 1, joint.child = 2;
+  tied.joints.push_back(joint);
+  CHECK_THAT(run_bodies(tied, 1e-4).reason, !Catch::Contains("overlap"));
+}

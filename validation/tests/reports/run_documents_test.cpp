@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <pugixml.hpp>
 
+#include "reports/render/figures_table.hpp"
 #include "reports/render/text.hpp"
 #include "synthetic.hpp"
 
@@ -85,6 +86,18 @@ TEST_CASE("a small run ends with its figures, its claims and a sentence on what 
   const std::string quiet = render_quiet(data, "report: x");
   CHECK(quiet.find("diverged: too far") != std::string::npos);
   CHECK(quiet.ends_with("FAIL  2 gates: 1 pass, 1 fail, 0 unverifiable, 0 not run; report: x\n"));
+}
+
+TEST_CASE("what is said of a missing truth is what was measured without it") {
+  RefusedTruth refused{"vortices", "`semi-discrete`", Status::unsupported, "no response", "", "known/one", true};
+  const std::string some = refused_words(refused);
+  CHECK(some.find("(`semi-discrete`) for known/one ended as unsupported: no response.") != std::string::npos);
+  CHECK(some.find("the errors against the exact field are measured") != std::string::npos);
+  CHECK(some.find("are not measured") == std::string::npos);
+  refused.method.clear(), refused.has_errors = false;
+  const std::string none = refused_words(refused);
+  CHECK(none.find("(`semi-discrete`) ended as unsupported") != std::string::npos);
+  CHECK(none.find("Errors, orders and what else needs a truth are not measured.") != std::string::npos);
 }
 
 TEST_CASE("JUnit holds a case a cell: what failed fails once, what an engine cannot do is skipped") {
