@@ -201,6 +201,35 @@ TEST_CASE("probe: an ensemble's round-off is beside wider arithmetic") {
   CHECK(position.reason.find("96 runs beside atwood/velocity-verlet@long-double") != std::string::npos);
 }
 
+TEST_CASE("probe: an ensemble of an engine without wider arithmetic is refused; the truth is no substitute") {
+  const Scenario scenario = oscillator();
+  Truth truth;
+  truth.values = step_oscillator<long double>(true, scenario.scene, {6, 60000, 60, {}}).values;
+  truth.bars = truth.values;
+  const auto probed = [&](const std::string& method) {
+    const auto run = [&](const std::string& id, const Scene& scene, const Plan& plan) {
+      Recording made = oscillate(id, scene, plan);
+      if (id.find("@long-double") != std::string::npos && method == "atwood/rk4") {
+        made.outcome.status = Status::unsupported;
+        made.outcome.reason = "not in long double";
+      }
+      return made;
+    };
+    return run_probe(Probe::ensemble, {scenario, method, {6, 600, 60, {}}, truth, run});
+  };
+  for (const char* method : {"mine/verlet", "atwood/verlet@quad"}) {
+    const auto rows = probed(method);
+    REQUIRE(rows.size() == 1);
+    CHECK(rows[0].status == Status::unsupported);
+    CHECK_THAT(rows[0].reason, Catch::Contains(std::string("`") + method + "` has no wider arithmetic"));
+  }
+  const auto rows = probed("atwood/rk4");
+  REQUIRE(rows.size() == 1);
+  CHECK(rows[0].status == Status::unsupported);
+  CHECK_THAT(rows[0].reason, Catch::StartsWith("`atwood/rk4@long-double` has no run to compare with (not in long "
+                                               "double): round-off cannot be told"));
+}
+
 TEST_CASE("probe: cells to which it does not apply are refused by name; a run that fails ends it with the reason") {
   Scenario scenario = oscillator();
   std::get<Spring>(scenario.scene.forces[0]).damping_N_s_per_m = 0.1;
