@@ -56,7 +56,8 @@ std::vector<MetricInfo> common_metrics() {
        "size, S the size of the trajectory."},
       {"energy-scale", "J",
        "E_scale, one per scene for all methods and steps: largest kinetic energy + |V - V0| over the truth's "
-       "samples, or, without a truth, over a run of the reference with converged energy (the reason says which)."},
+       "samples, or over a run of the reference with converged energy, without a truth or where the samples miss more "
+       "than 1 % of it (the reason says which)."},
       {"energy-max", "1", "Largest |E - E0| / E_scale."},
       {"energy-drift", "1/s",
        "Slope of (E - E0) / E_scale by Theil and Sen, an oscillation removed; positive: E grows. Bar: 95 %, corrected for "

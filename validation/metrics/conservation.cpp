@@ -160,8 +160,11 @@ void append_energy(const Scenario& scenario, const Truth& truth, const Recording
   const DriftFit drift = fit_drift(t, energy);
   const double floor = energy_floor(scenario, run, scale);
   if (!(scale.joules > 0)) {
-    rows.push_back(
-        row("energy-change-max", drift.largest, 0, "in joules: neither a truth nor a converged reference run"));
+    rows.push_back(row("energy-change-max", drift.largest, 0,
+                       has_truth(truth)
+                           ? "in joules: the truth's samples show no energy above round-off, and no reference run is "
+                             "converged"
+                           : "in joules: neither a truth nor a converged reference run"));
     rows.push_back(drift_row("energy-change-drift", drift, floor));
     rows.push_back(row("energy-change-oscillation", drift.oscillation));
     return;
@@ -199,9 +202,13 @@ std::vector<Wide> mechanical_energy(const Scene& scene, const Recording& run) {
   return energies;
 }
 
+bool declares_energy(const Scenario& scenario) {
+  return declares(scenario, "energy") || declares(scenario, "jacobi-constant");
+}
+
 std::vector<double> energy_change(const Scenario& scenario, const Recording& run, const EnergyScale& scale) {
   if (!scenario.scene.problem.empty()) return {};
-  if (!declares(scenario, "energy") && !declares(scenario, "jacobi-constant")) return {};
+  if (!declares_energy(scenario)) return {};
   const std::vector<Wide> energies = mechanical_energy(scenario.scene, run);
   const Wide unit = scale.joules > 0 ? scale.joules : 1;
   std::vector<double> change;
