@@ -129,7 +129,8 @@ std::vector<MetricInfo> common_metrics() {
        "the run's end where they stay closer."},
       {"lyapunov-exponent", "1/s",
        "Mean exponential rate at which two neighbouring runs separate, their distance reset after each sample "
-       "(Benettin et al. 1980); bar = 95 % from means of ten blocks."},
+       "(Benettin et al. 1980); bar = 95 % from means of ten blocks. NaN: not resolved, the separation may grow like a "
+       "power of time (up to t^2)."},
       {"state-differences", "1",
        "How many numbers of the samples (instants, bodies, particles, joints) differ in any bit between the run and the "
        "same run repeated, or made by another number of threads."},

@@ -244,8 +244,8 @@ TEST_CASE("coverage: Lyapunov exponent from stretches correlated with their neig
     for (int series = 0; series < kSeries; ++series) {
       std::vector<double> local = correlated(noise, 120, rho);
       for (double& x : local) x = 0.9 + 0.5 * x;
-      const LyapunovFit fit = fit_lyapunov(local);
-      covered += std::fabs(fit.exponent_per_s - 0.9) <= fit.half_width_95;
+      const LyapunovFit fit = fit_lyapunov(local, 1);
+      covered += fit.resolved && std::fabs(fit.exponent_per_s - 0.9) <= fit.half_width_95;
     }
     CAPTURE(rho);
     check_coverage(covered);
