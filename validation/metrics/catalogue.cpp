@@ -61,8 +61,8 @@ std::vector<MetricInfo> common_metrics() {
       {"energy-max", "1", "Largest |E - E0| / E_scale."},
       {"energy-drift", "1/s",
        "Slope of (E - E0) / E_scale by Theil and Sen, an oscillation removed; positive: E grows. Bar: 95 %, corrected for "
-       "autocorrelation; where not stationary, the mean slope and Student's interval over eight parts. NaN: round-off (see "
-       "energy-drift-round-off)."},
+       "autocorrelation; where not stationary, or of fewer than ten samples, the mean slope and Student's interval over "
+       "at most eight parts. NaN: round-off (see energy-drift-round-off), or fewer than five samples."},
       {"energy-oscillation", "1", "Half the range of (E - E0) / E_scale about its drift."},
       {"energy-change-max", "J", "Largest |E - E0|, of scenes without E_scale."},
       {"energy-change-drift", "W", "energy-drift of scenes without E_scale: slope of E - E0."},

@@ -142,9 +142,10 @@ ScalingFit fit_scaling(std::span<const double> bodies, std::span<const double> s
 
 // ---- drift (slope, 1/s) and oscillation (half range of the residual) ----------------------------------------
 // The half-width takes neighbouring residuals as correlated. Where the residual is not stationary (a random walk, a
-// slope that changes) there is no such interval: `stationary` is false, the slope is the mean one from the first to the
-// last value without the oscillation, and the half-width Student's over the slopes of eight equal parts (infinite: the
-// series is too short for four). Shorter series than 4: all 0.
+// slope that changes), or fewer than ten samples cannot show that it is, there is no such interval: `stationary` is
+// false, the slope is the mean one from the first to the last value without the oscillation, and the half-width
+// Student's over the slopes of eight equal parts, or of as many as there are (infinite: the series is too short for
+// four). Shorter series than 4: all 0.
 struct DriftFit {
   double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0, period_s = 0;  // period 0: none
   bool stationary = true;

@@ -319,6 +319,26 @@ TEST_CASE("measure: the energy scale does not depend on where the truth's sample
   CHECK(find(seen, "energy-scale")->reason == "the truth's 6 samples; between them it may be larger");
 }
 
+TEST_CASE("measure: an energy drift needs five samples, and ten to be stationary about a line") {
+  Scenario s = circle();
+  const auto drift = [&](std::int64_t samples) {
+    s.samples = samples;
+    Recording run = orbit(s, 1, 1);
+    for (const SampleReference sample : run.values)
+      for (Wide& x : sample.bodies[0].v_m_per_s) x *= std::sqrt(1 + 2e-4 * static_cast<double>(sample.t_s));
+    const std::vector<Row> rows = measure(s, truth_of(orbit(s, 1, 1)), run);
+    REQUIRE(find(rows, "energy-drift") != nullptr);
+    return *find(rows, "energy-drift");
+  };
+  CHECK(std::isnan(drift(3).value));
+  CHECK(drift(3).reason == "inconclusive: no interval follows from 4 samples; a drift needs 5");
+  CHECK(drift(4).value == Approx(2e-4).epsilon(1e-6));
+  CHECK(drift(4).reason ==
+        "gains energy; 5 samples are too few to show that it is stationary about a line: the mean "
+        "slope, and its bar from the slopes of its 4 parts");
+  CHECK(drift(9).reason == "gains energy");
+}
+
 TEST_CASE(
     "measure: at round-off one run has no drift and no law; above it a slope that changes has a bar from its parts") {
   const Scenario s = circle();
