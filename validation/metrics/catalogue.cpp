@@ -56,12 +56,13 @@ std::vector<MetricInfo> common_metrics() {
        "size, S the size of the trajectory."},
       {"energy-scale", "J",
        "E_scale, one per scene for all methods and steps: largest kinetic energy + |V - V0| over the truth's "
-       "samples, or, without a truth, over a run of the reference with converged energy (the reason says which)."},
+       "samples, or over a run of the reference with converged energy, without a truth or where the samples miss more "
+       "than 1 % of it (the reason says which)."},
       {"energy-max", "1", "Largest |E - E0| / E_scale."},
       {"energy-drift", "1/s",
        "Slope of (E - E0) / E_scale by Theil and Sen, an oscillation removed; positive: E grows. Bar: 95 %, corrected for "
-       "autocorrelation; where not stationary, the mean slope and Student's interval over eight parts. NaN: round-off (see "
-       "energy-drift-round-off)."},
+       "autocorrelation; where not stationary, or of fewer than ten samples, the mean slope and Student's interval over "
+       "at most eight parts. NaN: round-off (see energy-drift-round-off), or fewer than five samples."},
       {"energy-oscillation", "1", "Half the range of (E - E0) / E_scale about its drift."},
       {"energy-change-max", "J", "Largest |E - E0|, of scenes without E_scale."},
       {"energy-change-drift", "W", "energy-drift of scenes without E_scale: slope of E - E0."},
@@ -128,7 +129,8 @@ std::vector<MetricInfo> common_metrics() {
        "the run's end where they stay closer."},
       {"lyapunov-exponent", "1/s",
        "Mean exponential rate at which two neighbouring runs separate, their distance reset after each sample "
-       "(Benettin et al. 1980); bar = 95 % from means of ten blocks."},
+       "(Benettin et al. 1980); bar = 95 % from means of ten blocks. NaN: not resolved, the separation may grow like a "
+       "power of time (up to t^2)."},
       {"state-differences", "1",
        "Number of values of the samples (instants, bodies, particles, joints) differ in any bit between the run and the "
        "same run repeated, or a run with another number of threads."},

@@ -134,20 +134,28 @@ void append_magnetic_moment(const Scenario& scenario, const Recording& run, std:
   if (worst >= 0) rows.push_back(row("magnetic-moment-error", worst));
 }
 
-Row drift_row(const std::string& metric, const DriftFit& drift, double floor) {
+Row drift_row(const std::string& metric, const DriftFit& drift, double floor, std::size_t samples) {
   if (drift.largest <= 30 * floor)
     return row(
         metric, std::nan(""), 0,
         "inconclusive: round-off: |E - E0| stays below 30 u sqrt(steps), where one run is one draw; a drift there "
         "needs the probe `ensemble`");
   const double slope = drift.slope_per_s, bar = drift.half_width_95;
+  if (samples < 5 || !std::isfinite(bar))
+    return row(metric, std::nan(""), 0,
+               "inconclusive: no interval follows from " + std::to_string(samples) + " samples" +
+                   (samples < 5 ? "; a drift needs 5" : ""));
   std::string text = slope > bar || (drift.one_sign && slope > 0)    ? "gains energy"
                      : slope < -bar || (drift.one_sign && slope < 0) ? "loses energy"
                                                                      : "no drift outside its interval";
   if (drift.one_sign) text += " in each eighth of the run";
   if (drift.period_s > 0) text += ", period " + format_measure(drift.period_s, 0) + " s removed";
   if (!drift.stationary)
-    text += "; not stationary about a line: the mean slope, and its bar from the slopes of eight parts of the run";
+    text += (samples < 10 ? "; " + std::to_string(samples) +
+                                " samples are too few to show that it is stationary about a line: the mean slope, and "
+                                "its bar from the slopes of its "
+                          : "; not stationary about a line: the mean slope, and its bar from the slopes of ") +
+            (samples > 8 ? "eight" : std::to_string(samples - 1)) + " parts" + (samples < 10 ? "" : " of the run");
   return row(metric, slope, bar, text);
 }
 
@@ -160,15 +168,18 @@ void append_energy(const Scenario& scenario, const Truth& truth, const Recording
   const DriftFit drift = fit_drift(t, energy);
   const double floor = energy_floor(scenario, run, scale);
   if (!(scale.joules > 0)) {
-    rows.push_back(
-        row("energy-change-max", drift.largest, 0, "in joules: neither a truth nor a converged reference run"));
-    rows.push_back(drift_row("energy-change-drift", drift, floor));
+    rows.push_back(row("energy-change-max", drift.largest, 0,
+                       has_truth(truth)
+                           ? "in joules: the truth's samples show no energy above round-off, and no reference run is "
+                             "converged"
+                           : "in joules: neither a truth nor a converged reference run"));
+    rows.push_back(drift_row("energy-change-drift", drift, floor, t.size()));
     rows.push_back(row("energy-change-oscillation", drift.oscillation));
     return;
   }
   rows.push_back(row("energy-scale", scale.joules, 0, scale.source));
   rows.push_back(row("energy-max", drift.largest));
-  rows.push_back(drift_row("energy-drift", drift, floor));
+  rows.push_back(drift_row("energy-drift", drift, floor, t.size()));
   rows.push_back(row("energy-oscillation", drift.oscillation));
   if (declares(scenario, "jacobi-constant")) rows.push_back(row("jacobi-constant-error", drift.largest));
 }
@@ -199,9 +210,13 @@ std::vector<Wide> mechanical_energy(const Scene& scene, const Recording& run) {
   return energies;
 }
 
+bool declares_energy(const Scenario& scenario) {
+  return declares(scenario, "energy") || declares(scenario, "jacobi-constant");
+}
+
 std::vector<double> energy_change(const Scenario& scenario, const Recording& run, const EnergyScale& scale) {
   if (!scenario.scene.problem.empty()) return {};
-  if (!declares(scenario, "energy") && !declares(scenario, "jacobi-constant")) return {};
+  if (!declares_energy(scenario)) return {};
   const std::vector<Wide> energies = mechanical_energy(scenario.scene, run);
   const Wide unit = scale.joules > 0 ? scale.joules : 1;
   std::vector<double> change;

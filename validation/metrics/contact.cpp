@@ -149,7 +149,7 @@ void append_energy_gain(const Scenario& scenario, const Truth& truth, const Reco
   }
   const EnergyScale scale = energy_scale(scenario, truth);
   if (scale.joules > 0) rows.push_back(row("energy-gain", static_cast<double>(gain / scale.joules)));
-  else rows.push_back(row("energy-rise", static_cast<double>(gain), 0, "in joules: no truth to scale by"));
+  else rows.push_back(row("energy-rise", static_cast<double>(gain), 0, "in joules: no truth's energy to scale by"));
 }
 
 dynamics::Gap<Wide> gap_at(const Scene& scene, const dynamics::Layout& layout, const dynamics::ContactPair& pair,

@@ -13,6 +13,8 @@
 namespace atwood {
 namespace {
 
+constexpr std::size_t kTestable = 10;  // fewer samples do not show whether they are stationary: a walk's interval
+
 constexpr double kEfficiency =
     0.95;  // of Theil-Sen beside least squares: 0.91 of white residuals, more of correlated ones
 
@@ -104,7 +106,8 @@ double refined_period(std::span<const double> t, std::span<const double> v, doub
 
 // The mean slope of a series whose slope changes, with Student's interval over the mean slopes of at most eight equal
 // parts: of a random walk they are independent draws. It is a quarter wider, because 1 of 17 random walks passes for
-// stationary and then has too narrow an interval: 95 % are for both together. Of fewer parts than four it is infinite.
+// stationary and then has too narrow an interval: 95 % are for both together; not where too few samples are tested. Of
+// fewer parts than four it is infinite.
 void fit_parts(std::span<const double> t, const std::vector<double>& v, DriftFit& fit) {
   const std::size_t intervals = t.size() - 1, parts = std::min<std::size_t>(8, intervals);
   std::vector<double> slopes;
@@ -119,7 +122,8 @@ void fit_parts(std::span<const double> t, const std::vector<double>& v, DriftFit
   double squares = 0;
   for (const double slope : slopes) squares += (slope - fit.slope_per_s) * (slope - fit.slope_per_s);
   if (parts >= 4)
-    fit.half_width_95 = 1.25 * metrics::students_t(count - 1, 0.975) * std::sqrt(squares / (count - 1) / count);
+    fit.half_width_95 = (t.size() < kTestable ? 1 : 1.25) * metrics::students_t(count - 1, 0.975) *
+                        std::sqrt(squares / (count - 1) / count);
 }
 
 }  // namespace
@@ -145,7 +149,7 @@ DriftFit fit_drift(std::span<const double> t_s, std::span<const double> value) {
     width_scale = std::sqrt((n - 2) / (n - under.parameters));
     r = residual(t_s, value, fit.slope_per_s);
   }
-  fit.stationary = metrics::stationary(noise);
+  fit.stationary = t_s.size() >= kTestable && metrics::stationary(noise);
   if (fit.stationary) {
     // 5 % wider: series that pass the test for stationarity tend to have an underestimated correlation.
     fit.half_width_95 = 1.05 * width_scale * metrics::correlated_half_width(t_s, noise, kEfficiency);

@@ -78,8 +78,9 @@ struct GrowthFloors {
 // The laws by which the errors of a series grow.
 void append_growth(const Series& series, const GrowthFloors& floors, std::vector<Row>& rows);
 
-// Max of kinetic + |V - V0| over the truth's samples; without a truth, over a run of the reference whose energy has
-// converged under refinement (smooth scenes of moderate size); else `joules` is 0 and energies stay in joules.
+// Max of kinetic + |V - V0| over the truth's samples, or over a run of the reference whose energy has converged under
+// refinement (smooth scenes of moderate size), without a truth or where that run has over 1 % more between the samples.
+// Else, and where the samples show only the energy's round-off, `joules` is 0 and energies stay in joules.
 struct EnergyScale {
   double joules = 0;
   std::string source;
@@ -91,6 +92,7 @@ void reference_step(const dynamics::Dynamics<double>& f, double t, double h, std
                     std::array<std::vector<double>, 5>& work);
 // Kinetic and potential energy of the bodies [J], one entry a sample; not of a bare problem.
 std::vector<Wide> mechanical_energy(const Scene& scene, const Recording& run);
+bool declares_energy(const Scenario& scenario);  // among its invariants, or the Jacobi constant
 // (E - E0) over the scale, or in joules where there is none; one entry per sample. Empty for a bare problem and where
 // the scenario declares neither energy nor the Jacobi constant.
 std::vector<double> energy_change(const Scenario& scenario, const Recording& run, const EnergyScale& scale);

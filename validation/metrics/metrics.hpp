@@ -116,10 +116,14 @@ ToleranceFit fit_tolerance(std::span<const double> rtol, std::span<const double>
 struct LyapunovFit {
   double exponent_per_s = std::numeric_limits<double>::quiet_NaN(), half_width_95 = 0;
   int stretches = 0;
+  // Of the separation over the stretches used, and of one that grows like t^2. Not resolved: the interval excludes 0,
+  // but holds rates by which the separation grows no more than that.
+  double e_foldings = 0, e_foldings_of_power = 0;
+  bool resolved = true;
 };
-// local_exponents: one of each stretch [1/s]; the first tenth is left out, in which the separation turns to the
-// direction of fastest growth.
-LyapunovFit fit_lyapunov(std::span<const double> local_exponents);
+// local_exponents: one of each stretch of stretch_s [1/s]; the first tenth is left out, in which the separation turns
+// to the direction of fastest growth.
+LyapunovFit fit_lyapunov(std::span<const double> local_exponents, double stretch_s);
 
 // At the round-off floor, where one run's drift is a single random sample: the mean over runs (at least 32) of each
 // run's least squares slope, the half-width from a bootstrap over the runs. runs[k][i] is run k's value at t_s[i].
@@ -140,9 +144,10 @@ ScalingFit fit_scaling(std::span<const double> bodies, std::span<const double> s
 
 // ---- drift (slope, 1/s) and oscillation (half range of the residual) ----------------------------------------
 // The half-width takes neighbouring residuals as correlated. Where the residual is not stationary (a random walk, a
-// slope that changes) there is no such interval: `stationary` is false, the slope is the mean one from the first to the
-// last value without the oscillation, and the half-width Student's over the slopes of eight equal parts (infinite: the
-// series is too short for four). Shorter series than 4: all 0.
+// slope that changes), or fewer than ten samples cannot show that it is, there is no such interval: `stationary` is
+// false, the slope is the mean one from the first to the last value without the oscillation, and the half-width
+// Student's over the slopes of eight equal parts, or of as many as there are (infinite: the series is too short for
+// four). Shorter series than 4: all 0.
 struct DriftFit {
   double slope_per_s = 0, half_width_95 = 0, oscillation = 0, largest = 0, period_s = 0;  // period 0: none
   bool stationary = true;

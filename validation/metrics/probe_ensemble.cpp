@@ -1,6 +1,6 @@
 // Round-off alone, over many runs: the difference of each from the same run in wider arithmetic from the same doubles,
-// in which the error of the method cancels. Where an engine has no wider arithmetic: the difference from the truth, at
-// the round-off floor.
+// in which the error of the method and the perturbation of the start cancel. An engine without wider arithmetic is
+// refused: beside the truth its runs would show the error of its method and the perturbation as well.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -57,6 +57,7 @@ Scene perturbed(const Scene& scene, SplitMix64& random, bool single) {
   return changed;
 }
 
+// The method in wider arithmetic; empty where there is none.
 std::string wider(const std::string& method) {
   MethodId id = parse_method_id(method);
   if (id.engine != "atwood" || id.scalar == "quad") return "";
@@ -68,16 +69,17 @@ struct Runs {
   std::vector<std::vector<double>> position, attitude, energy;
 };
 
-void append(const Scenario& scenario, const EnergyScale& energy_scale, const Recording& run, const SampleSeries& beside,
-            const std::vector<double>& energy_beside, Runs& runs) {
+void append(const Scenario& scenario, const EnergyScale& energy_scale, const Recording& run, const Recording& beside,
+            Runs& runs) {
   std::vector<double> position, attitude, energy = energy_change(scenario, run, energy_scale);
+  const std::vector<double> energy_beside = energy_change(scenario, beside, energy_scale);
   for (std::size_t k = 0; k < run.values.size(); ++k) {
     double p = 0, q = 0;
     for (std::size_t b = 0; b < run.values[k].bodies.size(); ++b) {
       if (scenario.scene.bodies[b].fixed) continue;
-      p = std::max(p, position_error_m(run.values[k].bodies[b], beside[k].bodies[b]));
+      p = std::max(p, position_error_m(run.values[k].bodies[b], beside.values[k].bodies[b]));
       if (rotates(scenario.scene.bodies[b]))
-        q = std::max(q, attitude_error_rad(run.values[k].bodies[b], beside[k].bodies[b]));
+        q = std::max(q, attitude_error_rad(run.values[k].bodies[b], beside.values[k].bodies[b]));
     }
     position.push_back(p);
     attitude.push_back(q);
@@ -86,6 +88,18 @@ void append(const Scenario& scenario, const EnergyScale& energy_scale, const Rec
   runs.position.push_back(std::move(position));
   runs.attitude.push_back(std::move(attitude));
   if (!energy.empty()) runs.energy.push_back(std::move(energy));
+}
+
+const char* const kInseparable =
+    ": round-off cannot be told from the error of the method and from the perturbation of the start";
+
+// The same run in wider arithmetic.
+Recording run_beside(const ProbeRequest& request, const std::string& other, const Scene& scene) {
+  Recording run = request.run(other, scene, request.plan);
+  if (run.outcome.status != Status::ok)
+    throw ProbeEnds(run.outcome.status,
+                    "`" + other + "` has no run to compare with (" + run.outcome.reason + ")" + kInseparable);
+  return run;
 }
 
 Row growth_row(const std::string& metric, std::span<const double> t, const std::vector<std::vector<double>>& runs,
@@ -119,7 +133,9 @@ std::vector<Row> probe_ensemble(const ProbeRequest& request) {
   const Scenario& scenario = request.scenario;
   const bool single = unit_round_off(request.method) > 1e-10;
   const EnergyScale energy = energy_scale(scenario, request.truth);
-  std::string other = wider(request.method);
+  const std::string other = wider(request.method);
+  if (other.empty())
+    throw ProbeEnds(Status::unsupported, "`" + request.method + "` has no wider arithmetic" + kInseparable);
   Runs runs;
   std::vector<double> t;
   double scale = 0;
@@ -127,33 +143,24 @@ std::vector<Row> probe_ensemble(const ProbeRequest& request) {
   for (int k = 0; k < kRuns; ++k) {
     const Scene scene = perturbed(scenario.scene, random, single);
     const Recording run = good_run(request, scene, request.plan);
-    Recording beside;
-    if (!other.empty()) {
-      beside = request.run(other, scene, request.plan);
-      if (beside.outcome.status != Status::ok && k == 0) other.clear();
-      else if (beside.values.size() != run.values.size()) throw ProbeEnds(beside.outcome.status, beside.outcome.reason);
-    }
-    if (other.empty()) {
-      if (!has_truth(request.truth) || request.truth.values.size() != run.values.size())
-        throw ProbeEnds(Status::unsupported, "neither wider arithmetic nor a truth to compare with");
-      beside.values = request.truth.values;
-    }
+    const Recording beside = run_beside(request, other, scene);
+    if (beside.values.size() != run.values.size())
+      throw ProbeEnds(Status::crashed, "`" + other + "` has " + std::to_string(beside.values.size()) + " samples, `" +
+                                           request.method + "` " + std::to_string(run.values.size()));
     if (t.empty()) {
       for (const SampleView s : run.values) t.push_back(static_cast<double>(s.t_s));
       scale = sizes_of(scenario.scene, run.values).position_m;
     }
-    append(scenario, energy, run, beside.values,
-           other.empty() ? std::vector<double>{} : energy_change(scenario, beside, energy), runs);
+    append(scenario, energy, run, beside, runs);
   }
-  const std::string beside = other.empty() ? "the truth" : other;
   std::vector<Row> rows;
-  if (!runs.energy.empty()) rows.push_back(growth_row("growth-exponent-round-off-energy", t, runs.energy, beside));
-  if (!runs.energy.empty()) rows.push_back(drift_row(t, runs.energy, energy, beside));
+  if (!runs.energy.empty()) rows.push_back(growth_row("growth-exponent-round-off-energy", t, runs.energy, other));
+  if (!runs.energy.empty()) rows.push_back(drift_row(t, runs.energy, energy, other));
   const bool moves = scale > 0;
-  if (moves) rows.push_back(growth_row("growth-exponent-round-off-position", t, runs.position, beside));
+  if (moves) rows.push_back(growth_row("growth-exponent-round-off-position", t, runs.position, other));
   const bool turns =
       std::any_of(scenario.scene.bodies.begin(), scenario.scene.bodies.end(), [](const Body& b) { return rotates(b); });
-  if (turns) rows.push_back(growth_row("growth-exponent-round-off-attitude", t, runs.attitude, beside));
+  if (turns) rows.push_back(growth_row("growth-exponent-round-off-attitude", t, runs.attitude, other));
   if (!moves) return rows;
   double squares = 0;
   for (const auto& p : runs.position) squares += p.back() * p.back() / kRuns;

@@ -101,12 +101,19 @@ std::vector<Row> probe_lyapunov(const ProbeRequest& request) {
     near = copy_of(a.values.back());
     far = separation.between(near, b.values.back(), apart / end);
   }
-  const LyapunovFit fit = fit_lyapunov(local);
+  const LyapunovFit fit = fit_lyapunov(local, stretch.t_end_s);
+  const std::string stretches =
+      std::to_string(fit.stretches) + " stretches of " + format_measure(stretch.t_end_s, 0) + " s";
   if (fit.stretches == 0)
     rows.push_back(row("lyapunov-exponent", std::nan(""), 0, "inconclusive: fewer than 9 stretches"));
-  else
-    rows.push_back(row("lyapunov-exponent", fit.exponent_per_s, fit.half_width_95,
-                       std::to_string(fit.stretches) + " stretches of " + format_measure(stretch.t_end_s, 0) + " s"));
+  else if (!fit.resolved)
+    rows.push_back(row("lyapunov-exponent", std::nan(""), 0,
+                       "inconclusive: no exponent is resolved: the separation grows by e^" +
+                           format_measure(fit.e_foldings, 0, 2) + ", like t^2 it would by e^" +
+                           format_measure(fit.e_foldings_of_power, 0, 2) + "; mean rate " +
+                           format_measure(fit.exponent_per_s, 0, 3) + " +/- " +
+                           format_measure(fit.half_width_95, 0, 2) + " 1/s over " + stretches));
+  else rows.push_back(row("lyapunov-exponent", fit.exponent_per_s, fit.half_width_95, stretches));
   return rows;
 }
 

@@ -8,7 +8,8 @@ const std::vector<ProbeInfo>& all_probes() {
       {Probe::ensemble, "ensemble",
        "96 runs, each nonzero initial coordinate moved in the last place (by more than one unit where few coordinates "
        "are nonzero), beside the same runs in wider "
-       "arithmetic: the law by which round-off grows."},
+       "arithmetic: the law by which round-off grows. Unsupported for methods without wider arithmetic (all other "
+       "engines', and @quad)."},
       {Probe::reversal, "reversal",
        "To the end, velocities reversed, the same number of steps back: the distance from the start."},
       {Probe::symplecticity, "symplecticity",

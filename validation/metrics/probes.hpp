@@ -1,5 +1,5 @@
 // Probes: figures from several runs of a scene with changed initial states. A probe uses only the worker protocol, so
-// it works for every engine.
+// it works for every engine; `ensemble` needs the method in wider arithmetic as well.
 #pragma once
 
 #include <functional>

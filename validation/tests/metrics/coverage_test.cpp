@@ -169,6 +169,30 @@ TEST_CASE("coverage: drift of a random walk under white noise, which passes for 
     }
 }
 
+TEST_CASE("coverage: drift of few samples, which do not show whether they are stationary") {
+  Noise noise(22);
+  constexpr double kSlope = 0.4;
+  for (const int n : {5, 6, 9})
+    for (const bool walks : {true, false}) {
+      int covered = 0;
+      for (int series = 0; series < kSeries; ++series) {
+        std::vector<double> t, v;
+        double walk = 0;
+        for (int i = 0; i < n; ++i) {
+          t.push_back(i);
+          v.push_back(kSlope * i + (walks ? walk : noise()));
+          walk += noise();
+        }
+        const DriftFit fit = fit_drift(t, v);
+        CHECK_FALSE(fit.stationary);
+        covered += std::fabs(fit.slope_per_s - kSlope) <= fit.half_width_95;
+      }
+      CAPTURE(n, walks, covered);
+      CHECK(covered >= 0.93 * kSeries);
+      if (walks) CHECK(covered <= 0.97 * kSeries);
+    }
+}
+
 TEST_CASE("coverage: the mean slope of a random walk, whether or not it is seen not to be stationary") {
   Noise noise(18);
   constexpr double kSlope = 0.03;
@@ -244,8 +268,8 @@ TEST_CASE("coverage: Lyapunov exponent from stretches correlated with their neig
     for (int series = 0; series < kSeries; ++series) {
       std::vector<double> local = correlated(noise, 120, rho);
       for (double& x : local) x = 0.9 + 0.5 * x;
-      const LyapunovFit fit = fit_lyapunov(local);
-      covered += std::fabs(fit.exponent_per_s - 0.9) <= fit.half_width_95;
+      const LyapunovFit fit = fit_lyapunov(local, 1);
+      covered += fit.resolved && std::fabs(fit.exponent_per_s - 0.9) <= fit.half_width_95;
     }
     CAPTURE(rho);
     check_coverage(covered);

@@ -246,6 +246,99 @@ TEST_CASE("measure: without a truth the scale is a converged reference run's, el
   CHECK(find(joules, "energy-change-max")->unit == "J");
 }
 
+TEST_CASE("measure: the energy scale does not depend on where the truth's samples fall") {
+  // x'' = -(2 pi)^2 x from rest at 1 m: 2 T - T0 = 4 pi^2 J in the middle, and nothing to see after whole periods.
+  Scenario s = circle();
+  s.id = "spring";
+  s.t_end_s = 3;
+  s.scene.bodies.pop_back();
+  s.scene.bodies[0].mass_kg = 1;
+  s.scene.bodies[0].velocity_m_per_s = {0, 0, 0};
+  Spring spring;
+  spring.bodies = {0};
+  spring.stiffness_N_per_m = 4 * M_PI * M_PI;
+  s.scene.forces = {spring};
+  s.invariants = {{"energy"}};
+  const auto swing = [&](std::int64_t samples) {
+    Recording run;
+    for (std::int64_t k = 0; k <= samples; ++k) {
+      Sample sample;
+      sample.t_s = Wide(s.t_end_s) * k / Wide(samples);
+      sample.bodies.resize(1);
+      sample.bodies[0].p_m[0] = std::cos(2 * M_PI * static_cast<double>(sample.t_s));
+      sample.bodies[0].v_m_per_s[0] = -2 * M_PI * std::sin(2 * M_PI * static_cast<double>(sample.t_s));
+      run.values.push_back(sample);
+    }
+    return run;
+  };
+  const double scale = 4 * M_PI * M_PI;
+  for (const std::int64_t samples : {1, 3, 6, 120}) {
+    s.samples = samples;
+    Recording run = swing(samples);
+    run.values.back().bodies[0].p_m[0] *= 1.01;
+    const std::vector<Row> rows = measure(s, truth_of(swing(samples)), run);
+    CAPTURE(samples);
+    CHECK(value_of(rows, "energy-scale") == Approx(scale).epsilon(1e-3));
+    CHECK(value_of(rows, "energy-max") == Approx(0.5 * 0.0201).epsilon(1e-3));
+    if (samples < 120)
+      CHECK(find(rows, "energy-scale")->reason ==
+            "reference run: classical RK4, 2048 steps, energy converged to 1e-3, "
+            "above all " +
+                std::to_string(samples + 1) + " samples of the truth");
+    else CHECK(find(rows, "energy-scale")->reason == "the truth's samples");
+  }
+  // 256 periods, four of the reference run's intervals each.
+  s.t_end_s = 256;
+  s.samples = 64;
+  CHECK(value_of(measure(s, {}, swing(64)), "energy-scale") == Approx(scale).epsilon(1e-2));
+  // Bodies that can touch have no reference run.
+  s.t_end_s = 3;
+  s.scene.bodies.push_back(s.scene.bodies[0]);
+  s.scene.bodies[1].position_m = {9, 9, 9};
+  s.scene.bodies[1].fixed = true;
+  for (Body& body : s.scene.bodies) body.shape = Sphere{0.1};
+  const auto both = [](Recording run) {
+    Recording two;
+    for (const SampleView one : run.values) {
+      Sample sample;
+      sample.t_s = one.t_s;
+      sample.bodies = {one.bodies[0], {}};
+      sample.bodies[1].p_m = {9, 9, 9};
+      two.values.push_back(sample);
+    }
+    return two;
+  };
+  s.samples = 3;
+  const std::vector<Row> unseen = measure(s, truth_of(both(swing(3))), both(swing(3)));
+  CHECK(find(unseen, "energy-scale") == nullptr);
+  REQUIRE(find(unseen, "energy-change-max") != nullptr);
+  CHECK_THAT(find(unseen, "energy-change-max")->reason, Catch::StartsWith("in joules: the truth's samples show no"));
+  s.samples = 5;
+  const std::vector<Row> seen = measure(s, truth_of(both(swing(5))), both(swing(5)));
+  REQUIRE(find(seen, "energy-scale") != nullptr);
+  CHECK(find(seen, "energy-scale")->reason == "the truth's 6 samples; between them it may be larger");
+}
+
+TEST_CASE("measure: an energy drift needs five samples, and ten to be stationary about a line") {
+  Scenario s = circle();
+  const auto drift = [&](std::int64_t samples) {
+    s.samples = samples;
+    Recording run = orbit(s, 1, 1);
+    for (const SampleReference sample : run.values)
+      for (Wide& x : sample.bodies[0].v_m_per_s) x *= std::sqrt(1 + 2e-4 * static_cast<double>(sample.t_s));
+    const std::vector<Row> rows = measure(s, truth_of(orbit(s, 1, 1)), run);
+    REQUIRE(find(rows, "energy-drift") != nullptr);
+    return *find(rows, "energy-drift");
+  };
+  CHECK(std::isnan(drift(3).value));
+  CHECK(drift(3).reason == "inconclusive: no interval follows from 4 samples; a drift needs 5");
+  CHECK(drift(4).value == Approx(2e-4).epsilon(1e-6));
+  CHECK(drift(4).reason ==
+        "gains energy; 5 samples are too few to show that it is stationary about a line: the mean "
+        "slope, and its bar from the slopes of its 4 parts");
+  CHECK(drift(9).reason == "gains energy");
+}
+
 TEST_CASE(
     "measure: at round-off one run has no drift and no law; above it a slope that changes has a bar from its parts") {
   const Scenario s = circle();

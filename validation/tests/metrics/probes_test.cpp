@@ -186,9 +186,20 @@ TEST_CASE("probe: twins on a linear spring stay together, their exponent is none
   CHECK(find(rows, "horizon").value == scenario.t_end_s);
   const Row& exponent = find(rows, "lyapunov-exponent");
   CHECK(std::fabs(exponent.value) <= exponent.truth_bar + 0.05);
-  const auto grown = find(ask(Probe::lyapunov, scenario, "atwood/explicit-euler", 60), "lyapunov-exponent");
-  CHECK(grown.value ==
-        Approx(std::log1p(0.01) / 2 / 0.1).margin(grown.truth_bar + 1e-3));  // the radius, (1 + h^2)^(1/2) a step
+  const auto grown = [](double t_end_s) {
+    Scenario longer = oscillator();
+    longer.t_end_s = t_end_s;
+    const auto steps = static_cast<std::int64_t>(std::lround(10 * t_end_s));
+    return find(ask(Probe::lyapunov, longer, "atwood/explicit-euler", steps), "lyapunov-exponent");
+  };
+  const Row far = grown(120);
+  CHECK(far.value ==
+        Approx(std::log1p(0.01) / 2 / 0.1).margin(far.truth_bar + 1e-3));  // the radius, (1 + h^2)^(1/2) a step
+  const Row near = grown(6);                                               // 0.3 e-foldings
+  CHECK(std::isnan(near.value));
+  CHECK_THAT(near.reason,
+             Catch::StartsWith("inconclusive: no exponent is resolved: the separation grows by e^0.26, like "
+                               "t^2 it would by e^4.6; mean rate 0.0485"));
 }
 
 TEST_CASE("probe: an ensemble's round-off is beside wider arithmetic") {
@@ -199,6 +210,35 @@ TEST_CASE("probe: an ensemble's round-off is beside wider arithmetic") {
   CHECK(rms.value < 1e-12);
   const Row& position = find(rows, "growth-exponent-round-off-position");
   CHECK(position.reason.find("96 runs beside atwood/velocity-verlet@long-double") != std::string::npos);
+}
+
+TEST_CASE("probe: an ensemble of an engine without wider arithmetic is refused; the truth is no substitute") {
+  const Scenario scenario = oscillator();
+  Truth truth;
+  truth.values = step_oscillator<long double>(true, scenario.scene, {6, 60000, 60, {}}).values;
+  truth.bars = truth.values;
+  const auto probed = [&](const std::string& method) {
+    const auto run = [&](const std::string& id, const Scene& scene, const Plan& plan) {
+      Recording made = oscillate(id, scene, plan);
+      if (id.find("@long-double") != std::string::npos && method == "atwood/rk4") {
+        made.outcome.status = Status::unsupported;
+        made.outcome.reason = "not in long double";
+      }
+      return made;
+    };
+    return run_probe(Probe::ensemble, {scenario, method, {6, 600, 60, {}}, truth, run});
+  };
+  for (const char* method : {"mine/verlet", "atwood/verlet@quad"}) {
+    const auto rows = probed(method);
+    REQUIRE(rows.size() == 1);
+    CHECK(rows[0].status == Status::unsupported);
+    CHECK_THAT(rows[0].reason, Catch::Contains(std::string("`") + method + "` has no wider arithmetic"));
+  }
+  const auto rows = probed("atwood/rk4");
+  REQUIRE(rows.size() == 1);
+  CHECK(rows[0].status == Status::unsupported);
+  CHECK_THAT(rows[0].reason, Catch::StartsWith("`atwood/rk4@long-double` has no run to compare with (not in long "
+                                               "double): round-off cannot be told"));
 }
 
 TEST_CASE("probe: cells to which it does not apply are refused by name; a run that fails ends it with the reason") {

@@ -2,6 +2,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
 #include <random>
 
 #include "validation/metrics/metrics.hpp"
@@ -136,11 +137,36 @@ TEST_CASE("Lyapunov exponent: the Lorenz system's 0.9056 (Sprott 2003) lies in i
     local.push_back(std::log(d / 1e-8) / 0.5);
     for (int i = 0; i < 3; ++i) twin[i] = y[i] + 1e-8 * (twin[i] - y[i]) / d;
   }
-  const LyapunovFit fit = fit_lyapunov(local);
+  const LyapunovFit fit = fit_lyapunov(local, 0.5);
+  CHECK(fit.resolved);
   CAPTURE(fit.exponent_per_s, fit.half_width_95);
   CHECK(std::fabs(fit.exponent_per_s - 0.9056) <= fit.half_width_95);
   CHECK(fit.half_width_95 < 0.05);
-  CHECK(fit_lyapunov(std::vector<double>(8, 1.0)).stretches == 0);
+  CHECK(fit_lyapunov(std::vector<double>(8, 1.0), 1).stretches == 0);
+}
+
+TEST_CASE("Lyapunov: separation that grows like a power of time resolves no exponent; e-foldings above t^2 do") {
+  // The distance at the end of each of 60 stretches of 0.5 s.
+  const auto fitted = [](const std::function<double(double)>& log_distance) {
+    std::vector<double> local;
+    for (int k = 0; k < 60; ++k) local.push_back((log_distance(0.5 * (k + 1)) - log_distance(0.5 * k)) / 0.5);
+    return fit_lyapunov(local, 0.5);
+  };
+  for (const double offset : {0.01, 1.0, 30.0})
+    for (const double power : {1.0, 2.0}) {
+      const LyapunovFit fit = fitted([&](double t) { return power * std::log(t + offset); });
+      CAPTURE(offset, power, fit.exponent_per_s, fit.half_width_95);
+      CHECK(fit.exponent_per_s > fit.half_width_95);
+      CHECK_FALSE(fit.resolved);
+    }
+  // Of a nearly circular orbit: linear with an oscillation. Neighbours first approach each other.
+  CHECK_FALSE(fitted([](double t) { return std::log(1 + 0.4 * t + 0.3 * std::sin(2 * t)); }).resolved);
+  CHECK_FALSE(fitted([](double t) { return 0.5 * std::log(1 + (t - 2) * (t - 2)); }).resolved);
+  const LyapunovFit chaos = fitted([](double t) { return 0.4 * t + 0.2 * std::sin(t); });
+  CHECK(chaos.resolved);
+  CHECK(chaos.exponent_per_s == Approx(0.4).margin(chaos.half_width_95));
+  CHECK(fitted([](double t) { return -0.4 * t; }).resolved);
+  CHECK(fitted([](double t) { return 0.2 * std::sin(t); }).resolved);  // the interval holds 0
 }
 
 TEST_CASE("tolerances: the slope, what lies at the floor left out, too few inconclusive") {
