@@ -60,9 +60,10 @@ std::vector<MetricInfo> common_metrics() {
        "than 1 % of it (the reason says which)."},
       {"energy-max", "1", "Largest |E - E0| / E_scale."},
       {"energy-drift", "1/s",
-       "Slope of (E - E0) / E_scale by Theil and Sen, an oscillation removed; positive: E grows. Bar: 95 %, corrected for "
-       "autocorrelation; where not stationary, or of fewer than ten samples, the mean slope and Student's interval over "
-       "at most eight parts. NaN: round-off (see energy-drift-round-off), or fewer than five samples."},
+       "Slope of (E - E0) / E_scale by Theil and Sen, an oscillation removed; positive: E grows. Bar: 95 %, for correlated "
+       "noise or a walk hidden under it; where not stationary, or of fewer than ten samples, the mean slope and "
+       "Student's interval over at most eight parts. NaN: round-off (see energy-drift-round-off), or fewer than five "
+       "samples."},
       {"energy-oscillation", "1", "Half the range of (E - E0) / E_scale about its drift."},
       {"energy-change-max", "J", "Largest |E - E0|, of scenes without E_scale."},
       {"energy-change-drift", "W", "energy-drift of scenes without E_scale: slope of E - E0."},

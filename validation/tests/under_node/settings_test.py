@@ -27,7 +27,7 @@ OWN = {"rapier": ["friction_model", "linear_damping", "angular_damping", "predic
        "mujoco3": ["cone", "impratio", "linear_damping", "angular_damping", "margin_m", "gap_m", "max_velocities", "continuous_collision",
                    "integrator", "iterations", "tolerance", "solref_time_constant_s", "solimp_least", "solimp_most", "autoreset"]}
 TOLD = {"rapier": {"rolling_friction": "none: ", "reactions": "none: ", "forces": "once a step", "joint_forces": "once a step"},
-        "jolt": {"rolling_friction": "none: ", "reactions": "none: ", "forces": "once a step", "joint_forces": "once a step"},
+        "jolt": {"rolling_friction": "none: ", "reactions": "not reported: ", "forces": "once a step", "joint_forces": "once a step"},
         "mujoco3": {"restitution": "none: ", "forces": "once a step", "joint_forces": "once a step"}}
 
 # What the packages have before anything is set; of MuJoCo only its options, which all are in the table.
