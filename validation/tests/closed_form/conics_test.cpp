@@ -249,7 +249,7 @@ TEST_CASE("A truth of many samples ends at the collision, too, and names both bo
         1e-30);
 }
 
-TEST_CASE("A radial orbit is told from a near one by the scene's numbers, however little they differ") {
+TEST_CASE("Whether an orbit is radial follows from the scene's numbers in exact arithmetic") {
   Scenario given = charges(1, -1, 4);
   // Products of the differences need more digits than quad has: 1 part in 2^120 across.
   const double tiny = 0x1p-60;

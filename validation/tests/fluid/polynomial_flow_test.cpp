@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "fluid/polynomial.hpp"
-#include "integrators/catalogue.hpp"
+#include "rk4_run.hpp"
 #include "scene/split_mix.hpp"
 
 using namespace atwood;
@@ -49,21 +49,7 @@ void set_velocities(Scene& scene, const std::function<Real3(const Real3&)>& of) 
 std::vector<double> run(Polynomial<double>& fluid, const Scene& scene, double t_end_s, std::string* fault = nullptr) {
   const Fluid& f = scene.fluids.front();
   const int steps = static_cast<int>(std::ceil(t_end_s * f.sound_speed_m_per_s / (0.7 * f.spacing_m)));
-  auto stepper = make_stepper<double>("rk4", fluid.system(), {});
-  REQUIRE(stepper);
-  std::vector<double> y(fluid.layout().size()), next(y.size());
-  fluid.initial_state(y.data());
-  for (int n = 0; n < steps; ++n) {
-    REQUIRE((*stepper)->step(n * t_end_s / steps, t_end_s / steps, y.data(), next.data()));
-    y.swap(next);
-    const std::string found = fluid.fault(y.data());
-    if (fault == nullptr) REQUIRE(found == "");
-    else if (!found.empty()) {
-      *fault = found;
-      return {};
-    }
-  }
-  return y;
+  return run_rk4(fluid, t_end_s, steps, fault);
 }
 
 // Mean error of the velocity over its mean size at t = .25 s of u = sin(2 pi y), which decays by exp(-4 pi^2 nu t) in

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "fluid/polynomial.hpp"
-#include "integrators/catalogue.hpp"
+#include "rk4_run.hpp"
 #include "scenes.hpp"
 
 using namespace atwood;
@@ -49,16 +49,7 @@ void add_walls(Scene& scene, int axis, const Real3& upper_velocity = {}) {
 
 std::vector<double> run(Polynomial<double>& fluid, double t_end_s, int steps) {
   REQUIRE(fluid.unsupported() == "");
-  auto stepper = make_stepper<double>("rk4", fluid.system(), {});
-  REQUIRE(stepper);
-  std::vector<double> y(fluid.layout().size()), next(y.size());
-  fluid.initial_state(y.data());
-  for (int n = 0; n < steps; ++n) {
-    REQUIRE((*stepper)->step(n * t_end_s / steps, t_end_s / steps, y.data(), next.data()));
-    y.swap(next);
-    REQUIRE(fluid.fault(y.data()) == "");
-  }
-  return y;
+  return run_rk4(fluid, t_end_s, steps);
 }
 
 // The largest error of the velocity at t = 0.05 s with nu = 1 m^2/s, over the largest exact speed: a flow that gravity
