@@ -12,7 +12,8 @@
 namespace atwood::fluid {
 
 // Pairs of bodies with shapes of which at least one can move and which no joint ties to each other, by the tests of
-// collision/contacts.hpp, computed in double. Along a periodic axis every image of a body counts.
+// collision/contacts.hpp, computed in double. Along a periodic axis the images of a body count,
+// at most three to each side.
 template <class S> class BodyOverlaps {
  public:
   // Keeps references to both.
