@@ -162,7 +162,8 @@ Trial attempt(const Scene& scene, double t_end_s, std::int64_t samples, const La
   };
   made.tight = integrate_path<Wide>(scene, t_end_s, samples, initial, extrapolation(layout, tolerance));
   if (failed(made.tight)) return made;
-  made.loose = integrate_path<Wide>(scene, t_end_s, samples, initial, extrapolation(layout, 1e3 * tolerance));
+  made.loose =
+      integrate_path<Wide>(scene, t_end_s, samples, initial, extrapolation(layout, 1e3 * tolerance), Grid::free);
   if (failed(made.loose)) return made;
   made.gauss = integrate_path<Wide>(scene, t_end_s, samples, initial, collocation(layout, tolerance));
   if (failed(made.gauss)) return made;

@@ -50,6 +50,12 @@ template <class S> class Scale {
   std::vector<S> largest_;
 };
 
+// A step between its ends: the state y and its rate f at the start, in the middle and at the end.
+template <class S> struct DenseStep {
+  S t{}, span{};
+  std::vector<S> y0, f0, ym, fm, y1, f1;
+};
+
 // An integrator with step-size control. It keeps its step size between calls; any state may be given to any call.
 template <class S> class Stepper {
  public:
@@ -57,6 +63,8 @@ template <class S> class Stepper {
   // One accepted step from (t, y) of at most `limit` > 0: y becomes the state after it, and the size of the step is
   // returned. 0: no step was accepted (the motion is singular or not finite); y is unchanged.
   virtual S step(S t, S* y, S limit) = 0;
+  // The step that the last call of step() took; its middle comes from the step's own stages.
+  virtual DenseStep<S> dense() = 0;
   std::int64_t evaluations = 0, steps = 0;
 };
 
