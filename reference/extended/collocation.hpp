@@ -36,6 +36,7 @@ class Collocation : public Stepper<Wide> {
   Collocation(const Problem& problem, Wide tolerance, double stage_residual = 1e-31);
   Wide step(Wide t, Wide* y, Wide limit) override;
   DenseStep<Wide> dense() override;
+  void raise_scale(const Wide* sizes) override { scale_.include(sizes); }
 
  private:
   bool solve_narrow(double t, double h);

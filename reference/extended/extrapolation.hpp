@@ -17,6 +17,7 @@ template <class S> class Extrapolation : public Stepper<S> {
   Extrapolation(int size, std::vector<int> group, Rate<S> rate, S tolerance);
   S step(S t, S* y, S limit) override;
   DenseStep<S> dense() override;
+  void raise_scale(const S* sizes) override { scale_.include(sizes); }
 
  private:
   void midpoint(S t, const S* y, S H, int substeps, std::vector<S>& result);

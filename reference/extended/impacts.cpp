@@ -25,6 +25,7 @@ template <class S> constexpr double kAlwaysSummedFlight = is_wide<S> ? 1e-12 : 1
 constexpr double kRestTimeTolerance = 1e-24;
 // In units of the gap's round-off: the next impact of a lower flight could not be located.
 template <class S> constexpr double kMinHeightInRoundOff = is_wide<S> ? 1e3 : 4;
+constexpr double kSpeedAtRest = 1e-6;      // of the speed that the pull to the plane gives during the run
 constexpr int kMaxTries = 100;             // of the search for a touch
 constexpr double kPassageDistance = 1e-3;  // of the pair's size: a closest approach with a larger gap is not a passage
 
@@ -43,8 +44,8 @@ template <class S> S position_magnitude(const Scene& scene, const dynamics::Layo
 template <class S>
 Impacts<S>::Impacts(const Scene& scene, dynamics::Dynamics<S>& dynamics, dynamics::Dynamics<double>& double_dynamics,
                     double t_end_s)
-    : scene_(scene), dynamics_(dynamics), double_dynamics_(double_dynamics), t_end_s_(t_end_s),
-      fastest_(scene.bodies.size(), S(0)) {
+    : scene_(scene), dynamics_(dynamics), double_dynamics_(double_dynamics), free_dynamics_(scene, t_end_s),
+      t_end_s_(t_end_s), fastest_(scene.bodies.size(), S(0)) {
   const dynamics::ContactPairs found = dynamics::contact_pairs(scene);
   pairs_ = found.pairs;
   if (!found.unsupported.empty()) failure_ = found.unsupported + " is not covered by the extended truth";
@@ -168,11 +169,68 @@ template <class S> Instant<S> Impacts<S>::resolve(S t, S* y, int interval, std::
   return made;
 }
 
-template <class S> void Impacts<S>::check_held(const S* y) {
+// The acceleration into the plane without its reaction: what the plane's normal force is proportional to.
+template <class S> S Impacts<S>::pull_to_plane(const Pair& pair, S t, const S* y, int interval) const {
+  std::vector<S> dydt(dynamics_.size());
+  free_dynamics_.rate(t, y, dydt.data(), interval);
+  const int ball = dynamics::ball_of(scene_, pair);
+  const S along = dynamics::dot(dynamics::read3(&dydt[dynamics_.layout().slots[ball].velocity]),
+                                gap(scene_, dynamics_.layout(), pair, y).normal);
+  return ball == pair.b ? -along : along;
+}
+
+template <class S>
+typename Impacts<S>::Lift Impacts<S>::find_lift(const StepCourse<S>& course, int interval, const StateAt& state_at) {
+  Lift first;
+  const DenseStep<S>& step = course.step();
+  const auto fail = [&](const Pair& pair, S t, const std::string& what) {
+    failure_ = "`" + scene_.bodies[dynamics::ball_of(scene_, pair)].name + "` " + what +
+               " at t = " + format_double(static_cast<double>(t)) + " s";
+    valid_until_failure_ = true;
+  };
+  for (const Pair& pair : held_) {
+    for (const auto& [y, f] : {std::pair(&step.y0, &step.f0), {&step.ym, &step.fm}, {&step.y1, &step.f1}})
+      if (dynamics::friction_acts(scene_, dynamics_.layout(), pair, y->data(), f->data(), speed_tolerance(pair)))
+        fail(pair, step.t,
+             "begins to slide or accelerates along the plane with friction on which it rests: not covered,");
+    const Fall<S> fall = first_fall<S>(
+        course, [&](S t, const S* y) { return pull_to_plane(pair, t, y, interval); },
+        [&](S tau) -> std::optional<S> {
+          const std::vector<S> y = state_at(tau);
+          return pull_to_plane(pair, step.t + tau, y.data(), interval);
+        });
+    if (fall.undecided) return {std::nullopt, pair, true};
+    if (fall.grazes)
+      fail(pair, step.t + *fall.grazes, "rests on its plane without weight: whether it leaves is not decided,");
+    if (!fall.located) fail(pair, step.t, "leaves its plane; the instant was not located, in the step");
+    if (fall.tau && (!first.tau || *fall.tau < *first.tau)) first = {fall.tau, pair, false};
+  }
+  return first;
+}
+
+template <class S> std::vector<S> Impacts<S>::speeds_at_rest(S t, const S* y, int interval) const {
+  std::vector<S> made(held_.empty() ? 0 : dynamics_.size(), S(0));
   for (const Pair& pair : held_)
-    if (gap(scene_, dynamics_.layout(), pair, y).gap_m > 1e18 * gap_tolerance(pair, y))
-      failure_ = "`" + scene_.bodies[dynamics::ball_of(scene_, pair)].name +
-                 "` separates from the plane it rests on: not covered by the extended truth";
+    made[dynamics_.layout().slots[dynamics::ball_of(scene_, pair)].velocity] =
+        S(kSpeedAtRest) * magnitude(pull_to_plane(pair, t, y, interval)) * S(t_end_s_);
+  return made;
+}
+
+template <class S>
+Instant<S> Impacts<S>::release(const Pair& pair, S t, const S* y, int interval, std::vector<Event>& events) {
+  Instant<S> made;
+  made.t = t;
+  made.interval = interval;
+  made.first_event = events.size();
+  const int ball = dynamics::ball_of(scene_, pair);
+  dynamics_.release_from_plane(ball);
+  double_dynamics_.release_from_plane(ball);
+  events.push_back(dynamics::event_at(t, EventKind::separate, pair, gap(scene_, dynamics_.layout(), pair, y)));
+  made.lifted.push_back(ball);
+  pairs_.push_back(pair);
+  std::erase_if(held_, [&](const Pair& each) { return each.a == pair.a && each.b == pair.b; });
+  made.after.assign(y, y + dynamics_.size());
+  return made;
 }
 
 // The root of the gap g with g(high) < 0 and g > 0 between low and the root. Newton's method, from low = 0 started at the
@@ -325,8 +383,15 @@ template <class S> void Impacts<S>::search(const Pair& pair, const Step& step, F
     if (closest->located && least < -round_off) return touches(S(at.left) * taken, closest->tau, least);
     found.passages.push_back(std::move(*closest));
   }
-  if (last.gap_m < -round_off && (last.rate_m_per_s < 0 || first.gap_m >= -round_off))
-    return touches(S(course.minima.empty() ? 0.0 : course.last_maximum) * taken, taken, last.gap_m);
+  if (last.gap_m < -round_off && (last.rate_m_per_s < 0 || first.gap_m >= -round_off)) {
+    // A ball that has left its plane begins at rest on it.
+    const bool begins_at_rest = first.gap_m <= round_off && magnitude(first.rate_m_per_s) <= speed_tolerance(pair);
+    if (begins_at_rest && course.last_maximum == 0) {
+      found.undecided = pair;
+      return;
+    }
+    return touches(S(course.minima.empty() && !begins_at_rest ? 0.0 : course.last_maximum) * taken, taken, last.gap_m);
+  }
   if (first.rate_m_per_s < -speed_tolerance(pair) && magnitude(last.rate_m_per_s) <= speed_tolerance(pair))
     found.passages.push_back({taken, pair, std::vector<S>(after, after + dynamics_.size()), true});
 }

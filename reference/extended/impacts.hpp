@@ -65,8 +65,18 @@ template <class S> class Impacts {
   // stays undecided.
   void check_located(S t, const Pair& pair, bool located);
 
-  // Fills failure() when a ball has left the plane it rests on.
-  void check_held(const S* y);
+  // The first time in the step at which the plane under a ball at rest would have to pull, and the ball's pair. undecided:
+  // a shorter step can tell. Fills failure() where it cannot be told at all, and where friction acts on the ball.
+  struct Lift {
+    std::optional<S> tau;
+    Pair pair;
+    bool undecided = false;
+  };
+  Lift find_lift(const StepCourse<S>& course, int interval, const StateAt& state_at);
+  // A speed below which a ball at rest is held to round-off alone, as a vector of velocities; empty: no ball is at rest.
+  std::vector<S> speeds_at_rest(S t, const S* y, int interval) const;
+  // The ball of this pair leaves its plane at (t, y).
+  Instant<S> release(const Pair& pair, S t, const S* y, int interval, std::vector<Event>& events);
 
  private:
   struct Step;
@@ -75,6 +85,7 @@ template <class S> class Impacts {
   // The closest approach between two places of the step, at which the gap's rate is negative and then positive. Empty:
   // it is not, or the approach is not close.
   std::optional<Passage> closest_approach(const Pair& pair, S low, S high, const StateAt& state_at) const;
+  S pull_to_plane(const Pair& pair, S t, const S* y, int interval) const;
   Touch locate(const Pair& pair, const S* before, S low, S high, S gap_high, const StateAt& state_at) const;
   S gap_tolerance(const Pair& pair, const S* y) const;  // round-off of the gap [m]
   S speed_tolerance(const Pair& pair) const;            // round-off of the gap's rate [m/s]
@@ -86,6 +97,7 @@ template <class S> class Impacts {
   const Scene& scene_;
   dynamics::Dynamics<S>& dynamics_;
   dynamics::Dynamics<double>& double_dynamics_;
+  dynamics::Dynamics<S> free_dynamics_;  // without the planes' reactions
   double t_end_s_;
   std::vector<Pair> pairs_, held_;
   std::vector<S> fastest_;  // each body's largest speed so far

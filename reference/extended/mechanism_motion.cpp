@@ -78,6 +78,10 @@ class NarrowSteps : public Stepper<Wide> {
     return {narrow.t,           narrow.span,        widened(narrow.y0), widened(narrow.f0),
             widened(narrow.ym), widened(narrow.fm), widened(narrow.y1), widened(narrow.f1)};
   }
+  void raise_scale(const Wide* sizes) override {
+    const std::vector<long double> narrow(sizes, sizes + y_.size());
+    steps_.raise_scale(narrow.data());
+  }
 
  private:
   Extrapolation<long double> steps_;

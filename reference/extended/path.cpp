@@ -141,7 +141,11 @@ template <class S> struct PathIntegration {
     made.after = state;
     log(std::move(made));
   }
-  void resolve_contacts() { log(impacts.resolve(t, y.data(), interval, path.events)); }
+  void resolve_contacts() {
+    log(impacts.resolve(t, y.data(), interval, path.events));
+    if (const std::vector<S> speeds = impacts.speeds_at_rest(t, y.data(), interval); !speeds.empty())
+      stepper->raise_scale(speeds.data());
+  }
 
   bool fail_singular() {
     path.failure =
@@ -197,13 +201,17 @@ template <class S> struct PathIntegration {
     const std::vector<S> before = impacts.any() || zero_wind.any() || grid == Grid::free ? y : std::vector<S>{};
     const auto state_at = states_from(before);
     typename Impacts<S>::Found found;
+    typename Impacts<S>::Lift lift;
     std::optional<S> taken;
     for (;;) {
       taken = smooth_step(before, limit);
       if (!taken) return false;
       if (!impacts.any()) break;
-      found = impacts.search(StepCourse<S>(last), state_at);
+      const StepCourse<S> course(last);
+      found = impacts.search(course, state_at);
+      lift = impacts.find_lift(course, interval, state_at);
       if (failed()) return false;
+      if (lift.undecided) found.undecided = lift.pair;
       if (!found.undecided) break;
       limit = *taken / 2;
       if (!(limit > S(kShortestSearch) * S(t_end_s))) {
@@ -212,14 +220,18 @@ template <class S> struct PathIntegration {
       }
       y = before;
     }
-    const auto& touch = found.touch;
+    auto& touch = found.touch;
+    if (lift.tau && (!touch || *lift.tau < touch->tau)) {
+      touch.reset();
+      std::erase_if(found.passages, [&](const auto& passage) { return passage.tau > *lift.tau; });
+    } else lift.tau.reset();
     if (touch) impacts.check_located(t, touch->pair, touch->located);
     for (auto& passage : found.passages) {
       impacts.check_located(t, passage.pair, passage.located);
       if (!failed()) log_state(t + passage.tau, passage.y, -1, passage.pair);
     }
     if (failed()) return false;
-    const S reached = touch ? t + touch->tau : *taken == left ? target : t + *taken;
+    const S reached = lift.tau ? t + *lift.tau : touch ? t + touch->tau : *taken == left ? target : t + *taken;
     if (grid == Grid::free)
       while (sampled() < samples && sample_time(sampled()) < reached) {
         take_sample(state_at(sample_time(sampled()) - t));
@@ -231,10 +243,12 @@ template <class S> struct PathIntegration {
       resolve_contacts();
       return !failed();
     }
-    if (impacts.any()) impacts.check_held(y.data());
-    if (failed()) return false;
+    if (lift.tau) {
+      y = state_at(*lift.tau);
+      log(impacts.release(lift.pair, reached, y.data(), interval, path.events));
+    }
     t = reached;
-    return true;
+    return !failed();
   }
 
   bool integrate_to(S target) {

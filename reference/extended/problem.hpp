@@ -65,6 +65,9 @@ template <class S> class Stepper {
   virtual S step(S t, S* y, S limit) = 0;
   // The step that the last call of step() took; its middle comes from the step's own stages.
   virtual DenseStep<S> dense() = 0;
+  // From now on errors of each kind are relative to at least these sizes: where a kind's values are round-off alone, errors
+  // relative to them would be large at any step.
+  virtual void raise_scale(const S* sizes) = 0;
   std::int64_t evaluations = 0, steps = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
 namespace atwood::extended {
 
@@ -158,7 +159,121 @@ template <class S> Course StepCourse<S>::of(const Value& value) const {
   return made;
 }
 
+namespace {
+
+template <class S> constexpr bool is_wide = std::is_same_v<S, Wide>;
+template <class S> constexpr double kValueNoise = is_wide<S> ? 1e-26 : 1e-11;        // of the largest value in the step
+template <class S> constexpr double kInstantTolerance = is_wide<S> ? 1e-31 : 1e-15;  // relative
+
+template <class S> struct FallSearch {
+  const std::function<std::optional<S>(S)>& exact;
+  S t, span, noise;
+  Fall<S> found;
+
+  // False: the motion could not be integrated to tau.
+  bool evaluate(S tau, S& value) {
+    const std::optional<S> at = exact(tau);
+    if (!at) {
+      found.tau = tau;
+      found.located = false;
+      return false;
+    }
+    value = *at;
+    return true;
+  }
+
+  // The least value near a minimum of the polynomial, by parabolas through three values whose distance shrinks. It ends
+  // early below zero, and where the parabola cannot reach zero.
+  bool least(const Minimum& at, S& tau, S& value) {
+    tau = S(at.x) * span;
+    if (!evaluate(tau, value)) return false;
+    S apart = S(std::min({at.x - at.left, at.right - at.x, 1e-2})) * span / 4;
+    for (int tries = 0; tries < 20 && !(value < -noise); ++tries, apart /= 8) {
+      S before{}, after{};
+      if (!evaluate(tau - apart, before) || !evaluate(tau + apart, after)) return false;
+      const S bend = before - 2 * value + after;
+      if (!(bend > 0)) break;
+      const S shift = std::clamp((before - after) / (2 * bend), S(-1), S(1));
+      const S gain = bend * shift * shift / 2;
+      if (4 * gain <= noise || value > noise + 16 * gain) break;
+      S next{};
+      if (!evaluate(tau + shift * apart, next)) return false;
+      if (!(next < value)) continue;
+      tau += shift * apart;
+      value = next;
+    }
+    return true;
+  }
+
+  // Between a positive value at `low` and a negative one at `high`: false position, the value at the end that stays being
+  // halved (Illinois).
+  Fall<S> locate(S low, S high, S at_low, S at_high) {
+    for (int tries = 0; high - low > S(kInstantTolerance<S>) * (t + high); ++tries) {
+      found.located = tries < 200;
+      if (!found.located) break;
+      S x = high - at_high * (high - low) / (at_high - at_low);
+      if (tries % 8 == 7 || !(x > low && x < high)) x = low + (high - low) / 2;
+      if (!(x > low && x < high)) break;  // neighbours
+      S now{};
+      if (!evaluate(x, now)) return found;
+      if (now < 0) {
+        high = x, at_high = now;
+        at_low /= 2;
+      } else {
+        low = x, at_low = now;
+        at_high /= 2;
+      }
+      if (now == 0) break;
+    }
+    found.tau = high;
+    return found;
+  }
+};
+
+}  // namespace
+
+template <class S>
+Fall<S> first_fall(const StepCourse<S>& step, const typename StepCourse<S>::Value& value,
+                   const std::function<std::optional<S>(S tau)>& exact) {
+  const Course course = step.of(value);
+  if (course.is_positive()) return {};
+  const DenseStep<S>& all = step.step();
+  FallSearch<S> search{exact, all.t, all.span, S(kValueNoise<S> * course.largest), {}};
+  Fall<S>& found = search.found;
+  const S first = value(all.t, all.y0.data()), last = value(all.t + all.span, all.y1.data());
+  const auto bracketed = [&](double left, S high, S at_high) {
+    const S low = S(left) * all.span;
+    S at_low = first;
+    if (left > 0 && !search.evaluate(low, at_low)) return found;
+    if (at_low > 0) return search.locate(low, high, at_low, at_high);
+    // It is zero at the start and falls at once, or the bracket does not begin above zero.
+    if (left == 0) found.tau = S(0);
+    else found.undecided = true;
+    return found;
+  };
+  for (const Minimum& at : course.minima) {
+    if (at.value > course.error) continue;
+    if (!course.shows(at)) {
+      found.undecided = true;
+      return found;
+    }
+    S tau{}, least{};
+    if (!search.least(at, tau, least)) return found;
+    if (least < -search.noise) return bracketed(at.left, tau, least);
+    if (least <= search.noise) {
+      found.grazes = tau;
+      return found;
+    }
+  }
+  if (last < -search.noise) return bracketed(course.last_maximum < 1 ? course.last_maximum : 0, all.span, last);
+  return found;
+}
+
 template class StepCourse<double>;
 template class StepCourse<Wide>;
+template Fall<double> first_fall(const StepCourse<double>&, const StepCourse<double>::Value&,
+                                 const std::function<std::optional<double>(double)>&);
+template Fall<Wide> first_fall(const StepCourse<Wide>&, const StepCourse<Wide>::Value&,
+                               const std::function<std::optional<Wide>(Wide)>&);
 
 }  // namespace atwood::extended

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "extended/problem.hpp"
@@ -48,7 +49,23 @@ template <class S> class StepCourse {
   mutable std::vector<std::vector<S>> nodes_, coarse_;  // the states where values are taken, made once
 };
 
+// Where a switching function first falls below zero in a step.
+template <class S> struct Fall {
+  std::optional<S> tau;     // from the start of the step
+  bool undecided = false;   // the dense output does not tell; a shorter step can
+  std::optional<S> grazes;  // here its minimum is zero within its round-off
+  bool located = true;      // false: the iteration at tau ended before its tolerance
+};
+// exact(tau): the value on the motion integrated to tau; empty where that failed, which makes the answer not `located`.
+template <class S>
+Fall<S> first_fall(const StepCourse<S>& step, const typename StepCourse<S>::Value& value,
+                   const std::function<std::optional<S>(S tau)>& exact);
+
 extern template class StepCourse<double>;
 extern template class StepCourse<Wide>;
+extern template Fall<double> first_fall(const StepCourse<double>&, const StepCourse<double>::Value&,
+                                        const std::function<std::optional<double>(double)>&);
+extern template Fall<Wide> first_fall(const StepCourse<Wide>&, const StepCourse<Wide>::Value&,
+                                      const std::function<std::optional<Wide>(Wide)>&);
 
 }  // namespace atwood::extended
