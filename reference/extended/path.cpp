@@ -12,9 +12,6 @@ namespace {
 using dynamics::operator-;
 using dynamics::Triple;
 
-constexpr double kFreeShare = 0.2763932022500210;  // of the time between switches: (5 - sqrt 5) / 10
-constexpr double kShortestSearch = 1e-12;          // of the run: no shorter step is halved to see what happens in it
-
 template <class S> constexpr double kRoundOff = std::is_same_v<S, Wide> ? 0x1p-112 : 0x1p-52;
 
 // The second derivative of quadratic drag |u| u jumps at zero relative wind, u = 0, which a ball thrown straight up in

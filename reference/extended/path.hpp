@@ -28,14 +28,6 @@ template <class S> struct Path {
 template <class S>
 using MakeStepper = std::function<std::unique_ptr<Stepper<S>>(Rate<S> rate, Rate<double> narrow_rate)>;
 
-// Where the steps of a run may end. Two runs of which one ends steps at the samples and the other does not share no instant
-// but switches, and an event that one of them misses is one on which they disagree.
-enum class Grid {
-  samples,  // every sample is the end of a step
-  free  // a sample's state is integrated from the start of the step that contains it; no step is longer than a share
-        // of the time between switches
-};
-
 // `initial` in dynamics::layout; samples >= 1. Impacts are located to the round-off of S. What is not covered, and a
 // singular motion, is reported in Path::failure; the samples and events before it are kept. Never throws.
 template <class S>

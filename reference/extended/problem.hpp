@@ -71,6 +71,17 @@ template <class S> class Stepper {
   std::int64_t evaluations = 0, steps = 0;
 };
 
+// Where the steps of a run may end. Two runs of which one ends steps at the samples and the other does not share no instant
+// but switches, and an event that one of them misses is one on which they disagree.
+enum class Grid {
+  samples,  // every sample is the end of a step
+  free  // a sample's state is integrated from the start of the step that contains it; no step is longer than a share
+        // of the time between switches
+};
+
+inline constexpr double kFreeShare = 0.2763932022500210;  // of the time between switches: (5 - sqrt 5) / 10
+inline constexpr double kShortestSearch = 1e-12;  // of the run: no shorter step is halved to see what happens in it
+
 // Integrates to exactly t + span. False: a step failed; y is then the state reached.
 template <class S> bool advance(Stepper<S>& stepper, S t, S* y, S span) {
   S done = 0;
