@@ -58,13 +58,16 @@ class ErrorGrowth {
   std::vector<Wide> gap_gradient(const ContactPair& pair, const std::vector<Wide>& y) const;
   double position_magnitude(int body, const Wide* y, double span_s) const;
   double speed(int body, const Wide* y) const;
+  void add_round_off_at_rest(Wide t_s, const std::vector<Wide>& y, int interval, double span_s,
+                             std::vector<double>& delta) const;
   std::vector<double> round_off_bound(const std::vector<Wide>& y, double span_s, double ulps) const;
 
   const Scene& scene_;
-  Dynamics<Wide> dynamics_;
+  Dynamics<Wide> dynamics_, free_dynamics_;  // with and without the reactions of planes under balls at rest
   Dynamics<double> double_dynamics_;
   const Layout& layout_;
   double round_off_;
+  std::vector<int> at_rest_;
   bool coupled_ = false;  // a force depends on two bodies at once
   bool finite_ = true;
   std::vector<int> body_;      // of each component

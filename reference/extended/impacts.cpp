@@ -25,7 +25,7 @@ template <class S> constexpr double kAlwaysSummedFlight = is_wide<S> ? 1e-12 : 1
 constexpr double kRestTimeTolerance = 1e-24;
 // In units of the gap's round-off: the next impact of a lower flight could not be located.
 template <class S> constexpr double kMinHeightInRoundOff = is_wide<S> ? 1e3 : 4;
-constexpr double kSpeedAtRest = 1e-6;      // of the speed that the pull to the plane gives during the run
+constexpr double kSpeedAtRest = 1e-5;      // of the speed that the pull to the plane gives during the run
 constexpr int kMaxTries = 100;             // of the search for a touch
 constexpr double kPassageDistance = 1e-3;  // of the pair's size: a closest approach with a larger gap is not a passage
 
@@ -105,6 +105,9 @@ std::optional<BounceSeries<S>> Impacts<S>::bring_to_rest(const Pair& pair, S t, 
   std::copy(last.y_at_rest.begin(), last.y_at_rest.end(), y);
   dynamics_.hold_on_plane(ball, made.normal);
   double_dynamics_.hold_on_plane(ball, made.normal);
+  // What is left of its normal velocity is the round-off of its accelerations.
+  fastest_[ball] =
+      std::max(fastest_[ball], S(kSpeedAtRest) * magnitude(pull_to_plane(pair, t, y, interval)) * S(t_end_s_));
   if (made.has_event) events.push_back(dynamics::event_at(made.t_rest, EventKind::rest, pair, now));
   return made;
 }

@@ -24,6 +24,7 @@ constexpr int kMaxShortSteps = 40;
 constexpr std::int64_t kMaxRateWork = 400'000'000;  // evaluations of the rates, times the size of the state
 constexpr double kLargestMassRatio = 1e13;          // rates in double then keep a digit or two
 constexpr double kAtStop = 1e-26;                   // of the coordinate's scale: a stop's gap at a located impact
+constexpr double kLocation = 1e-4 * kAtStop;        // to which a gap is located
 constexpr double kGraze = 1e-20;  // a stop's least gap of which the runs cannot tell whether it is zero
 
 struct Integration {
@@ -205,6 +206,18 @@ struct Integration {
     if (gap_high >= -tiny) return true;
     return fail(name(stop.joint) + " is at its stop, and neither its rate nor the force there decides whether it stays",
                 t);
+  }
+
+  // All runs locate an impact by the same gap, whose round-off they share: on the free grid it is located as late as that
+  // round-off allows, so that the runs' difference has what an error of the location makes of the motion.
+  bool shift_location(const std::vector<Wide>& before, Hit& hit) {
+    const Wide speed = magnitude(hit.stop->speed(motion.coordinate(hit.state.data(), hit.stop->joint)));
+    if (run.grid != Grid::free || !(hit.tau > 0) || !(speed > 0)) return true;
+    hit.tau += Wide(kLocation) * (1 + magnitude(Wide(hit.stop->limit))) / speed;
+    auto state = state_at(before, hit.tau);
+    if (!state) return fail_singular();
+    hit.state = std::move(*state);
+    return true;
   }
 
   // Newton's method in the bracket.
@@ -482,8 +495,9 @@ struct Integration {
       return release(found.leaving);
     }
     if (found.hit) {
+      if (!shift_location(before, *found.hit)) return false;
       y = std::move(found.hit->state);
-      t = reached;
+      t += found.hit->tau;
       return strike(*found.hit->stop);
     }
     t = reached;

@@ -12,6 +12,8 @@ namespace {
 using dynamics::operator-;
 using dynamics::Triple;
 
+constexpr int kMostIdleTouches = 100;
+
 template <class S> constexpr double kRoundOff = std::is_same_v<S, Wide> ? 0x1p-112 : 0x1p-52;
 
 // The second derivative of quadratic drag |u| u jumps at zero relative wind, u = 0, which a ball thrown straight up in
@@ -97,7 +99,8 @@ template <class S> struct PathIntegration {
   int interval = 0;
   std::unique_ptr<Stepper<S>> stepper;
   S t = 0;
-  S longest = 0;  // of a step; 0: no limit
+  S longest = 0;         // of a step; 0: no limit
+  int idle_touches = 0;  // in a row: touches at which no pair approaches
   std::vector<S> y;
   DenseStep<S> last;  // with contacts: the last step
   std::int64_t logged_steps = 0;
@@ -138,10 +141,14 @@ template <class S> struct PathIntegration {
     made.after = state;
     log(std::move(made));
   }
-  void resolve_contacts() {
-    log(impacts.resolve(t, y.data(), interval, path.events));
+  // Whether anything happened.
+  bool resolve_contacts() {
+    Instant<S> now = impacts.resolve(t, y.data(), interval, path.events);
+    const bool changed = !now.impacts.empty() || !now.series.empty();
+    log(std::move(now));
     if (const std::vector<S> speeds = impacts.speeds_at_rest(t, y.data(), interval); !speeds.empty())
       stepper->raise_scale(speeds.data());
+    return changed;
   }
 
   bool fail_singular() {
@@ -237,7 +244,9 @@ template <class S> struct PathIntegration {
     if (touch) {
       y = state_at(touch->tau);
       t = reached;
-      resolve_contacts();
+      const bool changed = resolve_contacts();
+      idle_touches = changed ? 0 : idle_touches + 1;
+      if (idle_touches > kMostIdleTouches) impacts.check_located(t, touch->pair, false);
       return !failed();
     }
     if (lift.tau) {
