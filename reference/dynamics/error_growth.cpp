@@ -211,7 +211,8 @@ void ErrorGrowth::flow(Wide t_s, Wide t_next_s, const std::vector<Wide>& y, int 
   apply(moved, fresh, inflation);
 }
 
-// The plane's reaction cancels the acceleration of a ball at rest to round-off of that.
+// The plane's reaction cancels the acceleration of a ball at rest to round-off of gravity and of the forces, which may nearly
+// cancel each other.
 void ErrorGrowth::add_round_off_at_rest(Wide t_s, const std::vector<Wide>& y, int interval, double span_s,
                                         std::vector<double>& delta) const {
   if (at_rest_.empty()) return;
@@ -219,7 +220,9 @@ void ErrorGrowth::add_round_off_at_rest(Wide t_s, const std::vector<Wide>& y, in
   free_dynamics_.rate(t_s, y.data(), f.data(), interval);
   for (const int body : at_rest_) {
     const Slot& slot = layout_.slots[body];
-    const double noise = 64 * round_off_ * length(&f[slot.velocity]) * span_s;
+    const Real3& g = scene_.gravity_m_per_s2;
+    const double pull = 2 * std::hypot(g[0], g[1], g[2]) + length(&f[slot.velocity]);
+    const double noise = 64 * round_off_ * pull * span_s;
     for (int k = 0; k < 3; ++k) {
       delta[slot.velocity + k] += noise;
       delta[slot.position + k] += noise * span_s;
