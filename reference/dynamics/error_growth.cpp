@@ -42,8 +42,9 @@ double radius_of(const Body& body) {
 }  // namespace
 
 ErrorGrowth::ErrorGrowth(const Scene& scene, double t_end_s, double round_off)
-    : scene_(scene), dynamics_(scene, t_end_s), double_dynamics_(scene, t_end_s), layout_(dynamics_.layout()),
-      round_off_(round_off), body_(layout_.size), scale_(layout_.size, 1), rho_(layout_.size, 0) {
+    : scene_(scene), dynamics_(scene, t_end_s), free_dynamics_(scene, t_end_s), double_dynamics_(scene, t_end_s),
+      layout_(dynamics_.layout()), round_off_(round_off), body_(layout_.size), scale_(layout_.size, 1),
+      rho_(layout_.size, 0) {
   for (const Force& force : scene.forces) coupled_ |= couples_bodies(force);
   const std::vector<Wide> y = pack<Wide>(scene);
   std::vector<Wide> f(y.size());
@@ -205,7 +206,28 @@ void ErrorGrowth::flow(Wide t_s, Wide t_next_s, const std::vector<Wide>& y, int 
       if (Q_[k][i] == 0) continue;
       for (int j = 0; j < n; ++j) moved[k][j] += T[i][j] * Q_[k][i];
     }
-  apply(moved, round_off_bound(y, span, 64 * (1 + steps)), inflation);
+  std::vector<double> fresh = round_off_bound(y, span, 64 * (1 + steps));
+  add_round_off_at_rest(t_s, y, interval, span, fresh);
+  apply(moved, fresh, inflation);
+}
+
+// The plane's reaction cancels the acceleration of a ball at rest to round-off of gravity and of the forces, which may nearly
+// cancel each other.
+void ErrorGrowth::add_round_off_at_rest(Wide t_s, const std::vector<Wide>& y, int interval, double span_s,
+                                        std::vector<double>& delta) const {
+  if (at_rest_.empty()) return;
+  std::vector<Wide> f(layout_.size);
+  free_dynamics_.rate(t_s, y.data(), f.data(), interval);
+  for (const int body : at_rest_) {
+    const Slot& slot = layout_.slots[body];
+    const Real3& g = scene_.gravity_m_per_s2;
+    const double pull = 2 * std::hypot(g[0], g[1], g[2]) + length(&f[slot.velocity]);
+    const double noise = 64 * round_off_ * pull * span_s;
+    for (int k = 0; k < 3; ++k) {
+      delta[slot.velocity + k] += noise;
+      delta[slot.position + k] += noise * span_s;
+    }
+  }
 }
 
 // Modified Gram-Schmidt, each column orthogonalised twice; a linearly dependent column is replaced by a unit vector.
@@ -333,6 +355,13 @@ void ErrorGrowth::impact(Wide t_s, const Impact<Wide>& impact, const std::vector
 void ErrorGrowth::hold_on_plane(int body, const Real3& normal) {
   dynamics_.hold_on_plane(body, normal);
   double_dynamics_.hold_on_plane(body, normal);
+  at_rest_.push_back(body);
+}
+
+void ErrorGrowth::release_from_plane(int body) {
+  dynamics_.release_from_plane(body);
+  double_dynamics_.release_from_plane(body);
+  std::erase(at_rest_, body);
 }
 
 void ErrorGrowth::keep_to_plane(int body, const Real3& normal, double gap_error_m) {

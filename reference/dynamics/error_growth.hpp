@@ -34,8 +34,10 @@ class ErrorGrowth {
   void add(const std::vector<double>& delta);
   // The ball stays within `gap_error_m` of a plane: its errors along the normal become this and zero velocity.
   void keep_to_plane(int body, const Real3& normal, double gap_error_m);
-  // From now on the plane cancels the ball's acceleration into it.
+  // From now on the plane cancels the ball's acceleration along its normal.
   void hold_on_plane(int body, const Real3& normal);
+  // It leaves the plane where the normal force is zero: the rates are continuous there, and no error is added.
+  void release_from_plane(int body);
 
   // Half-width per component of y; infinite when finite() is false.
   std::vector<double> bounds() const;
@@ -56,13 +58,16 @@ class ErrorGrowth {
   std::vector<Wide> gap_gradient(const ContactPair& pair, const std::vector<Wide>& y) const;
   double position_magnitude(int body, const Wide* y, double span_s) const;
   double speed(int body, const Wide* y) const;
+  void add_round_off_at_rest(Wide t_s, const std::vector<Wide>& y, int interval, double span_s,
+                             std::vector<double>& delta) const;
   std::vector<double> round_off_bound(const std::vector<Wide>& y, double span_s, double ulps) const;
 
   const Scene& scene_;
-  Dynamics<Wide> dynamics_;
+  Dynamics<Wide> dynamics_, free_dynamics_;  // with and without the reactions of planes under balls at rest
   Dynamics<double> double_dynamics_;
   const Layout& layout_;
   double round_off_;
+  std::vector<int> at_rest_;
   bool coupled_ = false;  // a force depends on two bodies at once
   bool finite_ = true;
   std::vector<int> body_;      // of each component

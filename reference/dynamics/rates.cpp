@@ -284,11 +284,11 @@ template <class S> struct Dynamics<S>::Parts {
     place(now, y, interval);
     for (std::size_t k = 0; k < scene.forces.size(); ++k)
       if (on[interval][k]) std::visit([&](const auto& force) { add(force, scene, now); }, scene.forces[k]);
-    for (const HeldOnPlane& held_body : held_on_plane) {  // the reaction of the plane cancels the acceleration into it
+    for (const HeldOnPlane& held_body : held_on_plane) {  // the reaction of the plane cancels the acceleration
       Triple<S>& a = now.acceleration_W[held_body.body];
       const S mass = scene.bodies[held_body.body].mass_kg;
-      const S into = dot(a, held_body.normal) + dot(now.force_W[held_body.body], held_body.normal) / mass;
-      if (into < 0) a -= into * held_body.normal;
+      const S along = dot(a, held_body.normal) + dot(now.force_W[held_body.body], held_body.normal) / mass;
+      a -= along * held_body.normal;
     }
     std::fill_n(dydt, map.size, S(0));
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
@@ -321,6 +321,10 @@ template <class S> void Dynamics<S>::rate(S t_s, const S* y, S* dydt, int interv
 template <class S> void Dynamics<S>::hold_on_plane(int body, const Real3& normal) {
   const Triple<S> n = widen<S>(normal);
   parts_->held_on_plane.push_back({body, rsqrt(dot(n, n)) * n});
+}
+
+template <class S> void Dynamics<S>::release_from_plane(int body) {
+  std::erase_if(parts_->held_on_plane, [&](const auto& held) { return held.body == body; });
 }
 
 template class Dynamics<double>;

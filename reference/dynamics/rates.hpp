@@ -35,9 +35,10 @@ template <class S> class Dynamics {
   // dydt: size() numbers in the layout of y.
   void rate(S t_s, const S* y, S* dydt, int interval) const;
 
-  // A body at rest on a plane: from now on its acceleration along `normal` (out of the plane, any length) is removed
-  // while it points into the plane.
+  // A body at rest on a plane: from now on its acceleration along `normal` (out of the plane, any length) is removed,
+  // whatever its sign, so that the rates stay smooth. Where the plane would have to pull, the caller releases the body.
   void hold_on_plane(int body, const Real3& normal);
+  void release_from_plane(int body);
 
  private:
   struct Parts;

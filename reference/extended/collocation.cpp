@@ -45,6 +45,12 @@ GaussTableau make_tableau() {
       for (int n = 1; n < kStages; ++n) sum += at[j].P[n] * (at[i].P[n + 1] - at[i].P[n - 1]) / 2;
       made.A[i][j] = made.b[j] * sum;
     }
+  const Legendre middle = legendre(0);
+  for (int j = 0; j < kStages; ++j) {
+    Wide sum = Wide(0.5);
+    for (int n = 1; n < kStages; ++n) sum += at[j].P[n] * (middle.P[n + 1] - middle.P[n - 1]) / 2;
+    made.half[j] = made.b[j] * sum;
+  }
   for (int j = 0; j < kStages; ++j) {
     made.degree8[j] = static_cast<double>(17 * made.b[j] * at[j].P[8]);
     made.degree9[j] = static_cast<double>(19 * made.b[j] * at[j].P[9]);
@@ -266,16 +272,37 @@ Wide Collocation::step(Wide t, Wide* y, Wide limit) {
     const Wide next = h * Wide(std::clamp(factor, 0.3, 4.0));
     proposal_ = h < proposal_ ? std::max(proposal_, next) : next;
     const GaussTableau& tableau = gauss_tableau();
+    last_.t = t;
+    last_.span = h;
+    last_.y0.assign(y, y + n);
     for (int k = 0; k < n; ++k) {
       Wide sum = 0;
       for (int j = 0; j < kStages; ++j) sum += tableau.b[j] * F_[j * n + k];
       y[k] += h * sum;
     }
+    last_.y1.assign(y, y + n);
     scale_.include(y);
     ++steps;
     return h;
   }
   return 0;
+}
+
+DenseStep<Wide> Collocation::dense() {
+  const int n = problem_.size;
+  DenseStep<Wide> made = last_;
+  made.ym = made.y0;
+  for (int k = 0; k < n; ++k) {
+    Wide sum = 0;
+    for (int j = 0; j < kStages; ++j) sum += gauss_tableau().half[j] * F_[j * n + k];
+    made.ym[k] += made.span * sum;
+  }
+  for (auto* f : {&made.f0, &made.fm, &made.f1}) f->resize(n);
+  problem_.rate(made.t, made.y0.data(), made.f0.data());
+  problem_.rate(made.t + made.span / 2, made.ym.data(), made.fm.data());
+  problem_.rate(made.t + made.span, made.y1.data(), made.f1.data());
+  evaluations += 3;
+  return made;
 }
 
 }  // namespace atwood::extended

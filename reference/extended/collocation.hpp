@@ -14,6 +14,7 @@ inline constexpr int kStages = 10;
 struct GaussTableau {
   std::array<Wide, kStages> c, b;
   std::array<std::array<Wide, kStages>, kStages> A;
+  std::array<Wide, kStages> half;  // integrals from 0 to 1/2
   // Weights that give the Legendre coefficients of degree 8 and 9 of the polynomial through values at the nodes.
   std::array<double, kStages> degree8, degree9;
 };
@@ -34,6 +35,8 @@ class Collocation : public Stepper<Wide> {
   // costs one evaluation of all stages in quad.
   Collocation(const Problem& problem, Wide tolerance, double stage_residual = 1e-31);
   Wide step(Wide t, Wide* y, Wide limit) override;
+  DenseStep<Wide> dense() override;
+  void raise_scale(const Wide* sizes) override { scale_.include(sizes); }
 
  private:
   bool solve_narrow(double t, double h);
@@ -51,6 +54,7 @@ class Collocation : public Stepper<Wide> {
   std::vector<Wide> Y_, F_, rate_;                                     // stages x size
   std::vector<double> y0_, y_, f_, d_, rates_at_guess_, stage_shift_;  // the same in double
   std::vector<double> scale_double_;                                   // scale of each component
+  DenseStep<Wide> last_;                                               // its ends alone
 };
 
 }  // namespace atwood::extended

@@ -56,12 +56,20 @@ struct Trial {
   void drop_comparisons() { loose.states.clear(), gauss.states.clear(); }  // once they are in the bars
 };
 
-// The largest value of each component's kind over the run; 1 for a kind whose values are all zero.
-std::vector<Wide> scales(const Layout& layout, const Path<Wide>& path) {
+// The largest value of each component's kind over the run; 1 for a kind whose values are all zero. Velocities that would not
+// move a body by its own distance in 1e9 runs are round-off of something at rest, and no scale.
+std::vector<Wide> scales(const Layout& layout, const Path<Wide>& path, double t_end_s) {
   Scale<Wide> largest(layout.size, groups_of(layout));
   for (std::size_t k = 0; k < path.states.size(); ++k) largest.include(path.states[k].data());
   std::vector<Wide> made;
   for (int i = 0; i < layout.size; ++i) made.push_back(largest.of(i));
+  Wide farthest = 0;
+  for (int i = 0; i < layout.size; ++i)
+    if (layout.kinds[i] == dynamics::Kind::position) farthest = std::max(farthest, made[i]);
+  for (int i = 0; i < layout.size; ++i) {
+    if (layout.kinds[i] == dynamics::Kind::velocity) made[i] = std::max(made[i], farthest / (Wide(1e9) * t_end_s));
+    if (layout.kinds[i] == dynamics::Kind::rate) made[i] = std::max(made[i], 1 / (Wide(1e9) * t_end_s));
+  }
   return made;
 }
 
@@ -75,9 +83,9 @@ struct Bars {
   std::optional<CertifiedEnd> end;
 };
 
-Bars differences(const Layout& layout, const Trial& trial) {
+Bars differences(const Layout& layout, const Trial& trial, double t_end_s) {
   Bars made;
-  const std::vector<Wide> scale = scales(layout, trial.tight);
+  const std::vector<Wide> scale = scales(layout, trial.tight, t_end_s);
   const std::size_t samples =
       std::min({trial.tight.states.size(), trial.loose.states.size(), trial.gauss.states.size()});
   made.values = RaggedArray<Wide>(samples, static_cast<std::size_t>(layout.size));
@@ -100,7 +108,7 @@ Bars differences(const Layout& layout, const Trial& trial) {
 
 // The differences between the runs plus the errors that they share.
 Bars compare(const Scene& scene, double t_end_s, const Layout& layout, const Trial& trial) {
-  Bars made = differences(layout, trial);
+  Bars made = differences(layout, trial, t_end_s);
   made.end = trial.end;
   if (!trial.tight.instants.empty()) {
     const dynamics::SharedErrors shared = dynamics::shared_errors(
@@ -110,7 +118,7 @@ Bars compare(const Scene& scene, double t_end_s, const Layout& layout, const Tri
     for (std::size_t k = 0; k < made.events_s.size(); ++k) made.events_s[k] += shared.events_s[k];
     if (shared.end) end_at(made.end, shared.end->t_s, shared.end->why);
   }
-  const std::vector<Wide> scale = scales(layout, trial.tight);
+  const std::vector<Wide> scale = scales(layout, trial.tight, t_end_s);
   made.bounded = trial.tight.states.size();
   made.certified = made.values.size();
   for (std::size_t k = 1; k < made.values.size(); ++k) {
@@ -162,7 +170,8 @@ Trial attempt(const Scene& scene, double t_end_s, std::int64_t samples, const La
   };
   made.tight = integrate_path<Wide>(scene, t_end_s, samples, initial, extrapolation(layout, tolerance));
   if (failed(made.tight)) return made;
-  made.loose = integrate_path<Wide>(scene, t_end_s, samples, initial, extrapolation(layout, 1e3 * tolerance));
+  made.loose =
+      integrate_path<Wide>(scene, t_end_s, samples, initial, extrapolation(layout, 1e3 * tolerance), Grid::free);
   if (failed(made.loose)) return made;
   made.gauss = integrate_path<Wide>(scene, t_end_s, samples, initial, collocation(layout, tolerance));
   if (failed(made.gauss)) return made;

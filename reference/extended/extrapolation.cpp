@@ -16,7 +16,8 @@ double work(int column) { return 1.0 + column * column; }
 template <class S>
 Extrapolation<S>::Extrapolation(int size, std::vector<int> group, Rate<S> rate, S tolerance)
     : size_(size), rate_(std::move(rate)), tolerance_(tolerance), scale_(size, std::move(group)), slope_(size),
-      before_(size), now_(size), after_(size), dydt_(size), row_(kMaxColumns + 1, std::vector<S>(size)) {}
+      before_(size), now_(size), after_(size), dydt_(size), row_(kMaxColumns + 1, std::vector<S>(size)),
+      middle_((kMaxColumns + 1) / 2, std::vector<S>(size)) {}
 
 // z_1 = y + h f(y); z_{m+1} = z_{m-1} + 2 h f(z_m): z_n for even n. No smoothing step: the expansion of z_n is even.
 template <class S> void Extrapolation<S>::midpoint(S t, const S* y, S H, int substeps, std::vector<S>& result) {
@@ -26,6 +27,7 @@ template <class S> void Extrapolation<S>::midpoint(S t, const S* y, S H, int sub
     now_[i] = y[i] + h * slope_[i];
   }
   for (int m = 1; m < substeps; ++m) {
+    if (2 * m == substeps && m % 2 == 1) middle_[m / 2] = now_;
     rate_(t + m * h, now_.data(), dydt_.data());
     for (int i = 0; i < size_; ++i) {
       after_[i] = before_[i] + 2 * h * dydt_[i];
@@ -93,12 +95,37 @@ template <class S> S Extrapolation<S>::step(S t, S* y, S limit) {
     const S next = H * S(std::clamp(accumulate_growth, 0.3, 6.0));
     const bool cut = H < proposal_;  // the limit and not the error determined this step: keep the larger proposal
     proposal_ = cut ? std::max(proposal_, next) : next;
+    last_.t = t;
+    last_.span = H;
+    last_.y0.assign(y, y + size_);
+    last_column_ = column;
     std::copy_n(row_[1].begin(), size_, y);
+    last_.y1.assign(y, y + size_);
     scale_.include(y);
     ++this->steps;
     return H;
   }
   return 0;
+}
+
+// Aitken and Neville as in columns(), with the substeps 2, 6, 10, ...
+template <class S> DenseStep<S> Extrapolation<S>::dense() {
+  DenseStep<S> made = last_;
+  made.f0 = slope_;
+  std::vector<std::vector<S>> row(middle_.begin(), middle_.begin() + (last_column_ + 1) / 2);
+  for (std::size_t k = 1; k < row.size(); ++k)
+    for (std::size_t j = k; j-- > 0;) {
+      const S ratio = S(static_cast<double>(2 * k + 1)) / S(static_cast<double>(2 * j + 1)),
+              factor = 1 / (ratio * ratio - 1);
+      for (int i = 0; i < size_; ++i) row[j][i] = row[j + 1][i] + (row[j + 1][i] - row[j][i]) * factor;
+    }
+  made.ym = row.front();
+  made.fm.resize(size_);
+  made.f1.resize(size_);
+  rate_(made.t + made.span / 2, made.ym.data(), made.fm.data());
+  rate_(made.t + made.span, made.y1.data(), made.f1.data());
+  this->evaluations += 2;
+  return made;
 }
 
 template class Extrapolation<double>;

@@ -12,6 +12,7 @@
 #include "dynamics/impact_events.hpp"
 #include "dynamics/instants.hpp"
 #include "dynamics/rates.hpp"
+#include "extended/step_course.hpp"
 
 namespace atwood::extended {
 
@@ -35,39 +36,57 @@ template <class S> class Impacts {
   // failure() the returned instant has no state after it.
   Instant<S> resolve(S t, S* y, int interval, std::vector<Event>& events);
 
-  // The first time in (0, taken] after `before` at which a pair touches, if any. `after` is the state at `taken`, and
-  // state_at(tau) integrates from `before` to tau.
+  // state_at(tau) integrates from the start of the step to tau.
   using StateAt = std::function<std::vector<S>(S tau)>;
-  // Not `located`: the iteration ended before the gap was within its round-off; the motion is known up to `before`
-  // only.
+  // Not `located`: the iteration ended before the gap was within its round-off; the motion is known up to the start of
+  // the step only.
   struct Touch {
     S tau{};
     Pair pair;
     bool located = true;
   };
-  std::optional<Touch> first_touch(const S* before, const S* after, S taken, const StateAt& state_at) const;
-  // Closest approaches without contact in the step, up to `until`: time and state. Not `located`, as above.
+  // A closest approach without contact: time and state. Not `located`, as above.
   struct Passage {
     S tau{};
     Pair pair;
     std::vector<S> y;
     bool located = true;
   };
-  std::vector<Passage> passages(const S* before, const S* after, S taken, S until, const StateAt& state_at) const;
+  // What happens in a step: the first time in (0, span] at which a pair touches, and the closest approaches before it, in
+  // order. undecided: whether this pair touches cannot be told from the step's dense output; a shorter step can.
+  struct Found {
+    std::optional<Touch> touch;
+    std::vector<Passage> passages;
+    std::optional<Pair> undecided;
+  };
+  Found search(const StepCourse<S>& course, const StateAt& state_at) const;
 
-  // Fills failure() where a touch or a passage of the step from t was not located.
+  // Fills failure() where a touch or a passage of the step from t was not located, or whether the pair touches there
+  // stays undecided.
   void check_located(S t, const Pair& pair, bool located);
 
-  // Fills failure() when a ball has left the plane it rests on.
-  void check_held(const S* y);
+  // The first time in the step at which the plane under a ball at rest would have to pull, and the ball's pair. undecided:
+  // a shorter step can tell. Fills failure() where it cannot be told at all, and where friction acts on the ball.
+  struct Lift {
+    std::optional<S> tau;
+    Pair pair;
+    bool undecided = false;
+  };
+  Lift find_lift(const StepCourse<S>& course, int interval, const StateAt& state_at);
+  // A speed below which a ball at rest is held to round-off alone, as a vector of velocities; empty: no ball is at rest.
+  std::vector<S> speeds_at_rest(S t, const S* y, int interval) const;
+  // The ball of this pair leaves its plane at (t, y).
+  Instant<S> release(const Pair& pair, S t, const S* y, int interval, std::vector<Event>& events);
 
  private:
-  std::optional<Touch> find_touch(const Pair& pair, const S* before, const S* after, S taken,
-                                  const StateAt& state_at) const;
-  // The closest approach inside the step, if the gap's rate changes its sign there.
-  std::optional<Passage> closest_approach(const Pair& pair, const S* before, const S* after, S taken,
-                                          const StateAt& state_at) const;
-  Touch locate(const Pair& pair, const S* before, S high, S gap_high, const StateAt& state_at) const;
+  struct Step;
+  void search(const Pair& pair, const Step& step, Found& found) const;
+  bool is_far(const Pair& pair, const Step& step) const;
+  // The closest approach between two places of the step, at which the gap's rate is negative and then positive. Empty:
+  // it is not, or the approach is not close.
+  std::optional<Passage> closest_approach(const Pair& pair, S low, S high, const StateAt& state_at) const;
+  S pull_to_plane(const Pair& pair, S t, const S* y, int interval) const;
+  Touch locate(const Pair& pair, const S* before, S low, S high, S gap_high, const StateAt& state_at) const;
   S gap_tolerance(const Pair& pair, const S* y) const;  // round-off of the gap [m]
   S speed_tolerance(const Pair& pair) const;            // round-off of the gap's rate [m/s]
   void update_fastest(const S* y);
@@ -78,6 +97,7 @@ template <class S> class Impacts {
   const Scene& scene_;
   dynamics::Dynamics<S>& dynamics_;
   dynamics::Dynamics<double>& double_dynamics_;
+  dynamics::Dynamics<S> free_dynamics_;  // without the planes' reactions
   double t_end_s_;
   std::vector<Pair> pairs_, held_;
   std::vector<S> fastest_;  // each body's largest speed so far

@@ -72,6 +72,16 @@ class NarrowSteps : public Stepper<Wide> {
     std::copy(y_.begin(), y_.end(), y);
     return taken == narrow_limit ? limit : Wide(taken);
   }
+  DenseStep<Wide> dense() override {
+    const DenseStep<long double> narrow = steps_.dense();
+    const auto widened = [](const std::vector<long double>& x) { return std::vector<Wide>(x.begin(), x.end()); };
+    return {narrow.t,           narrow.span,        widened(narrow.y0), widened(narrow.f0),
+            widened(narrow.ym), widened(narrow.fm), widened(narrow.y1), widened(narrow.f1)};
+  }
+  void raise_scale(const Wide* sizes) override {
+    const std::vector<long double> narrow(sizes, sizes + y_.size());
+    steps_.raise_scale(narrow.data());
+  }
 
  private:
   Extrapolation<long double> steps_;

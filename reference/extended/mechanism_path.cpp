@@ -8,6 +8,7 @@
 #include "dynamics/certified_end.hpp"
 #include "extended/mechanism_ropes.hpp"
 #include "extended/mechanism_stop.hpp"
+#include "extended/step_course.hpp"
 
 namespace atwood::extended {
 
@@ -23,6 +24,8 @@ constexpr int kMaxShortSteps = 40;
 constexpr std::int64_t kMaxRateWork = 400'000'000;  // evaluations of the rates, times the size of the state
 constexpr double kLargestMassRatio = 1e13;          // rates in double then keep a digit or two
 constexpr double kAtStop = 1e-26;                   // of the coordinate's scale: a stop's gap at a located impact
+constexpr double kLocation = 1e-4 * kAtStop;        // to which a gap is located
+constexpr double kGraze = 1e-20;  // a stop's least gap of which the runs cannot tell whether it is zero
 
 struct Integration {
   MechanismMotion& motion;
@@ -33,7 +36,8 @@ struct Integration {
   Wide t = 0;
   double size_m = 1;
   int interval = 0, rank = -1;
-  Wide cap = 0;  // largest step; 0: none
+  Wide cap = 0;      // largest step; 0: none
+  Wide longest = 0;  // of the free grid's steps; 0: no limit
   RopeWatch ropes;
   int short_steps = 0;  // in a row
   MechanismPath path;
@@ -125,51 +129,95 @@ struct Integration {
     std::vector<Wide> state;
   };
 
-  // The first instant at which the gap of `stop` falls to zero in the step from `before` to y. False: failed.
-  bool find_hit(const Stop& stop, const std::vector<Wide>& before, Wide taken, std::optional<Hit>& first) {
+  // The first instant at which the gap of `stop` falls to zero in the step from `before` to y. False: failed. undecided: a
+  // shorter step can tell.
+  bool find_hit(const Stop& stop, const StepCourse<Wide>& step, const std::vector<Wide>& before, Wide taken,
+                std::optional<Hit>& first, bool& undecided) {
     const auto at0 = motion.coordinate(before.data(), stop.joint), at1 = motion.coordinate(y.data(), stop.joint);
     const Wide scale = 1 + magnitude(Wide(stop.limit)), tiny = Wide(kAtStop) * scale;
-    const Hermite cubic{stop.gap(at0), stop.gap(at1), stop.speed(at0) * taken, stop.speed(at1) * taken};
-    if (cubic.g0 <= tiny && stop.speed(at0) < -tiny) {  // the step before ended on the stop
+    const Wide g0 = stop.gap(at0), g1 = stop.gap(at1);
+    if (g0 <= tiny && stop.speed(at0) < -tiny) {  // the step before ended on the stop
       first = Hit{0, &stop, before};
       return true;
     }
-    Wide least = cubic.g1, least_x = 1, most = 0, most_x = 0;
-    constexpr int parts = 64;
-    for (int k = 1; k < parts; ++k) {
-      const Wide x = Wide(k) / parts, g = cubic(x);
-      if (g > most && g > 0 && (least >= 0 || x < least_x)) most = g, most_x = x;
-      if (g < least) least = g, least_x = x;
-    }
-    if (cubic.g0 > most) most = cubic.g0, most_x = 0;
-    if (cubic.g1 >= 0 && least > Wide(0.05) * std::max(most, cubic.g1)) return true;
-    // The bracket: a positive gap before, a negative one after.
-    Wide low = 0, high = taken;
-    if (!(cubic.g0 > tiny)) {  // it leaves the stop: the bracket begins at the top of its flight
-      low = most_x * taken;
-      for (int tries = 0;; ++tries) {
-        if (tries > 40 || !(low > 0))
-          return cubic.g1 >= -tiny
-                     ? true
-                     : fail(name(stop.joint) + " is at its stop, and neither its rate nor the force there " +
-                                "decides whether it stays",
-                            t);
-        const auto state = state_at(before, low);
-        if (!state) return fail_singular();
-        if (stop.gap(motion.coordinate(state->data(), stop.joint)) > tiny) break;
-        low /= 2;
+    const Course course =
+        step.of([&](Wide, const Wide* state) { return stop.gap(motion.coordinate(state, stop.joint)); });
+    for (const Minimum& at : course.minima) {
+      if (at.value > course.error) continue;
+      if (!course.shows(at)) {
+        undecided = true;
+        return true;
       }
+      if (at.left == 0 && stop.speed(at0) >= -tiny) continue;  // the least gap was earlier
+      Hit least;
+      if (!find_least(stop, before, at, taken, least, undecided)) return false;
+      if (undecided) return true;
+      const Wide g = stop.gap(motion.coordinate(least.state.data(), stop.joint));
+      if (magnitude(g) <= Wide(kGraze) * scale) return fail(name(stop.joint) + " grazes its stop", t + least.tau);
+      if (g > 0) continue;
+      const Wide low = Wide(at.left) * taken;
+      return at.left > 0 || g0 > tiny ? locate(stop, before, low, least.tau, tiny, first)
+                                      : leave_and_locate(stop, before, least.tau / 2, least.tau, g, tiny, first);
     }
-    if (cubic.g1 >= 0) {
-      if (least_x >= 1 || least_x * taken <= low) return true;
-      const auto state = state_at(before, least_x * taken);
+    if (g1 >= 0) return true;
+    if (g0 > tiny && course.minima.empty()) return locate(stop, before, 0, taken, tiny, first);
+    const double top = course.last_maximum > 0 && course.last_maximum < 1 ? course.last_maximum : 0.5;
+    return leave_and_locate(stop, before, Wide(top) * taken, taken, g1, tiny, first);
+  }
+
+  // The least gap between two places of the step, where the joint's rate is zero: false position, the value at the end that
+  // stays being halved (Illinois). It ends early beyond the stop, and where the gap cannot close any more.
+  bool find_least(const Stop& stop, const std::vector<Wide>& before, const Minimum& at, Wide taken, Hit& least,
+                  bool& undecided) {
+    const Wide scale = 1 + magnitude(Wide(stop.limit));
+    const auto speed_at = [&](Wide tau, Wide& speed) {
+      auto state = state_at(before, tau);
       if (!state) return fail_singular();
-      const Wide g = stop.gap(motion.coordinate(state->data(), stop.joint));
-      if (g > Wide(1e-9) * scale) return true;
-      if (g >= 0) return fail(name(stop.joint) + " grazes its stop", t + least_x * taken);
-      high = least_x * taken;
+      least = Hit{tau, &stop, std::move(*state)};
+      speed = stop.speed(motion.coordinate(least.state.data(), stop.joint));
+      return true;
+    };
+    Wide low = Wide(at.left) * taken, high = Wide(at.right) * taken, s_low{}, s_high{}, s{};
+    if (!speed_at(low, s_low) || !speed_at(high, s_high)) return false;
+    undecided = !(s_low < 0 && s_high > 0);
+    for (int tries = 0; tries < 200 && !undecided; ++tries) {
+      Wide x = low + (high - low) * s_low / (s_low - s_high);
+      if (tries % 4 == 3 || !(x > low && x < high)) x = low + (high - low) / 2;
+      if (!speed_at(x, s)) return false;
+      const Wide g = stop.gap(motion.coordinate(least.state.data(), stop.joint)),
+                 left = 4 * magnitude(s) * (high - low);
+      if (g < -Wide(kGraze) * scale || g > 64 * left + Wide(kGraze) * scale || left <= Wide(kAtStop) * scale)
+        return true;
+      if (s < 0) low = x, s_low = s, s_high /= 2;
+      else high = x, s_high = s, s_low /= 2;
     }
-    return locate(stop, before, low, high, tiny, first);
+    return undecided || fail("the least gap of " + name(stop.joint) + " to its stop was not located", t + least.tau);
+  }
+
+  // The joint leaves the stop and comes back: the bracket begins where it has left.
+  bool leave_and_locate(const Stop& stop, const std::vector<Wide>& before, Wide low, Wide high, Wide gap_high,
+                        Wide tiny, std::optional<Hit>& first) {
+    for (int tries = 0; tries <= 40 && low > 0; ++tries, low /= 2) {
+      const auto state = state_at(before, low);
+      if (!state) return fail_singular();
+      if (stop.gap(motion.coordinate(state->data(), stop.joint)) > tiny)
+        return locate(stop, before, low, high, tiny, first);
+    }
+    if (gap_high >= -tiny) return true;
+    return fail(name(stop.joint) + " is at its stop, and neither its rate nor the force there decides whether it stays",
+                t);
+  }
+
+  // All runs locate an impact by the same gap, whose round-off they share: on the free grid it is located as late as that
+  // round-off allows, so that the runs' difference has what an error of the location makes of the motion.
+  bool shift_location(const std::vector<Wide>& before, Hit& hit) {
+    const Wide speed = magnitude(hit.stop->speed(motion.coordinate(hit.state.data(), hit.stop->joint)));
+    if (run.grid != Grid::free || !(hit.tau > 0) || !(speed > 0)) return true;
+    hit.tau += Wide(kLocation) * (1 + magnitude(Wide(hit.stop->limit))) / speed;
+    auto state = state_at(before, hit.tau);
+    if (!state) return fail_singular();
+    hit.state = std::move(*state);
+    return true;
   }
 
   // Newton's method in the bracket.
@@ -296,10 +344,11 @@ struct Integration {
     const int side = lock.coordinate == joint.limits->lower ? 1 : -1;
     return -side * motion.stop_force(t_s, state, lock.joint);
   }
-  bool release() {
+  // `leaving`: the joint whose stop's force has just been found to fall to zero; -1: none.
+  bool release(int leaving = -1) {
     auto& locks = motion.choice().locks;
     for (std::size_t k = 0; k < locks.size(); ++k)
-      if (pulling_force_at(locks[k], y.data(), t) > 0) {
+      if (locks[k].joint == leaving || pulling_force_at(locks[k], y.data(), t) > 0) {
         for (const Stop& stop : stops)
           if (stop.joint == locks[k].joint && stop.limit == locks[k].coordinate)
             log_event(stop, EventKind::separate, t, Wide(0), Wide(0), Wide(0));
@@ -310,69 +359,76 @@ struct Integration {
     return true;
   }
 
-  // The first instant of the step at which `value` is positive, to 31 digits; nothing: it is not positive at the step's
-  // end. False position, the value at the end that stays being halved. located: false after 100 evaluations, or where a
-  // part of the step failed.
-  struct Crossing {
-    std::optional<Wide> tau;
-    bool located = true;
-  };
-  template <class Value> Crossing first_positive(const std::vector<Wide>& before, Wide taken, const Value& value) {
-    const Wide at_end = value(y.data(), t + taken);
-    if (!(at_end > 0)) return {};
-    Wide low = 0, high = taken, f_low = value(before.data(), t), f_high = at_end;
-    if (!(f_low < 0)) return {Wide(0)};
-    for (int tries = 0; high - low > Wide(1e-31) * (t + high); ++tries) {
-      if (tries == 100) return {high, false};
-      Wide x = high - f_high * (high - low) / (f_high - f_low);
-      if (!(x > low && x < high)) x = low + (high - low) / 2;
-      const auto state = state_at(before, x);
-      if (!state) return {high, false};
-      const Wide f = value(state->data(), t + x);
-      if (f > 0) {
-        high = x, f_high = f;
-        f_low /= 2;
-      } else {
-        low = x, f_low = f;
-        f_high /= 2;
-      }
-      if (f == 0) break;
-    }
-    return {high};
+  // Where a switching function first falls below zero in the step from `before`; what: what happens there. False: failed.
+  // undecided: a shorter step can tell.
+  template <class Value>
+  bool find_fall(const StepCourse<Wide>& step, const std::vector<Wide>& before, const Value& value,
+                 const std::string& what, std::optional<Wide>& tau, bool& undecided) {
+    const Fall<Wide> fall = first_fall<Wide>(step, value, [&](Wide at) -> std::optional<Wide> {
+      const auto state = state_at(before, at);
+      if (!state) return std::nullopt;
+      return value(t + at, state->data());
+    });
+    undecided = undecided || fall.undecided;
+    if (!fall.located) return fail("the instant was not located at which " + what, t);
+    if (fall.grazes) return fail("it is not decided within round-off whether " + what, t + *fall.grazes);
+    tau = fall.tau;
+    return true;
   }
 
   // ---- the step ----
-  bool check_ropes(const std::vector<Wide>& before, Wide taken) {
+  bool check_ropes(const StepCourse<Wide>& step, const std::vector<Wide>& before, Wide taken, bool& undecided) {
     if (run.scene.ropes.empty()) return true;
     if (motion.off_plane(y.data()) > Wide(1e-12) * size_m) return fail("a rope leaves the plane of its pulley", t);
     std::optional<Wide> earliest;
     std::string why;
-    const auto compare = [&](const Crossing& found, const std::string& what) {
-      if (!found.located) return fail("the instant was not located at which " + what, t);
-      if (found.tau && (!earliest || *found.tau < *earliest)) earliest = found.tau, why = what;
-      return true;
+    const auto compare = [&](const std::optional<Wide>& tau, const std::string& what) {
+      if (tau && (!earliest || *tau < *earliest)) earliest = tau, why = what;
     };
     for (std::size_t k = 0; k < run.scene.ropes.size(); ++k) {
       const std::string rope = "rope `" + run.scene.ropes[k].name + "`";
       const int index = static_cast<int>(k);
-      const auto uncovered = [&](const Wide* state, Wide) { return ropes.uncovered(state, index); };
-      const auto pushing = [&](const Wide* state, Wide t_s) { return -motion.sample(t_s, state).ropes[k].tension_N; };
+      const auto covered = [&](Wide, const Wide* state) { return -ropes.uncovered(state, index); };
+      const auto pulling = [&](Wide t_s, const Wide* state) { return motion.sample(t_s, state).ropes[k].tension_N; };
       if (ropes.reaches_pulley(y.data(), index)) compare({taken}, rope + ": an end reaches its pulley");
-      if (!compare(first_positive(before, taken, uncovered), rope + " leaves its pulley") ||
-          !compare(first_positive(before, taken, pushing), rope + " is slack"))
+      std::optional<Wide> leaves, slack;
+      if (!find_fall(step, before, covered, rope + " leaves its pulley", leaves, undecided) ||
+          !find_fall(step, before, pulling, rope + " is slack", slack, undecided))
         return false;
+      compare(leaves, rope + " leaves its pulley");
+      compare(slack, rope + " is slack");
     }
-    return earliest ? fail(why, t + *earliest) : true;
+    return earliest && !undecided ? fail(why, t + *earliest) : true;
   }
-  bool step_to(Wide target) {
-    if (!choose()) return false;
-    const std::vector<Wide> before = y;
-    const Wide left = target - t, longest = motion.longest_step(y.data());
-    Wide limit = cap > 0 && cap < left ? cap : left;
-    if (longest > 0 && longest < limit) limit = longest;
-    limit = ropes.limit(y.data(), limit);
-    Wide taken = stepper->step(t, y.data(), limit);
+
+  // What happens first in a step.
+  struct Happening {
+    std::optional<Hit> hit;
+    std::optional<Wide> leaves;  // a joint leaves its stop, before anything hits one
+    int leaving = -1;
+    bool undecided = false;
+  };
+  bool find_happening(const StepCourse<Wide>& step, const std::vector<Wide>& before, Wide taken, Happening& found) {
+    if (!check_ropes(step, before, taken, found.undecided)) return false;
+    for (const Stop& stop : stops)
+      if (!found.undecided && !is_locked(stop.joint) &&
+          !find_hit(stop, step, before, taken, found.hit, found.undecided))
+        return false;
+    for (const auto& lock : motion.choice().locks) {
+      const auto pressing = [&](Wide t_s, const Wide* state) { return -pulling_force_at(lock, state, t_s); };
+      std::optional<Wide> tau;
+      if (!find_fall(step, before, pressing, name(lock.joint) + " leaves its stop", tau, found.undecided)) return false;
+      if (tau && (!found.leaves || *tau < *found.leaves)) found.leaves = tau, found.leaving = lock.joint;
+    }
+    if (found.leaves && found.hit && found.hit->tau <= *found.leaves) found.leaves.reset();
+    return true;
+  }
+
+  // One step of at most `limit` onto the constraints. 0: failed. Negative: y is as before, and the next step is shorter.
+  Wide constrained_step(Wide limit, const std::vector<Wide>& before, std::optional<StepCourse<Wide>>& course) {
+    const Wide taken = stepper->step(t, y.data(), limit);
     if (!(taken > 0)) return fail_singular();
+    if (!stops.empty() || !run.scene.ropes.empty()) course.emplace(stepper->dense());
     // Steps that shrink towards a singularity would go on until the clock has no digit left.
     short_steps = taken < limit && taken < Wide(kShortStep) * run.t_end_s ? short_steps + 1 : 0;
     if (short_steps > kMaxShortSteps) return fail_singular();
@@ -380,39 +436,71 @@ struct Integration {
       return fail("the truth has taken the " + std::to_string(stepper->evaluations) +
                       " evaluations of the rates that it is limited to",
                   t);
-    if (!project(t + taken, y.data())) return false;
-    if (motion.turned_over(t + taken, y.data())) {
+    if (!project(t + taken, y.data())) return 0;
+    if (!motion.turned_over(t + taken, y.data())) return taken;
+    y = before;
+    cap = taken / 4;
+    if (cap > Wide(1e-9) * run.t_end_s) return -1;
+    return fail_singular();
+  }
+
+  Wide sample_time(std::int64_t k) const { return Wide(run.t_end_s) * Wide(k) / Wide(run.samples); }
+  std::int64_t sampled() const { return static_cast<std::int64_t>(path.samples.size()); }
+
+  // The samples of the free grid that lie inside a step, until `reached`.
+  bool take_samples(const std::vector<Wide>& before, Wide reached) {
+    while (run.grid == Grid::free && sampled() < run.samples && sample_time(sampled()) < reached) {
+      const Wide at = sample_time(sampled());
+      const auto state = state_at(before, at - t);
+      if (!state) return fail_singular();
+      path.samples.push_back(motion.sample(at, state->data()));
+    }
+    return true;
+  }
+
+  bool step_to(Wide target) {
+    if (!choose()) return false;
+    const std::vector<Wide> before = y;
+    const Wide left = target - t, turn = motion.longest_step(y.data());
+    Wide limit = cap > 0 && cap < left ? cap : left;
+    for (const Wide most : {turn, longest})
+      if (most > 0 && most < limit) limit = most;
+    limit = ropes.limit(y.data(), limit);
+    Happening found;
+    Wide taken = 0;
+    for (;;) {
+      std::optional<StepCourse<Wide>> course;
+      taken = constrained_step(limit, before, course);
+      if (taken < 0) return true;
+      if (!(taken > 0)) return false;
+      found = {};
+      if (course && !find_happening(*course, before, taken, found)) return take_samples(before, path.end_s) && false;
+      if (!found.undecided) break;
+      limit = taken / 2;
+      if (!(limit > Wide(kShortestSearch) * run.t_end_s))
+        return fail("whether a joint reaches or leaves a stop or a rope is slack is not decided", t);
       y = before;
-      cap = taken / 4;
-      return cap > Wide(1e-9) * run.t_end_s ? true : fail_singular();
     }
     cap *= 2;
-    if (!check_ropes(before, taken)) return false;
-    std::optional<Hit> hit;
-    for (const Stop& stop : stops)
-      if (!is_locked(stop.joint) && !find_hit(stop, before, taken, hit)) return false;
-    // A joint leaves its stop before anything hits one.
-    std::optional<Wide> leaves;
-    for (const auto& lock : motion.choice().locks) {
-      const Crossing found = first_positive(
-          before, taken, [&](const Wide* state, Wide t_s) { return pulling_force_at(lock, state, t_s); });
-      if (!found.located)
-        return fail("the instant was not located at which " + name(lock.joint) + " leaves its stop", t);
-      if (found.tau && (!leaves || *found.tau < *leaves)) leaves = found.tau;
-    }
-    if (leaves && (!hit || *leaves < hit->tau)) {
-      const auto state = state_at(before, *leaves);
+    const Wide reached = found.leaves    ? t + *found.leaves
+                         : found.hit     ? t + found.hit->tau
+                         : taken == left ? target
+                                         : t + taken;
+    if (!take_samples(before, reached)) return false;
+    if (found.leaves) {
+      const auto state = state_at(before, *found.leaves);
       if (!state) return fail_singular();
       y = *state;
-      t += *leaves;
-      return release();
+      t = reached;
+      return release(found.leaving);
     }
-    if (hit) {
-      y = std::move(hit->state);
-      t += hit->tau;
-      return strike(*hit->stop);
+    if (found.hit) {
+      if (!shift_location(before, *found.hit)) return false;
+      y = std::move(found.hit->state);
+      t += found.hit->tau;
+      return strike(*found.hit->stop);
     }
-    t = taken == left ? target : t + taken;
+    t = reached;
     return true;
   }
 
@@ -429,7 +517,6 @@ struct Integration {
   }
 
   void go() {
-    const std::vector<double>& switches = motion.switch_times();
     enter_interval();
     if (!choose() || !project(t, y.data())) return;
     if (!take_sample() || !hold_at_stops()) return;
@@ -439,16 +526,25 @@ struct Integration {
       if (path.samples[0].ropes[k].tension_N < 0) return void(fail(rope + " is slack", t));
       if (ropes.uncovered(y.data(), static_cast<int>(k)) > 0) return void(fail(rope + " leaves its pulley", t));
     }
-    for (std::int64_t k = 1; k <= run.samples; ++k) {
-      const Wide target = Wide(run.t_end_s) * Wide(k) / Wide(run.samples);
-      for (; interval < static_cast<int>(switches.size()) && switches[interval] <= target;) {
-        if (!integrate_to(Wide(switches[interval]))) return;
-        ++interval;
-        enter_interval();
-        if (!release() || !hold_at_stops()) return;
-      }
-      if (!integrate_to(target) || !take_sample()) return;
+    while (sampled() <= run.samples) {
+      if (!pass_switches(sample_time(run.grid == Grid::free ? run.samples : sampled())) || !take_sample()) return;
     }
+  }
+
+  // To `target`, switching on the way; a switch at the target itself is passed. False: failed.
+  bool pass_switches(Wide target) {
+    const std::vector<double>& switches = motion.switch_times();
+    const bool free = run.grid == Grid::free;
+    while (interval < static_cast<int>(switches.size()) && switches[interval] <= target) {
+      const Wide until = Wide(switches[interval]);
+      if (free) longest = Wide(kFreeShare) * (until - t);
+      if (!integrate_to(until)) return false;
+      ++interval;
+      enter_interval();
+      if (!release() || !hold_at_stops()) return false;
+    }
+    if (free) longest = Wide(kFreeShare) * (target - t);
+    return integrate_to(target);
   }
 };
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "extended/mechanism_motion.hpp"
+#include "extended/problem.hpp"
 
 namespace atwood::extended {
 
@@ -24,6 +25,7 @@ struct MechanismRun {
   // A joint's bounces at a stop are summed as a series when they would end within this span: it is then at rest, and
   // the motions of the others are wrong by about the span times the neglected speed.
   double rest_span_s;
+  Grid grid = Grid::samples;
 };
 
 // Never throws.

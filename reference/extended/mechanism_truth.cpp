@@ -124,17 +124,19 @@ Bars compare(const Scenario& scenario, std::int64_t samples, const Trial& trial)
 }
 
 MechanismPath reduced_path(const Scenario& scenario, std::int64_t samples, const Sample& start, double tolerance,
-                           double rest_span, Arithmetic arithmetic) {
+                           double rest_span, Arithmetic arithmetic, Grid grid) {
   const Scene& scene = scenario.scene;
   const auto motion = reduced_motion(scene, scenario.t_end_s, start, arithmetic);
   return integrate_mechanism(*motion, start,
-                             {scene, scenario.t_end_s, samples, tolerance, rest_span * scenario.t_end_s});
+                             {scene, scenario.t_end_s, samples, tolerance, rest_span * scenario.t_end_s, grid});
 }
 
-MechanismPath maximal_path(const Scenario& scenario, std::int64_t samples, const Sample& start, double tolerance) {
+MechanismPath maximal_path(const Scenario& scenario, std::int64_t samples, const Sample& start, double tolerance,
+                           Grid grid) {
   const Scene& scene = scenario.scene;
   const auto motion = maximal_motion(scene, scenario.t_end_s, start);
-  return integrate_mechanism(*motion, start, {scene, scenario.t_end_s, samples, tolerance, 1e-12 * scenario.t_end_s});
+  return integrate_mechanism(*motion, start,
+                             {scene, scenario.t_end_s, samples, tolerance, 1e-12 * scenario.t_end_s, grid});
 }
 
 // As flow_condition() of scenes without joints, over the coordinates and rates of all joints and floating bodies. 0:
@@ -196,10 +198,10 @@ double condition_of(const Scenario& scenario, std::int64_t samples, const Sample
 
 Trial attempt(const Scenario& scenario, std::int64_t samples, const Sample& start, double tolerance, bool with_loose) {
   Trial made;
-  made.tight = reduced_path(scenario, samples, start, tolerance, 1e-12, Arithmetic::quad);
-  made.loose =
-      with_loose ? reduced_path(scenario, samples, start, 1e3 * tolerance, 1e-11, Arithmetic::quad) : made.tight;
-  made.maximal = maximal_path(scenario, samples, start, tolerance);
+  made.tight = reduced_path(scenario, samples, start, tolerance, 1e-12, Arithmetic::quad, Grid::samples);
+  made.loose = with_loose ? reduced_path(scenario, samples, start, 1e3 * tolerance, 1e-11, Arithmetic::quad, Grid::free)
+                          : made.tight;
+  made.maximal = maximal_path(scenario, samples, start, tolerance, with_loose ? Grid::samples : Grid::free);
   made.two_runs = !with_loose;
   return made;
 }
@@ -207,9 +209,9 @@ Trial attempt(const Scenario& scenario, std::int64_t samples, const Sample& star
 // The motion in maximal coordinates, in quad, and that of the spanning tree, in long double.
 Trial attempt_large(const Scenario& scenario, std::int64_t samples, const Sample& start, bool very_many) {
   Trial made;
-  made.maximal = made.tight = maximal_path(scenario, samples, start, kMaximalTolerance);
+  made.maximal = made.tight = maximal_path(scenario, samples, start, kMaximalTolerance, Grid::samples);
   made.loose = reduced_path(scenario, samples, start, very_many ? kVeryManyRatesTolerance : kLongDoubleTolerance, 1e-12,
-                            Arithmetic::long_double);
+                            Arithmetic::long_double, Grid::free);
   made.two_runs = true;
   return made;
 }

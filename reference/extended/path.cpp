@@ -12,6 +12,8 @@ namespace {
 using dynamics::operator-;
 using dynamics::Triple;
 
+constexpr int kMostIdleTouches = 100;
+
 template <class S> constexpr double kRoundOff = std::is_same_v<S, Wide> ? 0x1p-112 : 0x1p-52;
 
 // The second derivative of quadratic drag |u| u jumps at zero relative wind, u = 0, which a ball thrown straight up in
@@ -91,16 +93,23 @@ template <class S> struct PathIntegration {
   dynamics::Dynamics<double> double_dynamics;
   Impacts<S> impacts;
   ZeroWindCrossings<S> zero_wind;
+  double t_end_s;
+  std::int64_t samples;
+  Grid grid;
   int interval = 0;
   std::unique_ptr<Stepper<S>> stepper;
   S t = 0;
+  S longest = 0;         // of a step; 0: no limit
+  int idle_touches = 0;  // in a row: touches at which no pair approaches
   std::vector<S> y;
+  DenseStep<S> last;  // with contacts: the last step
   std::int64_t logged_steps = 0;
   Path<S> path;
 
-  PathIntegration(const Scene& scene, double t_end_s, const std::vector<S>& initial, const MakeStepper<S>& make)
-      : dynamics(scene, t_end_s), double_dynamics(scene, t_end_s), impacts(scene, dynamics, double_dynamics, t_end_s),
-        zero_wind(scene, dynamics.layout()), y(initial) {
+  PathIntegration(const Scene& scene, double end_s, std::int64_t count, const std::vector<S>& initial,
+                  const MakeStepper<S>& make, Grid which)
+      : dynamics(scene, end_s), double_dynamics(scene, end_s), impacts(scene, dynamics, double_dynamics, end_s),
+        zero_wind(scene, dynamics.layout()), t_end_s(end_s), samples(count), grid(which), y(initial) {
     stepper =
         make([this](S at, const S* state, S* dydt) { dynamics.rate(at, state, dydt, interval); },
              [this](double at, const double* state, double* dydt) { double_dynamics.rate(at, state, dydt, interval); });
@@ -132,7 +141,15 @@ template <class S> struct PathIntegration {
     made.after = state;
     log(std::move(made));
   }
-  void resolve_contacts() { log(impacts.resolve(t, y.data(), interval, path.events)); }
+  // Whether anything happened.
+  bool resolve_contacts() {
+    Instant<S> now = impacts.resolve(t, y.data(), interval, path.events);
+    const bool changed = !now.impacts.empty() || !now.series.empty();
+    log(std::move(now));
+    if (const std::vector<S> speeds = impacts.speeds_at_rest(t, y.data(), interval); !speeds.empty())
+      stepper->raise_scale(speeds.data());
+    return changed;
+  }
 
   bool fail_singular() {
     path.failure =
@@ -140,51 +157,104 @@ template <class S> struct PathIntegration {
     return false;
   }
 
-  // One step towards `target`, cut at the first impact or zero of the relative wind within it. False: failed.
-  bool step_to(S target) {
-    const S left = target - t;
-    std::vector<S> before;
-    if (impacts.any() || zero_wind.any()) before = y;
-    S taken = stepper->step(t, y.data(), left);
-    if (!(taken > 0)) return fail_singular();
-    const auto state_at = [&](S tau) {
+  S sample_time(std::int64_t k) const { return S(t_end_s) * S(k) / S(samples); }
+  std::int64_t sampled() const { return static_cast<std::int64_t>(path.states.size()); }
+  void take_sample(const std::vector<S>& state) {
+    log_state(sample_time(sampled()), state, sampled(), std::nullopt);
+    path.states.push_back(state);
+  }
+
+  // One step from `before`, cut at the first zero of the relative wind within it. Empty: failed.
+  std::optional<S> smooth_step(const std::vector<S>& before, S limit) {
+    const auto step = [&](S most) -> std::optional<S> {
+      const S taken = stepper->step(t, y.data(), most);
+      if (!(taken > 0)) return fail_singular(), std::nullopt;
+      if (impacts.any()) last = stepper->dense();
+      return taken;
+    };
+    const std::optional<S> taken = step(limit);
+    if (!taken || !zero_wind.any()) return taken;
+    const auto state_at = states_from(before);
+    const auto tau = zero_wind.first(before.data(), y.data(), *taken, state_at);
+    if (!tau || failed()) return failed() ? std::nullopt : taken;
+    if (!tau->located) {
+      path.valid_until_failure = true;
+      path.failure = "the instant at which the relative wind of a body is zero was not located in the step from t = " +
+                     format_double(static_cast<double>(t)) + " s";
+      return std::nullopt;
+    }
+    if (impacts.any()) {  // what follows looks at one whole step
+      y = before;
+      return step(tau->tau);
+    }
+    y = state_at(tau->tau);
+    return failed() ? std::nullopt : std::optional<S>(tau->tau);
+  }
+  typename Impacts<S>::StateAt states_from(const std::vector<S>& before) {
+    return [this, &before](S tau) {
       std::vector<S> state = before;
       if (!advance(*stepper, t, state.data(), tau)) fail_singular();
       return state;
     };
-    if (zero_wind.any())
-      if (const auto tau = zero_wind.first(before.data(), y.data(), taken, state_at)) {
-        if (!failed() && !tau->located) {
-          path.valid_until_failure = true;
-          path.failure =
-              "the instant at which the relative wind of a body is zero was not located in the step from t = " +
-              format_double(static_cast<double>(t)) + " s";
-        }
-        if (failed()) return false;
-        y = state_at(tau->tau);
-        taken = tau->tau;
-        if (failed()) return false;
-      }
-    if (impacts.any()) {
-      const auto touch = impacts.first_touch(before.data(), y.data(), taken, state_at);
-      if (touch) impacts.check_located(t, touch->pair, touch->located);
+  }
+
+  // One step towards `target`, cut at the first impact or zero of the relative wind within it. False: failed.
+  bool step_to(S target) {
+    const S left = target - t;
+    S limit = longest > 0 && longest < left ? longest : left;
+    const std::vector<S> before = impacts.any() || zero_wind.any() || grid == Grid::free ? y : std::vector<S>{};
+    const auto state_at = states_from(before);
+    typename Impacts<S>::Found found;
+    typename Impacts<S>::Lift lift;
+    std::optional<S> taken;
+    for (;;) {
+      taken = smooth_step(before, limit);
+      if (!taken) return false;
+      if (!impacts.any()) break;
+      const StepCourse<S> course(last);
+      found = impacts.search(course, state_at);
+      lift = impacts.find_lift(course, interval, state_at);
       if (failed()) return false;
-      for (auto& passage : impacts.passages(before.data(), y.data(), taken, touch ? touch->tau : taken, state_at)) {
-        impacts.check_located(t, passage.pair, passage.located);
-        log_state(t + passage.tau, passage.y, -1, passage.pair);
-      }
-      if (failed()) return false;
-      if (touch) {
-        y = state_at(touch->tau);
-        t += touch->tau;
-        resolve_contacts();
+      if (lift.undecided) found.undecided = lift.pair;
+      if (!found.undecided) break;
+      limit = *taken / 2;
+      if (!(limit > S(kShortestSearch) * S(t_end_s))) {
+        impacts.check_located(t, *found.undecided, false);
         return !failed();
       }
-      impacts.check_held(y.data());
-      if (failed()) return false;
+      y = before;
     }
-    t = taken == left ? target : t + taken;
-    return true;
+    auto& touch = found.touch;
+    if (lift.tau && (!touch || *lift.tau < touch->tau)) {
+      touch.reset();
+      std::erase_if(found.passages, [&](const auto& passage) { return passage.tau > *lift.tau; });
+    } else lift.tau.reset();
+    if (touch) impacts.check_located(t, touch->pair, touch->located);
+    for (auto& passage : found.passages) {
+      impacts.check_located(t, passage.pair, passage.located);
+      if (!failed()) log_state(t + passage.tau, passage.y, -1, passage.pair);
+    }
+    if (failed()) return false;
+    const S reached = lift.tau ? t + *lift.tau : touch ? t + touch->tau : *taken == left ? target : t + *taken;
+    if (grid == Grid::free)
+      while (sampled() < samples && sample_time(sampled()) < reached) {
+        take_sample(state_at(sample_time(sampled()) - t));
+        if (failed()) return false;
+      }
+    if (touch) {
+      y = state_at(touch->tau);
+      t = reached;
+      const bool changed = resolve_contacts();
+      idle_touches = changed ? 0 : idle_touches + 1;
+      if (idle_touches > kMostIdleTouches) impacts.check_located(t, touch->pair, false);
+      return !failed();
+    }
+    if (lift.tau) {
+      y = state_at(*lift.tau);
+      log(impacts.release(lift.pair, reached, y.data(), interval, path.events));
+    }
+    t = reached;
+    return !failed();
   }
 
   bool integrate_to(S target) {
@@ -193,26 +263,30 @@ template <class S> struct PathIntegration {
     return true;
   }
 
-  void run(double t_end_s, std::int64_t samples) {
+  // To `target`, switching on the way; a switch at the target itself is passed. False: failed.
+  bool pass_switches(S target) {
     const std::vector<double>& switches = dynamics.switch_times();
+    while (interval < static_cast<int>(switches.size()) && switches[interval] <= target) {
+      const S until = S(switches[interval]);
+      if (grid == Grid::free) longest = S(kFreeShare) * (until - t);
+      if (!integrate_to(until)) return false;
+      log_state(t, y, -1, std::nullopt);
+      ++interval;
+      resolve_contacts();
+      if (failed()) return false;
+    }
+    if (grid == Grid::free) longest = S(kFreeShare) * (target - t);
+    return integrate_to(target);
+  }
+
+  void run() {
     path.states.reserve(static_cast<std::size_t>(samples) + 1, y.size());
-    path.states.push_back(y);  // the initial state, before impacts at t = 0
-    log_state(S(0), y, 0, std::nullopt);
+    take_sample(y);  // the initial state, before impacts at t = 0
     resolve_contacts();
     if (failed()) return;
-    std::size_t next = 0;
-    for (std::int64_t k = 1; k <= samples; ++k) {
-      const S target = S(t_end_s) * S(k) / S(samples);
-      for (; next < switches.size() && switches[next] <= target; ++next) {
-        if (!integrate_to(S(switches[next]))) return;
-        log_state(t, y, -1, std::nullopt);
-        ++interval;
-        resolve_contacts();
-        if (failed()) return;
-      }
-      if (!integrate_to(target)) return;
-      path.states.push_back(y);
-      log_state(t, y, k, std::nullopt);
+    while (sampled() <= samples) {
+      if (!pass_switches(sample_time(grid == Grid::free ? samples : sampled()))) return;
+      take_sample(y);  // of the free grid the last one: the steps have taken the others
     }
   }
 };
@@ -221,9 +295,9 @@ template <class S> struct PathIntegration {
 
 template <class S>
 Path<S> integrate_path(const Scene& scene, double t_end_s, std::int64_t samples, const std::vector<S>& initial,
-                       const MakeStepper<S>& make) {
-  PathIntegration<S> integration(scene, t_end_s, initial, make);
-  integration.run(t_end_s, samples);
+                       const MakeStepper<S>& make, Grid grid) {
+  PathIntegration<S> integration(scene, t_end_s, samples, initial, make, grid);
+  integration.run();
   integration.path.end = integration.t;
   integration.path.steps = integration.stepper->steps;
   integration.path.evaluations = integration.stepper->evaluations;
@@ -231,8 +305,8 @@ Path<S> integrate_path(const Scene& scene, double t_end_s, std::int64_t samples,
 }
 
 template Path<double> integrate_path(const Scene&, double, std::int64_t, const std::vector<double>&,
-                                     const MakeStepper<double>&);
+                                     const MakeStepper<double>&, Grid);
 template Path<Wide> integrate_path(const Scene&, double, std::int64_t, const std::vector<Wide>&,
-                                   const MakeStepper<Wide>&);
+                                   const MakeStepper<Wide>&, Grid);
 
 }  // namespace atwood::extended

@@ -32,6 +32,6 @@ using MakeStepper = std::function<std::unique_ptr<Stepper<S>>(Rate<S> rate, Rate
 // singular motion, is reported in Path::failure; the samples and events before it are kept. Never throws.
 template <class S>
 Path<S> integrate_path(const Scene& scene, double t_end_s, std::int64_t samples, const std::vector<S>& initial,
-                       const MakeStepper<S>& make);
+                       const MakeStepper<S>& make, Grid grid = Grid::samples);
 
 }  // namespace atwood::extended

@@ -60,12 +60,41 @@ Scenario scene_of(const Kind& kind, const Settings& settings, std::uint64_t inde
   return scenario;
 }
 
-Judged try_scene(const Kind& kind, const Scenario& scenario) {
-  const Truth truth = solve_truth(scenario, scenario.samples);
+// The largest bar of a position at the end, over the largest distance from the origin.
+double widest_bar(const Truth& truth) {
+  double widest = 0, size = 0;
+  for (const SampleView value : truth.values)
+    for (const BodySample& body : value.bodies)
+      for (const Wide x : body.p_m) size = std::max(size, std::fabs(static_cast<double>(x)));
+  for (const BodySample& body : truth.bars.back().bodies)
+    for (const Wide x : body.p_m) widest = std::max(widest, static_cast<double>(x));
+  return size > 0 ? widest / size : widest;
+}
+
+Judged try_scene(const Kind& kind, const Scenario& scenario, std::int64_t samples) {
+  const Truth truth = solve_truth(scenario, samples);
   if (truth.outcome.status != Status::ok) return {Result::refused, 0, truth.outcome.reason};
-  const Checked exact = kind.check(scenario, scenario.samples);
+  const Checked exact = kind.check(scenario, samples);
   if (!exact.refused.empty()) return {Result::unchecked, 0, exact.refused};
-  return judge(truth, exact, scenario.t_end_s);
+  Judged made = judge(truth, exact, scenario.t_end_s);
+  if (made.result == Result::held && !kind.counts.empty())
+    if (const double widest = widest_bar(truth); widest > 1e-9)
+      return {Result::refused, made.worst, fmt::format("a bar of {:.1e} of the size", widest)};
+  return made;
+}
+
+// The worst of the answers with each number of samples.
+Judged try_scene(const Kind& kind, const Scenario& scenario) {
+  if (kind.counts.empty()) return try_scene(kind, scenario, scenario.samples);
+  const auto rank = [](Result result) { return result == Result::breach ? 3 : result == Result::held ? 0 : 1; };
+  Judged worst;
+  for (const std::int64_t samples : kind.counts) {
+    Judged now = try_scene(kind, scenario, samples);
+    now.reason += fmt::format(" ({} samples)", samples);
+    if (rank(now.result) > rank(worst.result) || (rank(now.result) == rank(worst.result) && now.worst > worst.worst))
+      worst = now;
+  }
+  return worst;
 }
 
 struct Tally {

@@ -370,7 +370,7 @@ std::vector<Kind> all_kinds() {
     all.push_back({name, "billiards", of(truth, "", billiard), flights, 0.04});  // of 3064 scenes 2.8 %
     all.push_back({name, "drops", of(truth, "", drop), flights});
   }
-  for (const auto& more : {contact_kinds(), rolling_kinds(), joint_kinds(), mechanism_kinds()})
+  for (const auto& more : {contact_kinds(), rolling_kinds(), joint_kinds(), mechanism_kinds(), event_kinds()})
     for (const Kind& kind : more) all.push_back(kind);
   return all;
 }
