@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "validation/metrics/least_squares.hpp"
 #include "validation/metrics/measurements.hpp"
@@ -17,6 +19,10 @@ constexpr std::size_t kWindows = 12;
 // than kExponentChange along the run. For a t + b t^2 both limits are near b t_end / a = 0.2 and 50: there one term is
 // a fifth of the other, at the end of the run or at the beginning of the envelope, and the exponent is off by 0.1.
 constexpr double kExponentChange = 0.1, kOneLaw = 0.12;
+// An offset up to this share of the growth over the run is beside it.
+constexpr double kMaxOffset = 0.25;
+// An error whose whole interval is nearer to 0 than to 1/2 is bounded.
+constexpr double kBounded = 0.25;
 
 // The largest error of each of 12 equal windows of time, without the first tenth of the run: oscillations within a
 // window are removed, and the points are nearly independent although neighbouring samples are not. The largest relative
@@ -118,6 +124,95 @@ Rate exponential_rate(const std::vector<double>& t, const std::vector<double>& l
   return {(low + high) / 2, (high - low) / 2};
 }
 
+// Mean errors of 12 equal windows of the whole run, at mean times in units of the run, with the roots of their weights:
+// the inverse variances of the means, from the differences of neighbouring samples in a window and the two windows on
+// either side of it. None where a window has fewer than three samples.
+struct Means {
+  std::vector<double> t, e, root;
+};
+std::optional<Means> window_means(std::span<const double> t, std::span<const double> e) {
+  std::vector<double> count(kWindows, 0.0), differences(kWindows, 0.0);
+  Means means{count, count, count};
+  const double run = t.back() - t.front();
+  const auto window = [&](std::size_t i) {
+    const auto w = static_cast<std::size_t>((t[i] - t.front()) / run * static_cast<double>(kWindows));
+    return std::min(w, kWindows - 1);
+  };
+  for (std::size_t i = 1; i < t.size(); ++i) {
+    const std::size_t w = window(i);
+    count[w] += 1;
+    means.t[w] += (t[i] - t.front()) / run;
+    means.e[w] += e[i];
+    if (i > 1 && window(i - 1) == w) differences[w] += (e[i] - e[i - 1]) * (e[i] - e[i - 1]);
+  }
+  if (*std::min_element(count.begin(), count.end()) < 3) return std::nullopt;
+  double largest = 0, mean_variance = 0;
+  for (std::size_t w = 0; w < kWindows; ++w) {
+    means.t[w] /= count[w];
+    means.e[w] /= count[w];
+    differences[w] /= count[w] - 1;
+    largest = std::max(largest, means.e[w]);
+    mean_variance += differences[w] / static_cast<double>(kWindows);
+  }
+  for (std::size_t w = 0; w < kWindows; ++w) {
+    const std::size_t from = w < 2 ? 0 : w - 2, to = std::min(kWindows, w + 3);
+    double near = 0;
+    for (std::size_t v = from; v < to; ++v) near += differences[v] / static_cast<double>(to - from);
+    // A window in which neighbours hardly differ is not known that much better.
+    means.root[w] = largest / std::sqrt(near + 0.1 * mean_variance + 1e-12 * largest * largest);
+  }
+  return means;
+}
+
+// Growth beside an offset: the means are c + a t^p. An oscillation that is added to a growing error averages out in a
+// window, and c is what it leaves, as where it begins at one of its zeros; in the logarithms of the envelope both bend a
+// straight line. p is that of least squares; its 95 % interval are all p whose squares are below 1 + t^2 / freedom
+// times the least (Bates and Watts 1988, 6.1).
+struct BesideOffset {
+  double exponent = 0, half_width_95 = std::numeric_limits<double>::infinity();
+  double share = 0;  // |c / a|
+};
+BesideOffset growth_beside_offset(const Means& means) {
+  constexpr double step = 0.02;
+  constexpr int steps = 150;
+  const std::vector<double> one(kWindows, 1.0);
+  const auto power = [&](double p) {
+    std::vector<double> x = means.t;
+    for (double& v : x) v = std::pow(v, p);
+    return x;
+  };
+  std::vector<double> squares;
+  for (int k = 1; k <= steps; ++k)
+    squares.push_back(metrics::fit_columns({one, power(step * k)}, means.e, means.root).squares);
+  const auto least = std::min_element(squares.begin(), squares.end());
+  const double freedom = static_cast<double>(kWindows) - 3, limit = metrics::students_t(freedom, 0.975);
+  const auto within = [&](double s) { return s <= *least * (1 + limit * limit / freedom); };
+  const auto first = std::find_if(squares.begin(), squares.end(), within);
+  const auto last = std::find_if(squares.rbegin(), squares.rend(), within).base() - 1;
+  const double low = step * static_cast<double>(first - squares.begin() + 1),
+               high = step * static_cast<double>(last - squares.begin() + 1);
+  const std::vector<double> best = power(step * static_cast<double>(least - squares.begin() + 1));
+  const double offset = metrics::fit_columns({best, one}, means.e, means.root).last,
+               growth = metrics::fit_columns({one, best}, means.e, means.root).last;
+  return {(low + high) / 2, (high - low) / 2 + step, std::fabs(offset / growth)};
+}
+
+// Whether the error grows as t beside an offset. Only t: a sum a t + b t^2 is near c + d t^(3/2).
+bool linear_beside_offset(std::span<const double> t, std::span<const double> e, GrowthFit& fit) {
+  const std::optional<Means> means = window_means(t, e);
+  if (!means) return false;
+  const BesideOffset found = growth_beside_offset(*means);
+  if (!(found.share <= kMaxOffset)) return false;
+  GrowthFit named = fit;
+  named.exponent = found.exponent;
+  named.half_width_95 = found.half_width_95;
+  name_law(named, kOneLaw);
+  if (named.law != "t") return false;
+  fit = named;
+  fit.reason = "beside an offset";
+  return true;
+}
+
 }  // namespace
 
 GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error, double floor) {
@@ -162,6 +257,7 @@ GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error,
   }
   const Bend bend = bend_of(log_t, log_e, power);
   if (bend.significant && std::fabs(bend.last - bend.first) > kExponentChange) {
+    if (linear_beside_offset(t_s, error, fit)) return fit;
     fit.reason = "no power of t: the exponent goes from " + format_measure(bend.first, 0) + " to " +
                  format_measure(bend.last, 0) + " along the run";
     return fit;
@@ -171,6 +267,7 @@ GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error,
     return fit;
   }
   name_law(fit, kOneLaw);
+  if (fit.law == "inconclusive") linear_beside_offset(t_s, error, fit);
   return fit;
 }
 
@@ -184,6 +281,7 @@ void name_law(GrowthFit& fit, double whole_within) {
     return std::fabs(a.exponent - fit.exponent) < std::fabs(b.exponent - fit.exponent);
   });
   const double off = std::fabs(nearest->exponent - fit.exponent);
+  if (nearest->exponent == 0) whole_within = std::max(whole_within, kBounded);
   fit.law = "inconclusive";
   // The next law is 0.5 away: an interval of +- 0.2 whose centre is off by at most 0.2 does not reach it.
   if (off <= 0.2 && fit.half_width_95 <= 0.2 && off + fit.half_width_95 <= whole_within) {

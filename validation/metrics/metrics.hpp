@@ -38,8 +38,8 @@ double attitude_error_rad(const BodySample& a, const BodySample& truth);  // geo
 
 // ---- observed order ---------------------------------------------------------------------------------------
 // `floor` is each rung's known bar; 0 or missing: not known. The interval holds the slope of the line through the
-// window, the slope of its two finest rungs and the slope extrapolated to h = 0 (order_interval.hpp); where only
-// scatter is visible, the line's slope with Student's t. `order` is its middle. It is meant for errors
+// window, the slope of its two finest rungs and the slope extrapolated to h = 0; where the rungs scatter, p of
+// h^p (1 + a h) under noise (order_interval.cpp). `order` is its middle. It is meant for errors
 // C h^p (1 + powers of h, h^(1/2) among them); of h^p |log h| it need not contain p. Inconclusive: local slopes that
 // do not settle as h decreases, change by more than 0.2 at the finest rungs, or differ by more than 1; a half-width of
 // more than 0.4.
@@ -61,8 +61,8 @@ struct GrowthFit {
   double rate_per_s = 0, rate_half_width_95 = 0;  // of an exponential; else 0
   std::string reason;
 };
-// Of one run, by the largest error of each of twelve windows of time. Where two powers of like size are present over
-// the run no single law is named.
+// Of one run, by the largest error of each of twelve windows of time, or, for t beside an offset, by their means. Where
+// two powers of like size are present over the run no single law is named.
 GrowthFit fit_growth(std::span<const double> t_s, std::span<const double> error, double floor);
 // At the round-off floor, where one run is a single random sample: runs[k][i] is the error of run k at t_s[i], at least
 // 32 runs; the law of their root mean square, its interval by bootstrap over the runs.

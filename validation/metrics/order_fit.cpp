@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <string>
 
 #include "validation/metrics/metrics.hpp"
@@ -108,17 +109,24 @@ OrderFit fit_order(std::span<const double> h_s, std::span<const double> error, s
     log_h.push_back(std::log(h_s[i]));
     log_e.push_back(std::log(error[i]));
   }
-  const std::size_t first = first_asymptotic(log_h, log_e);
+  std::vector<double> bar;
+  for (int i : kept) bar.push_back(static_cast<std::size_t>(i) < floor.size() ? floor[i] / error[i] : 0);
+  const std::optional<metrics::OrderInterval> of_scatter = metrics::scatter_interval(log_h, log_e, bar);
+  const bool scatters = of_scatter && !of_scatter->smooth;
+  const std::size_t first = scatters ? of_scatter->first : first_asymptotic(log_h, log_e);
   for (std::size_t k = 0; k < first; ++k) fit.left_out[kept[k]] = "pre-asymptotic";
   fit.used.assign(kept.begin() + static_cast<std::ptrdiff_t>(first), kept.end());
   const auto xs = std::span(log_h).subspan(first), ys = std::span(log_e).subspan(first);
-  if (slopes_change(xs, ys)) {
+  if ((!scatters || xs.size() == kMinFitted) && slopes_change(xs, ys)) {
     fit.reason = "local slopes still change by more than 0.2 at the finest rungs";
     return fit;
   }
-  std::vector<double> bar;
-  for (int i : fit.used) bar.push_back(static_cast<std::size_t>(i) < floor.size() ? floor[i] / error[i] : 0);
-  const metrics::OrderInterval interval = metrics::order_interval(xs, ys, bar);
+  metrics::OrderInterval interval =
+      scatters ? *of_scatter : metrics::order_interval(xs, ys, std::span(bar).subspan(first));
+  if (of_scatter) {
+    interval.low = std::min(interval.low, of_scatter->low);
+    interval.high = std::max(interval.high, of_scatter->high);
+  }
   if (!interval.settles) {
     fit.reason = "local slopes do not settle as h decreases; finest slope " + format_measure(interval.finest, 0, 4);
     return fit;

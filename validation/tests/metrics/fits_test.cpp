@@ -237,6 +237,85 @@ TEST_CASE("growth: t + 0.3 t^2 up to t = 1 is neither t nor t^3/2") {
   CHECK(straight.reason == "exponent 1.2 +/- 0.03: no single law, as of a sum of powers");
 }
 
+namespace {
+
+// c_1 sin(w_1 t + phi_1) + c_2 sin(w_2 t + phi_2), half of the time without the second, and half of the time less its
+// value at t = 0, as an error that begins at 0 has it; with correlated noise half of the time.
+std::vector<double> oscillation(std::mt19937_64& random, const std::vector<double>& t, double fewest, double most) {
+  std::normal_distribution<double> normal(0, 1);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const bool from_zero = random() % 2 == 0;
+  const double second = random() % 2 ? uniform(random) : 0, noise = random() % 2 ? 0.1 : 0;
+  const auto turns = [&] { return 6.283185307179586 * fewest * std::pow(most / fewest, uniform(random)); };
+  const double w1 = turns(), w2 = turns(), phase1 = 6.28 * uniform(random), phase2 = 6.28 * uniform(random);
+  double n = normal(random);
+  std::vector<double> v;
+  for (const double x : t) {
+    const double u = x / t.back();
+    const auto wave = [&](double at) { return std::sin(w1 * at + phase1) + second * std::sin(w2 * at + phase2); };
+    v.push_back(wave(u) - (from_zero ? wave(0) : 0) + noise * n);
+    n = 0.7 * n + 0.714 * normal(random);
+  }
+  return v;
+}
+
+}  // namespace
+
+TEST_CASE("growth: bounded oscillations are not named t, and what grows as t beside one is") {
+  std::mt19937_64 random(38);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  int bounded = 0, bounded_as_t = 0, bounded_wrong = 0, grows = 0, grows_wrong = 0;
+  for (int k = 0; k < 400; ++k) {
+    const auto t = times(60 + static_cast<int>(181 * uniform(random)), std::pow(10, uniform(random) * 4 - 2));
+    std::vector<double> e = oscillation(random, t, 3, 60);
+    for (double& x : e) x = std::fabs(x);
+    const std::string law = fit_growth(t, e, 0).law;
+    bounded += law == "bounded";
+    bounded_as_t += law == "t";
+    bounded_wrong += law != "bounded" && law != "inconclusive";
+    const double size = 0.003 * std::pow(10, uniform(random));
+    e = oscillation(random, t, 3, 60);
+    for (std::size_t i = 0; i < t.size(); ++i) e[i] = std::fabs(t[i] / t.back() + size * e[i]);
+    const GrowthFit fit = fit_growth(t, e, 0);
+    grows += fit.law == "t";
+    grows_wrong += fit.law != "t" && fit.law != "inconclusive";
+  }
+  std::printf("growth: of 400 bounded %d bounded, %d t, %d wrong; of 400 as t %d t, %d wrong\n", bounded, bounded_as_t,
+              bounded_wrong, grows, grows_wrong);
+  CHECK(bounded >= 200);
+  CHECK(bounded_as_t <= 5);
+  CHECK(bounded_wrong <= 5);
+  CHECK(grows >= 360);
+  CHECK(grows_wrong <= 5);
+}
+
+TEST_CASE("growth: an oscillation whose period the samples nearly share is told at instants that it does not share") {
+  std::mt19937_64 random(39);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  int bounded = 0, as_t = 0, shared_as_t = 0;
+  for (int k = 0; k < 400; ++k) {
+    const int n = 60 + static_cast<int>(181 * uniform(random));
+    const double off = 0.001 * std::pow(10, uniform(random)), phase = 6.28 * uniform(random);
+    // (1 + off) periods from one sample to the next; the instants lie anywhere between two samples (golden ratio).
+    std::vector<double> shared, instants;
+    for (int i = 0; i <= n; ++i) {
+      const double jitter = i == 0 || i == n ? 0 : std::fmod(0.6180339887498949 * i, 1);
+      shared.push_back(i), instants.push_back(i - jitter);
+    }
+    const auto error = [&](double t) {
+      return std::fabs(std::sin(6.283185307179586 * (1 + off) * t + phase) - std::sin(phase));
+    };
+    const std::string law = fit_growth(instants, series(instants, error), 0).law;
+    bounded += law == "bounded";
+    as_t += law == "t";
+    shared_as_t += fit_growth(shared, series(shared, error), 0).law == "t";
+  }
+  std::printf("growth of aliased oscillations: %d t at shared samples; at instants %d t, %d bounded\n", shared_as_t,
+              as_t, bounded);
+  CHECK(as_t <= 5);
+  CHECK(bounded >= 300);
+}
+
 TEST_CASE("growth: one draw of a random walk, or of its integral, seldom passes for a law") {
   std::mt19937_64 random(22);
   std::normal_distribution<double> noise(0, 1);
