@@ -21,9 +21,6 @@ Scenario scene_of(double t_end_s, const std::string& bodies, double gravity = 10
                            std::to_string(-gravity) + "]\n[truth]\nkind = \"extended\"\n";
   return read_scenario_text(head + bodies, "events", ".");
 }
-double last_z(const Truth& truth, std::size_t body) {
-  return static_cast<double>(truth.values.back().bodies[body].p_m[2]);
-}
 
 struct Answer {
   double z_m, bar_m;
