@@ -36,6 +36,8 @@ class ErrorGrowth {
   void keep_to_plane(int body, const Real3& normal, double gap_error_m);
   // From now on the plane cancels the ball's acceleration into it.
   void hold_on_plane(int body, const Real3& normal);
+  // It leaves the plane where the normal force is zero: the rates are continuous there, and no error is added.
+  void release_from_plane(int body);
 
   // Half-width per component of y; infinite when finite() is false.
   std::vector<double> bounds() const;

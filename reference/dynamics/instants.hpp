@@ -34,6 +34,7 @@ template <class S> struct Instant {
   S gap_error_m{};           // largest |gap| of the contacts at their located impact
   std::vector<Impact<S>> impacts;
   std::vector<BounceSeries<S>> series;
+  std::vector<int> lifted;             // balls at rest whose normal force falls to zero here, before the impacts
   std::optional<ContactPair> passage;  // this pair was closest here and did not touch
   std::size_t first_event = 0;         // index of the first event of this instant in the run's events
   std::vector<S> after;                // y after the impacts

@@ -323,6 +323,10 @@ template <class S> void Dynamics<S>::hold_on_plane(int body, const Real3& normal
   parts_->held_on_plane.push_back({body, rsqrt(dot(n, n)) * n});
 }
 
+template <class S> void Dynamics<S>::release_from_plane(int body) {
+  std::erase_if(parts_->held_on_plane, [&](const auto& held) { return held.body == body; });
+}
+
 template class Dynamics<double>;
 template class Dynamics<long double>;
 template class Dynamics<Wide>;

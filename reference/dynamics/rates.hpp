@@ -38,6 +38,7 @@ template <class S> class Dynamics {
   // A body at rest on a plane: from now on its acceleration along `normal` (out of the plane, any length) is removed
   // while it points into the plane.
   void hold_on_plane(int body, const Real3& normal);
+  void release_from_plane(int body);
 
  private:
   struct Parts;

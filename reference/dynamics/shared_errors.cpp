@@ -34,6 +34,7 @@ class ErrorPropagation {
       if (result_.end) break;
       if (now.sample >= 0) add_sample_bars(now);
       if (now.passage) check_passage(now);
+      for (const int ball : now.lifted) growth_.release_from_plane(ball);
       if (!now.impacts.empty()) propagate_impacts(now);
       for (const BounceSeries<Wide>& series : now.series) add_series(now, series);
       if (result_.end) break;
