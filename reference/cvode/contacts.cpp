@@ -28,7 +28,7 @@ constexpr double kRoundOff = 16 * 0x1p-52;
 constexpr double kPassage = 1e-3;         // of the scene's size: closest approaches to within it are reported
 constexpr double kMissedOverlap = 1e-7;   // of the scene's size: an overlap that no event has begun
 constexpr double kDrivePhase = 4;         // rad of a drive that thirteen points resolve
-constexpr double kForceRoundOff = 1e-12;  // of the accelerations at rest
+constexpr double kForceRoundOff = 1e-12;  // of the accelerations at rest so far
 
 double length(const Triple<double>& v) { return std::sqrt(dynamics::dot(v, v)); }
 
@@ -209,6 +209,7 @@ void Contacts::hold_ball(const ContactPair& pair, const Real3& normal) {
   made.normal = {inverse * n[0], inverse * n[1], inverse * n[2]};
   const int ball = dynamics::ball_of(scene_, pair);
   made.constant = !compliant_.any();
+  made.largest = length(scene_.gravity_m_per_s2);
   for (const Force& force : scene_.forces) {
     if (!acts_on(force, ball)) continue;
     made.constant = false;
@@ -231,17 +232,16 @@ void Contacts::find_lift(Held& held, const Trajectory& path, const Rate& rate, d
   if (held.constant) return;
   const int at = equations_.layout().slots[dynamics::ball_of(scene_, held)].velocity;
   std::vector<double> y, dydt(equations_.layout().size);
-  double pull = 0;
   const auto pressing = [&](double t_s) {
     path.state(t_s, y);
     rate(t_s, y.data(), dydt.data());
-    pull = std::max(pull, length(dynamics::read3(&dydt[at])));
+    held.largest = std::max(held.largest, length(dynamics::read3(&dydt[at])));
     return -dynamics::dot(dynamics::read3(&dydt[at]), held.normal);
   };
   pressing(from_s);
   pressing(to_s);
   const Sampled found =
-      first_zero_of_samples(pressing, from_s, to_s, held.least_drive_s, kForceRoundOff * pull, held.force);
+      first_zero_of_samples(pressing, from_s, to_s, held.least_drive_s, kForceRoundOff * held.largest, held.force);
   if (found.open_s) undecided(held, *found.open_s);
   if (!found.zero_s && !found.open_s) return;
   any = true;

@@ -59,6 +59,7 @@ class Contacts {
     std::array<double, 3> normal{};
     double least_drive_s = HUGE_VAL;  // the forces on the ball change slowly over shorter times
     bool constant = false;            // its normal force is
+    double largest = 0;               // acceleration that the plane has cancelled: its round-off is that of the force
     bool leaves = false;              // at the event that has just been found
     Watch force{};
   };

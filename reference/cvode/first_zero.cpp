@@ -188,6 +188,10 @@ class Search {
     const double to_value = target();
     if (f_.value(to) <= to_value) made_.zero = falling_zero([&](double u) { return f_.value(u) - to_value; }, from, to);
   }
+  void judge_ends(double from, double to) {  // of a part in which the function changes by no more than its round-off
+    falls(from, to);
+    if (!made_.zero) rises(to);
+  }
   void rises(double to) { arm(f_.value(to)); }
 
   bool ended() const { return made_.zero.has_value() || made_.open.has_value(); }
@@ -212,7 +216,7 @@ class Search {
     if (excludes_zero(curvature)) return bends(from, to, curvature.low > 0);
     const bool positive = watch_.armed && value.low > 0;
     if (positive && value.high - value.low <= value.low / 2) return report(from + (to - from) / 2, value.low);
-    if (to - from < kLeastPart) return falls(from, to);
+    if (to - from < kLeastPart || value.high - value.low <= 4 * f_.round_off) return judge_ends(from, to);
     const double middle = from + (to - from) / 2;
     visit(from, middle, depth + 1);
     visit(middle, to, depth + 1);
