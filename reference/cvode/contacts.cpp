@@ -48,8 +48,8 @@ Contacts::Contacts(const Scene& scene, dynamics::Dynamics<double>& equations, co
                    const Options& options)
     : scene_(scene), equations_(equations), compliant_(compliant), size_m_(scene_size(scene)),
       low_bounce_m_(
-          std::min(kMinBounceInTolerances * (options.rtol * size_m_ + options.atol * options.scales.position_m),
-                   kMinBounceCap * size_m_)),
+          std::clamp(kMinBounceInTolerances * (options.rtol * size_m_ + options.atol * options.scales.position_m),
+                     kContactTolerance * size_m_, kMinBounceCap * size_m_)),
       rtol_(options.rtol), atol_m_per_s_(options.atol * options.scales.velocity_m_per_s) {
   const dynamics::ContactPairs found = dynamics::contact_pairs(scene);
   for (const ContactPair& pair : found.pairs)

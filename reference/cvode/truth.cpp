@@ -19,7 +19,7 @@ namespace atwood {
 
 namespace {
 
-using cvode::kLooseRtol, cvode::kRelativeFloor, cvode::kSafety, cvode::kTightRtol;
+using cvode::kRelativeFloor, cvode::kSafety;
 // Of one operation; error_growth.hpp counts 64 of them per step. CVODE adds only small corrections at each step.
 constexpr double kRoundOff = 0x1p-56;
 
@@ -300,7 +300,9 @@ Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
   const Samples of_runs{scenario, samples,
                         contacts && samples > 0 ? (kLeastCompared + samples - 1) / samples : std::int64_t{1}};
   const cvode::Scales scales = known ? scales_of(scenario) : cvode::Scales{};
-  for (const double rtol : {kTightRtol, kLooseRtol})
+  const double tight = contacts ? cvode::kTightContactRtol : cvode::kTightRtol,
+               loose = contacts ? cvode::kLooseContactRtol : cvode::kLooseRtol;
+  for (const double rtol : {tight, loose})
     for (const cvode::Family family : {cvode::Family::adams, cvode::Family::bdf}) {
       runs.push_back(solve(scenario, of_runs.count(), family, rtol, scales));
       if (runs.back().outcome.status != Status::ok && !runs.back().record.valid_until_failure) {
@@ -310,11 +312,12 @@ Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
       truth.outcome.steps_taken += runs.back().outcome.steps_taken;
       truth.outcome.rate_evaluations += runs.back().outcome.rate_evaluations;
     }
-  truth.source =
-      "cvode: SUNDIALS " + cvode::version() +
-      ", Adams at rtol 1e-12; bar: twice the largest difference, so far "
-      "in the run, among Adams and BDF at rtol 1e-12 and 1e-10 (atol = rtol / 100 of each kind's size), plus "
-      "1e-13 of the scale, plus round-off and the location of impacts grown along the motion";
+  truth.source = "cvode: SUNDIALS " + cvode::version() + ", Adams at rtol " + format_double(tight) +
+                 "; bar: twice the largest difference, so far in the run, among Adams "
+                 "and BDF at rtol " +
+                 format_double(tight) + " and " + format_double(loose) +
+                 " (atol = rtol / 100 of each kind's size), plus "
+                 "1e-13 of the scale, plus round-off and the location of impacts grown along the motion";
   truth.events = runs.front().events;
   for (const Event& event : truth.events)
     truth.event_bar_s.push_back(
