@@ -207,7 +207,7 @@ Case soft_pass(Draw& draw, bool graze) {
       const double distance = std::sqrt(product(at, at));
       return (stiffness * (sum - distance) / distance) * at;
     };
-    const double h = std::min(0.002 / std::sqrt(stiffness), 0.005 * std::sqrt(inside) / product(v, v));
+    const double h = std::min(0.0005 / std::sqrt(stiffness), 0.001 * std::sqrt(inside) / product(v, v));
     bool out = false;
     while (left > 0 && !out) {
       const auto take = [&](double by, Plane2& x, Plane2& u) {
