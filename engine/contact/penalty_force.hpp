@@ -114,7 +114,7 @@ template <class S> class PenaltyForce final : public StatefulForce<S> {
     Quat<S> q_WB;
     bool moves;
   };
-  S near_s_{};  // 1 / w of the stiffest contact, once it is known
+  S near_s_{};  // 1 / (16 w) of the stiffest contact, once it is known
   std::vector<BodyMotion> start_;
   std::vector<BodyPair> may_touch_;
   std::vector<Transform<S>> between_;

@@ -18,11 +18,11 @@ template <class S> S PenaltyForce<S>::least_gap(int a, int b, const std::vector<
 }
 
 // With the relative speed V and acceleration A of two bodies a gap g lasts at least until V t + A t^2 / 2 = g. Steps up
-// to there pass over nothing. Once that is within 1 / w of the stiffest contact, steps of 1 / w are allowed, in which
+// to there pass over nothing. Once that is within 1 / (16 w) of the stiffest contact, such steps are allowed, in which
 // missed_contact() looks for contacts.
 template <class S>
 S PenaltyForce<S>::longest_step(const Motion<S>& motion, const std::vector<Vec3<S>>& acceleration_W, S step_s) {
-  if (near_s_ == S(0)) near_s_ = S(1) / S(stiffest().angular_frequency_rad_per_s);
+  if (near_s_ == S(0)) near_s_ = S(0.0625) / S(stiffest().angular_frequency_rad_per_s);
   places_.resize(shapes_.size());
   start_.resize(shapes_.size());
   items_.clear();
@@ -62,7 +62,12 @@ S PenaltyForce<S>::longest_step(const Motion<S>& motion, const std::vector<Vec3<
     const auto pull = [&](int body) { return start_[body].moves ? acceleration_W[body] : Vec3<S>{}; };
     const S speed = norm(start_[a].v_W - start_[b].v_W) + turning(a) + turning(b), grows = norm(pull(a) - pull(b));
     const S gap = least_gap(a, b, places_, longest * (speed + grows * longest / S(2)));
-    if (!(gap > S(0))) return;  // in contact: the steps' errors show its force
+    if (!(gap > S(0))) {  // the steps' errors show the force, but of a contact that begins or ends it is small
+      if (!(-gap < speed * near_s_)) return;
+      may_touch_.push_back({a, b});
+      longest = real::min(longest, near_s_);
+      return;
+    }
     if (gap == std::numeric_limits<S>::infinity()) return;
     const S apart_s = S(2) * gap / (speed + real::sqrt(speed * speed + S(2) * grows * gap));
     if (!(apart_s < longest)) return;
@@ -124,7 +129,9 @@ template <class S> S PenaltyForce<S>::missed_contact(const Motion<S>& motion, S 
       else low += third;
     }
     const S deepest = low + (high - low) / S(2);
-    if (gap(deepest) < S(0)) until_s = real::min(until_s, deepest * step_s);
+    // A contact that is there at the start and ends is none that was passed over, unless it grows first.
+    const S at_start = real::min(gap(S(0)), S(0));
+    if (gap(deepest) < S(1.1) * at_start) until_s = real::min(until_s, deepest * step_s);
   }
   return until_s;
 }
