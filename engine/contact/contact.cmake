@@ -63,6 +63,7 @@ target_sources(atwood_engine PRIVATE
   contact/options.cpp
   contact/penalty.cpp
   contact/penalty_force.cpp
+  contact/penalty_steps.cpp
   contact/slip_path.cpp
   contact/stepping_options.cpp
   contact/stepping/candidate_pairs.cpp

@@ -59,6 +59,8 @@ template <class S> class PenaltyForce final : public StatefulForce<S> {
   void add_loads(const Motion<S>& motion, Load<S>* loads) const override;
   bool velocity_dependent() const override { return true; }
   void reset(const Motion<S>& motion) override;
+  S longest_step(const Motion<S>& motion, const std::vector<Vec3<S>>& acceleration_W, S step_s) override;
+  S missed_contact(const Motion<S>& motion, S step_s) override;
   bool accept_step(const Motion<S>& motion) override;
   void report(const Motion<S>& motion, Sample& sample, const Observer& observer) override;
 
@@ -92,6 +94,7 @@ template <class S> class PenaltyForce final : public StatefulForce<S> {
   void apply_friction(Point& point, const ContactSpring<S>& spring) const;
   bool moving(const Motion<S>& motion, int body) const { return motion.slots[body].moves(); }
   Vec3<S> velocity_at(const Motion<S>& motion, int body, const Vec3<S>& x_W) const;
+  S least_gap(int a, int b, const std::vector<Transform<S>>& places, S margin);
   void update_impacts(const Motion<S>& motion);
   void report_impact(const Motion<S>& motion, const ImpactRecord& record);
 
@@ -105,6 +108,16 @@ template <class S> class PenaltyForce final : public StatefulForce<S> {
   std::vector<Memory> memory_, next_memory_;     // sorted by key
   std::vector<ImpactRecord> impacts_, next_impacts_;
   std::vector<Event> events_;
+  // The motion at the start of an adaptive step, and the pairs that may touch in it.
+  struct BodyMotion {
+    Vec3<S> p_W, v_W, w_B;
+    Quat<S> q_WB;
+    bool moves;
+  };
+  S near_s_{};  // 1 / (16 w) of the stiffest contact, once it is known
+  std::vector<BodyMotion> start_;
+  std::vector<BodyPair> may_touch_;
+  std::vector<Transform<S>> between_;
   // Working memory of one evaluation.
   std::unique_ptr<BroadPhase<double>> broad_;  // in double whatever S is: boxes grown by what narrowing can lose
   mutable std::vector<BroadItem<double>> items_;

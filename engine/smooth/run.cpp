@@ -207,6 +207,17 @@ typename Stepper<S>::Advice judge_step(Simulation<S>& s, const Tolerance<S>& tol
   return {control.accepted(), next_s};
 }
 
+// The step from (t_s, y), at most step_s, in which a stateful force does not pass over a contact.
+template <class S> S step_without_passing_over(Simulation<S>& s, S t_s, S step_s, std::vector<S>& rates) {
+  rates.resize(s.y.size());
+  s.model->system().rate(t_s, s.y.data(), rates.data());
+  std::vector<Vec3<S>> acceleration_W(s.model->body_count());
+  for (int body = 0; body < s.model->body_count(); ++body)
+    if (const int at = s.model->offset(body); at >= 0)
+      acceleration_W[body] = {rates[at + 3], rates[at + 4], rates[at + 5]};
+  return s.stateful_force->longest_step(s.model->motion(t_s, s.y.data()), acceleration_W, step_s);
+}
+
 // Integrates from begin_s to end_s under one force law; h_s: the proposed step, updated for the next interval.
 template <class S>
 bool march_segment(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_s, S& h_s, std::int64_t& k,
@@ -216,6 +227,10 @@ bool march_segment(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_
   S t_s = begin_s;
   bool unsolved = false;
   while (t_s < end_s) {
+    if (s.stateful_force != nullptr) {
+      const S most_s = real::min(h_s, end_s - t_s), safe_s = step_without_passing_over(s, t_s, most_s, run.middle_y);
+      if (safe_s < most_s) h_s = safe_s;
+    }
     const bool last = t_s + h_s * S(1.0000001) >= end_s;
     const S step_s = last ? end_s - t_s : h_s;
     if (!(step_s > S(4) * real::epsilon<S>() * t_s)) {
@@ -238,6 +253,13 @@ bool march_segment(Run<S>& run, const Tolerance<S>& tolerance, S begin_s, S end_
     if (!accepted) {
       h_s = next_s;
       continue;
+    }
+    if (s.stateful_force != nullptr) {
+      const S until_s = s.stateful_force->missed_contact(s.model->motion(t_s + step_s, s.y_new.data()), step_s);
+      if (until_s < step_s) {
+        h_s = until_s;
+        continue;
+      }
     }
     h_s = last ? real::max(h_s, next_s) : next_s;  // a step cut at end_s does not reduce the proposal
     S taken = S(1);

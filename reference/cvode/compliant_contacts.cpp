@@ -41,8 +41,23 @@ double CompliantContacts::force(const Pair& pair, const Gap<double>& gap) const 
   return d <= 0 ? 0 : pair.hertz_N_per_m32 * d * std::sqrt(d) * (1 + pair.law->damping_s_per_m * closing);
 }
 
+bool CompliantContacts::damped(const Pair& pair) const {
+  return pair.law->contact_law == ContactLaw::hertz ? pair.law->damping_s_per_m != 0 : pair.law->damping_N_s_per_m != 0;
+}
+
+// What has the sign of the force where the bodies overlap, and is smooth.
+double CompliantContacts::sign_of_force(const Pair& pair, const Gap<double>& gap) const {
+  return pair.law->contact_law == ContactLaw::hertz ? 1 - pair.law->damping_s_per_m * gap.rate_m_per_s
+                                                    : force(pair, gap);
+}
+
+double CompliantContacts::force_round_off(const Pair& pair) const {
+  return pair.law->contact_law == ContactLaw::hertz ? 1e-13 : pair.law->stiffness_N_per_m * 1e-3 * gap_tolerance_m_;
+}
+
 void CompliantContacts::update_modes(const double* y) {
   for (Pair& pair : pairs_) {
+    pair.gap = pair.force = {};
     const Gap<double> now = gap(scene_, layout_, pair.bodies, y);
     const bool approaching = now.rate_m_per_s < 0;
     if (now.gap_m > gap_tolerance_m_ || (now.gap_m >= -gap_tolerance_m_ && !approaching)) {
@@ -73,16 +88,46 @@ void CompliantContacts::add_rates(const double* y, double* dydt) const {
   }
 }
 
-// Roots are found where a function falls through zero. A force that is 0 at the start of the contact is not a root
-// because it grows from there.
-void CompliantContacts::evaluate(const double* y, double* g) const {
-  for (const Pair& pair : pairs_) {
-    const Gap<double> now = gap(scene_, layout_, pair.bodies, y);
-    const bool hertz = pair.law->contact_law == ContactLaw::hertz;
-    const double force_N = hertz ? 1 - pair.law->damping_s_per_m * now.rate_m_per_s : force(pair, now);
-    *g++ = pair.mode == Mode::separated ? now.gap_m : -now.gap_m;
-    *g++ = pair.mode == Mode::separated || pair.law->pull ? 1 : pair.mode == Mode::loaded ? force_N : -force_N;
+bool CompliantContacts::presses_on(int body) const {
+  return std::any_of(pairs_.begin(), pairs_.end(), [&](const Pair& pair) {
+    return pair.mode == Mode::loaded && (pair.bodies.a == body || pair.bodies.b == body);
+  });
+}
+
+bool CompliantContacts::first_event(const Trajectory& path, const Reaches& reaches, double from_s, double& to_s) {
+  bool any = false;
+  const auto end_at = [&](double t_s) {
+    any = true;
+    to_s = std::min(to_s, std::max(t_s, from_s));
+  };
+  const auto undecided = [&](const Pair& pair, double t_s) {
+    failure_ = "CVODE: whether `" + scene_.bodies[pair.bodies.a].name + "` and `" + scene_.bodies[pair.bodies.b].name +
+               "` touch at t = " + format_double(t_s) + " s is not decided";
+    end_at(t_s);
+  };
+  std::vector<double> y;
+  for (Pair& pair : pairs_) {
+    if (pair.mode == Mode::separated && reaches.least_gap(pair.bodies) > 0) {
+      pair.gap = {true, false, true, 0};
+      continue;
+    }
+    const bool separated = pair.mode == Mode::separated;
+    const Searched touch = first_zero(gap_function(scene_, layout_, pair.bodies, path, 0, separated ? 1 : -1),
+                                      path.unit(from_s), path.unit(to_s), 0, pair.gap);
+    if (touch.open) undecided(pair, path.time(*touch.open));
+    else if (touch.zero) end_at(path.time(*touch.zero));
+    // A linear force without a dashpot ends with the overlap, and so does Hertz's.
+    if (separated || pair.law->pull || !damped(pair)) continue;
+    const double sign = pair.mode == Mode::loaded ? 1 : -1;
+    const auto force_N = [&](double t_s) {
+      path.state(t_s, y);
+      return sign * sign_of_force(pair, gap(scene_, layout_, pair.bodies, y.data()));
+    };
+    const Sampled spent = first_zero_of_samples(force_N, from_s, to_s, HUGE_VAL, force_round_off(pair), pair.force);
+    if (spent.open_s) undecided(pair, *spent.open_s);
+    else if (spent.zero_s) end_at(*spent.zero_s);
   }
+  return any;
 }
 
 }  // namespace atwood::cvode

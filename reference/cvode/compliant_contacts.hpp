@@ -1,9 +1,10 @@
-// Compliant contacts during a CVODE run: normal forces that are switched at roots. In double; without friction.
+// Compliant contacts during a CVODE run: normal forces that are switched at zeros. In double; without friction.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "cvode/trajectory.hpp"
 #include "dynamics/contacts.hpp"
 
 namespace atwood::cvode {
@@ -23,11 +24,13 @@ class CompliantContacts {
   // Not empty: a pair has friction, which is not covered.
   const std::string& failure() const { return failure_; }
   bool any() const { return !pairs_.empty(); }
-  // Determines the modes at y; called at the start and after every root.
+  // Determines the modes at y; called at the start and after every event.
   void update_modes(const double* y);
   void add_rates(const double* y, double* dydt) const;
-  int roots() const { return 2 * static_cast<int>(pairs_.size()); }
-  void evaluate(const double* y, double* g) const;
+  // Does a contact press on the body?
+  bool presses_on(int body) const;
+  // The first instant in [from_s, to_s] at which a mode ends; then `to_s` is this instant.
+  bool first_event(const Trajectory& path, const Reaches& reaches, double from_s, double& to_s);
 
  private:
   enum class Mode : unsigned char { separated, loaded, unloaded };
@@ -36,8 +39,12 @@ class CompliantContacts {
     const PairLaw* law = nullptr;
     double hertz_N_per_m32 = 0;  // K
     Mode mode = Mode::separated;
+    Watch gap{}, force{};
   };
   double force(const Pair& pair, const dynamics::Gap<double>& gap) const;
+  double sign_of_force(const Pair& pair, const dynamics::Gap<double>& gap) const;
+  double force_round_off(const Pair& pair) const;
+  bool damped(const Pair& pair) const;
 
   const Scene& scene_;
   const dynamics::Layout& layout_;

@@ -165,6 +165,7 @@ Outcome run_mechanism(const Scene& scene, double t_end_s, std::int64_t samples, 
     return k == samples ? t_end_s : static_cast<double>(Wide(t_end_s) * k / samples);
   };
   const auto restart = [&] {
+    if (run.motion.size() == 0) return;  // nothing moves but by drives
     const double stop = interval < switches.size() ? switches[interval] : t_end_s;
     run.motion.choice.interval = static_cast<int>(interval);
     run.motion.choice.interval_s = t + (stop - t) / 2;

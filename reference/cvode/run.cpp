@@ -19,6 +19,7 @@ dynamics::Instant<Wide> widened(const dynamics::Instant<double>& from) {
   made.interval = from.interval;
   made.gap_error_m = from.gap_error_m;
   made.first_event = from.first_event;
+  made.lifted = from.lifted;
   made.after = widened(from.after);
   for (const dynamics::Impact<double>& impact : from.impacts) {
     auto& wide = made.impacts.emplace_back();
@@ -53,26 +54,35 @@ struct Integration {
   bool rigid_contacts = false;  // rigid contacts are possible
   std::int64_t logged_steps = 0;
   dynamics::Dynamics<double> equations;
-  Contacts contacts;
   CompliantContacts compliant;
+  Contacts contacts;
   Solver solver;
   int interval = 0;
   double t_s = 0;
   std::vector<double> y;
   std::int64_t sampled = 0;
   std::vector<Event> events;
+  Trajectory path;  // of the last step
+  std::vector<double> end_of_step;
+  std::vector<Contacts::Passage> passages;
 
   Integration(const Scene& given, double end, std::int64_t count, const Options& options, const Observer& to,
               Record* of)
       : scene(given), t_end_s(end), samples(count), observer(to), record(of), equations(given, end),
-        contacts(given, equations, options), compliant(given, equations.layout()),
+        compliant(given, equations.layout()), contacts(given, equations, compliant, options),
         solver(options, tolerances(equations.layout(), options),
                [this, repeats = options.rate_repeats](double t, const double* from, double* dydt) {
-                 for (int k = 0; k < repeats; ++k) equations.rate(t, from, dydt, interval);
-                 compliant.add_rates(from, dydt);
+                 for (int k = 1; k < repeats; ++k) equations.rate(t, from, dydt, interval);
+                 free_rate(t, from, dydt);
+                 contacts.hold(dydt);
                }),
         y(dynamics::pack<double>(given)) {
-    rigid_contacts = contacts.roots() > 0;
+    rigid_contacts = contacts.any();
+  }
+
+  void free_rate(double t, const double* from, double* dydt) const {  // without the planes' normal forces
+    equations.rate(t, from, dydt, interval);
+    compliant.add_rates(from, dydt);
   }
 
   double sample_time(std::int64_t k) const {
@@ -84,21 +94,17 @@ struct Integration {
     logged_steps = solver.steps();
     record->instants.push_back(std::move(what));
   }
-  void log_state(std::int64_t sample, std::optional<dynamics::ContactPair> passage) {
+  void log_state(std::int64_t sample, double at_s, const std::vector<double>& state,
+                 std::optional<dynamics::ContactPair> passage) {
+    if (record == nullptr || !rigid_contacts) return;
     dynamics::Instant<Wide> made;
-    made.t = sample >= 0 ? Wide(t_end_s) * sample / samples : Wide(t_s);
+    made.t = sample >= 0 ? Wide(t_end_s) * sample / samples : Wide(at_s);
     made.interval = interval;
     made.sample = sample;
     made.passage = passage;
     made.first_event = events.size();
-    made.after = widened(y);
+    made.after = widened(state);
     log(std::move(made));
-  }
-  bool resolve_contacts() {
-    dynamics::Instant<double> instant;
-    const bool changed = contacts.resolve(t_s, y, interval, events, instant);
-    if (!instant.after.empty()) log(widened(instant));
-    return changed;
   }
   void take_sample(const std::vector<double>& state) {
     if (record != nullptr) record->states.push_back(state);
@@ -107,8 +113,7 @@ struct Integration {
       made.t_s = Wide(t_end_s) * sampled / samples;
       observer.sample(made);
     }
-    contacts.check_penetration(sample_time(sampled), state);
-    log_state(sampled, std::nullopt);
+    log_state(sampled, sample_time(sampled), state, std::nullopt);
     ++sampled;
   }
   double next_stop() const {
@@ -116,41 +121,84 @@ struct Integration {
     return interval < static_cast<int>(switches.size()) ? switches[interval] : t_end_s;
   }
   void restart() {
-    resolve_contacts();
+    dynamics::Instant<double> instant;
+    contacts.resolve(t_s, y, interval, events, instant);
+    if (!instant.after.empty()) log(widened(instant));
     compliant.update_modes(y.data());
-    solver.start(t_s, y, next_stop(), contacts.roots() + compliant.roots(),
-                 [this](double, const double* from, double* g) {
-                   contacts.evaluate(from, g);
-                   compliant.evaluate(from, g + contacts.roots());
-                 });
+    solver.start(t_s, y, next_stop(), 0, {});
   }
 
   void start() {
     take_sample(y);
     restart();
   }
+  const std::string& failure() const { return contacts.failure().empty() ? compliant.failure() : contacts.failure(); }
   // Until t_end_s or a failure. A sample at the time of an impact or a switch has the state before it.
   Outcome integrate() {
-    while (contacts.failure().empty() && (t_s < t_end_s || sampled <= samples)) {
+    const bool events_possible = contacts.any() || compliant.any();
+    while (failure().empty() && (t_s < t_end_s || sampled <= samples)) {
       const double stop = next_stop();
-      const double sample_s = sampled <= samples ? sample_time(sampled) : t_end_s;
-      const double target = observer.sample || observer.event ? std::min(stop, sample_s) : stop;
-      const Stop why = solver.advance(target, t_s, y);
-      if (why == Stop::failed) break;
-      if (why == Stop::root) {
-        for (const dynamics::ContactPair& pair : contacts.closest_approaches(y)) log_state(-1, pair);
-        if (resolve_contacts() || compliant.any()) restart();
-        continue;
-      }
-      t_s = target;
-      while (sampled <= samples && sample_time(sampled) <= t_s) take_sample(y);
+      if (events_possible ? !step(stop) : !advance(stop)) break;
       if (t_s >= stop && t_s < t_end_s) {
-        log_state(-1, std::nullopt);
+        log_state(-1, t_s, y, std::nullopt);
         ++interval;
         restart();
       }
     }
     return finish();
+  }
+  // To the next sample or the stop.
+  bool advance(double stop) {
+    const double sample_s = sampled <= samples ? sample_time(sampled) : t_end_s;
+    const double target = observer.sample || observer.event ? std::min(stop, sample_s) : stop;
+    if (solver.advance(target, t_s, y) == Stop::failed) return false;
+    t_s = target;
+    while (sampled <= samples && sample_time(sampled) <= t_s) take_sample(y);
+    return true;
+  }
+  // One step, or up to the first event in it. The steps do not depend on the samples, which are taken from the step's
+  // polynomial.
+  bool step(double stop) {
+    const double from_s = t_s;
+    double reached_s = t_s;
+    if (solver.step(stop, reached_s, end_of_step, path) == Stop::failed) return false;
+    double to_s = reached_s;
+    const Reaches reaches(scene, equations.layout(), path, from_s, to_s);
+    passages.clear();
+    const auto rate = [this](double t, const double* state, double* dydt) { free_rate(t, state, dydt); };
+    bool event = contacts.first_event(path, reaches, rate, from_s, to_s, passages);
+    event = (compliant.any() && compliant.first_event(path, reaches, from_s, to_s)) || event;
+    if (event && to_s < reached_s) path.state(to_s, y);
+    else y = end_of_step;
+    t_s = to_s;
+    record_step(to_s);
+    if (!failure().empty()) return false;
+    if (!event) {
+      contacts.check(t_s, y, rate);
+      if (!failure().empty()) t_s = from_s;
+    }
+    if (event && (t_s < stop || t_s >= t_end_s)) restart();
+    return failure().empty();
+  }
+  // The samples and the passages up to `to_s`, in order.
+  void record_step(double to_s) {
+    std::erase_if(passages, [&](const Contacts::Passage& each) { return each.t_s > to_s; });
+    std::stable_sort(passages.begin(), passages.end(), [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
+    auto passage = passages.begin();
+    std::vector<double> state;
+    const auto pass = [&](double until_s) {
+      for (; passage != passages.end() && passage->t_s <= until_s; ++passage) {
+        path.state(passage->t_s, state);
+        log_state(-1, passage->t_s, state, passage->pair);
+      }
+    };
+    for (; sampled <= samples && sample_time(sampled) <= to_s;) {
+      const double at_s = sample_time(sampled);
+      pass(at_s);
+      if (at_s < to_s) path.state(at_s, state);
+      take_sample(at_s < to_s ? state : y);
+    }
+    pass(to_s);
   }
 
   Outcome finish() {
@@ -161,9 +209,9 @@ struct Integration {
       record->valid_until_failure = contacts.valid_until_failure();
       record->end_s = t_s;
     }
-    if (!contacts.failure().empty()) {
+    if (!failure().empty()) {
       outcome.status = Status::unsupported;
-      outcome.reason = contacts.failure();
+      outcome.reason = failure();
     } else if (!solver.failure().empty()) {
       outcome.status = solver.not_finite() ? Status::not_finite : Status::diverged;
       outcome.reason = solver.failure();

@@ -27,7 +27,7 @@ struct Solver::Parts {
   std::string failure;
   sundials::Context owner;
   SUNContext context = static_cast<SUNContext>(owner.handle);
-  N_Vector y = nullptr;
+  N_Vector y = nullptr, derivative = nullptr;
   SUNMatrix matrix = nullptr;
   SUNLinearSolver linear = nullptr;
   SUNNonlinearSolver nonlinear = nullptr;
@@ -52,6 +52,51 @@ struct Solver::Parts {
     long int now = 0;
     if (created) CVodeGetNumSteps(memory, &now);
     return now;
+  }
+
+  std::int64_t steps_left() const {
+    return options.max_steps - steps_now() - (options.limit_per_segment ? 0 : steps_before);
+  }
+
+  // What CVode() has answered.
+  Stop ended(int flag, double reached, double& t_s, std::vector<double>& state) {
+    const double* from = N_VGetArrayPointer(y);
+    if (flag < 0) {
+      char* name = CVodeGetReturnFlagName(flag);
+      failure = std::string("CVODE failed at t = ") + std::to_string(reached) + " s with " + name;
+      std::free(name);
+      if (flag == CV_TOO_MUCH_WORK) failure += ": " + std::to_string(options.max_steps) + " steps";
+      // The rate was not finite even with the shortest step.
+      not_finite = flag == CV_RHSFUNC_FAIL || flag == CV_FIRST_RHSFUNC_ERR || flag == CV_REPTD_RHSFUNC_ERR ||
+                   flag == CV_UNREC_RHSFUNC_ERR;
+      return Stop::failed;
+    }
+    t_s = reached;
+    state.assign(from, from + size);
+    if (!std::all_of(state.begin(), state.end(), [](double v) { return std::isfinite(v); })) {
+      not_finite = true;
+      failure = "the state is not finite at t = " + std::to_string(reached) + " s";
+      return Stop::failed;
+    }
+    return flag == CV_ROOT_RETURN ? Stop::root : Stop::reached;
+  }
+
+  // The k-th derivative at the step's end is k! / h^k times a coefficient of CVODE's polynomial.
+  void read(Trajectory& path) {
+    int order = 0;
+    CVodeGetCurrentOrder(memory, &order);
+    CVodeGetCurrentTime(memory, &path.t_s);
+    CVodeGetLastStep(memory, &path.span_s);
+    path.c.resize(static_cast<std::size_t>(order) + 1);
+    if (derivative == nullptr) derivative = N_VNew_Serial(size, context);
+    double factor = 1;
+    for (int k = 0; k <= order; ++k) {
+      if (k > 0) factor *= path.span_s / k;
+      CVodeGetDky(memory, path.t_s, k, derivative);
+      const double* from = N_VGetArrayPointer(derivative);
+      path.c[k].resize(size);
+      for (int i = 0; i < size; ++i) path.c[k][i] = factor * from[i];
+    }
   }
 
   void create(double t_s) {
@@ -84,7 +129,8 @@ struct Solver::Parts {
     if (nonlinear != nullptr) SUNNonlinSolFree(nonlinear);
     if (linear != nullptr) SUNLinSolFree(linear);
     if (matrix != nullptr) SUNMatDestroy(matrix);
-    if (y != nullptr) N_VDestroy(y);
+    for (N_Vector each : {y, derivative})
+      if (each != nullptr) N_VDestroy(each);
   }
 };
 
@@ -119,29 +165,25 @@ Stop Solver::advance(double target_s, double& t_s, std::vector<double>& y) {
   Parts& p = *parts_;
   // CVODE refuses a target this close to the time (CV_TOO_CLOSE).
   if (target_s - t_s <= 4e-16 * std::fmax(std::fabs(t_s), std::fabs(target_s))) return Stop::reached;
-  const std::int64_t left = p.options.max_steps - (p.options.limit_per_segment ? p.steps_now() : steps());
-  CVodeSetMaxNumSteps(p.memory, static_cast<long int>(std::max<std::int64_t>(left, 1)));
+  CVodeSetMaxNumSteps(p.memory, static_cast<long int>(std::max<std::int64_t>(p.steps_left(), 1)));
   sunrealtype reached = t_s;
   const int flag = CVode(p.memory, target_s, p.y, &reached, CV_NORMAL);
-  const double* from = N_VGetArrayPointer(p.y);
-  if (flag < 0) {
-    char* name = CVodeGetReturnFlagName(flag);
-    p.failure = std::string("CVODE failed at t = ") + std::to_string(reached) + " s with " + name;
-    std::free(name);
-    if (flag == CV_TOO_MUCH_WORK) p.failure += ": " + std::to_string(p.options.max_steps) + " steps";
-    // The rate was not finite even with the shortest step.
-    p.not_finite = flag == CV_RHSFUNC_FAIL || flag == CV_FIRST_RHSFUNC_ERR || flag == CV_REPTD_RHSFUNC_ERR ||
-                   flag == CV_UNREC_RHSFUNC_ERR;
-    return Stop::failed;
+  return p.ended(flag, reached, t_s, y);
+}
+
+Stop Solver::step(double stop_s, double& t_s, std::vector<double>& y, Trajectory& path) {
+  Parts& p = *parts_;
+  if (stop_s - t_s <= 4e-16 * std::fmax(std::fabs(t_s), std::fabs(stop_s))) {
+    path = {stop_s, 1, {y}};
+    t_s = stop_s;
+    return Stop::reached;
   }
-  t_s = reached;
-  y.assign(from, from + p.size);
-  if (!std::all_of(y.begin(), y.end(), [](double v) { return std::isfinite(v); })) {
-    p.not_finite = true;
-    p.failure = "the state is not finite at t = " + std::to_string(reached) + " s";
-    return Stop::failed;
-  }
-  return flag == CV_ROOT_RETURN ? Stop::root : Stop::reached;
+  sunrealtype reached = t_s;
+  const int flag =
+      p.steps_left() > 0 ? CVode(p.memory, stop_s, p.y, &reached, CV_ONE_STEP) : static_cast<int>(CV_TOO_MUCH_WORK);
+  const Stop made = p.ended(flag, reached, t_s, y);
+  if (made != Stop::failed) p.read(path);
+  return made;
 }
 
 const std::string& Solver::failure() const { return parts_->failure; }

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "cvode/trajectory.hpp"
+
 namespace atwood::cvode {
 
 enum class Family { adams, bdf };
@@ -46,6 +48,9 @@ class Solver {
   // Integrates to `target_s` or to the first root before it, with interpolation; fills t_s and y. Stop::failed:
   // failure() says why, and y is not changed unless the state is not finite.
   Stop advance(double target_s, double& t_s, std::vector<double>& y);
+  // One step of CVODE's own choice, at most to `stop_s` of start(). As advance() without roots; `path` becomes the
+  // solution within the step.
+  Stop step(double stop_s, double& t_s, std::vector<double>& y, Trajectory& path);
   const std::string& failure() const;
   bool not_finite() const;
   std::int64_t steps() const;

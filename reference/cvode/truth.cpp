@@ -19,7 +19,7 @@ namespace atwood {
 
 namespace {
 
-using cvode::kLooseRtol, cvode::kRelativeFloor, cvode::kSafety, cvode::kTightRtol;
+using cvode::kRelativeFloor, cvode::kSafety;
 // Of one operation; error_growth.hpp counts 64 of them per step. CVODE adds only small corrections at each step.
 constexpr double kRoundOff = 0x1p-56;
 
@@ -29,12 +29,22 @@ struct Solved {
   cvode::Record record;
 };
 
-// The samples of the runs, made where they are needed: a state in double takes half of a sample's memory.
+// With contacts the runs are compared at this many instants at least, however few samples are asked for.
+constexpr std::int64_t kLeastCompared = 64;
+
+// The samples of the runs, made where they are needed: a state in double takes half of a sample's memory. Each run has
+// `parts` times as many as are asked for.
 struct Samples {
   const Scenario& scenario;
-  std::int64_t samples;
+  std::int64_t asked;
+  std::int64_t parts;
 
-  Wide t_s(std::size_t k) const { return Wide(scenario.t_end_s) * static_cast<std::int64_t>(k) / samples; }
+  std::int64_t count() const { return asked * parts; }
+  bool is_asked(std::size_t k) const { return static_cast<std::int64_t>(k) % parts == 0; }
+  Wide t_s(std::size_t k) const {
+    const auto n = static_cast<std::int64_t>(k);
+    return is_asked(k) ? Wide(scenario.t_end_s) * (n / parts) / asked : Wide(scenario.t_end_s) * n / count();
+  }
   Sample of(const Solved& run, std::size_t k) const {
     Sample made = dynamics::unpack<double>(scenario.scene, 0, run.record.states[k].data());
     made.t_s = t_s(k);
@@ -195,7 +205,7 @@ void add_samples(const Samples& samples, std::size_t count, Truth& truth, const 
     bar.t_s = samples.t_s(k);
     std::vector<Sample> of_runs;
     for (const Solved& run : runs) of_runs.push_back(samples.of(run, k));
-    truth.values.push_back(of_runs.front());
+    if (samples.is_asked(k)) truth.values.push_back(of_runs.front());
     const Sample more = shared.empty() ? Sample{} : dynamics::unpack_bars<Wide>(scene, bar.t_s, shared[k].data());
     for (std::size_t i = 0; i < spreads.size(); ++i) {
       BodySample& made = bar.bodies.emplace_back();
@@ -223,7 +233,27 @@ void add_samples(const Samples& samples, std::size_t count, Truth& truth, const 
       }
       for (int c = 0; c < 4; ++c) made.q_wxyz[c] += more.bodies[i].q_wxyz[c];
     }
-    truth.bars.push_back(bar);
+    if (samples.is_asked(k)) truth.bars.push_back(bar);
+  }
+}
+
+// An impact within its bar of the release of one of its bodies: before it, the body is held.
+void end_at_ties(const Scenario& scenario, const Truth& truth, std::optional<dynamics::CertifiedEnd>& end) {
+  constexpr double ulps = 8 * 0x1p-52;
+  for (std::size_t e = 0; e < truth.events.size(); ++e) {
+    const Event& event = truth.events[e];
+    for (const int body : {event.body_a, event.body_b}) {
+      const Body& released = scenario.scene.bodies[body];
+      const double apart_s = std::fabs(static_cast<double>(event.t_s - Wide(released.release_s)));
+      if (released.fixed || !(released.release_s > 0) || event.kind != EventKind::impact ||
+          apart_s > truth.event_bar_s[e] + ulps * released.release_s)
+        continue;
+      dynamics::end_at(end, event.t_s,
+                       "CVODE: the release of `" + released.name + "` and the impact of `" +
+                           scenario.scene.bodies[event.body_a].name + "` and `" +
+                           scenario.scene.bodies[event.body_b].name + "`" + dynamics::at_time(event.t_s) +
+                           " are closer in time than their bars, and the motion depends on their order");
+    }
   }
 }
 
@@ -242,6 +272,7 @@ std::vector<std::vector<Wide>> add_shared_errors(const Samples& samples, Truth& 
     if (shared.end) dynamics::end_at(end, shared.end->t_s, "CVODE: " + shared.end->why);
     made = std::move(shared.samples);
   }
+  end_at_ties(scenario, truth, end);
   const auto certified = [&](Wide t_s) { return !end || t_s == 0 || end->is_after(t_s); };
   while (count > 0 && !certified(samples.t_s(count - 1))) --count;
   while (end && !truth.events.empty() && !certified(truth.events.back().t_s)) {
@@ -265,10 +296,15 @@ Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
                 " unknowns are not covered; found " + std::to_string(dynamics::layout(scenario.scene).size));
     return truth;
   }
+  const bool contacts = known && dynamics::contacts_possible(scenario.scene);
+  const Samples of_runs{scenario, samples,
+                        contacts && samples > 0 ? (kLeastCompared + samples - 1) / samples : std::int64_t{1}};
   const cvode::Scales scales = known ? scales_of(scenario) : cvode::Scales{};
-  for (const double rtol : {kTightRtol, kLooseRtol})
+  const double tight = contacts ? cvode::kTightContactRtol : cvode::kTightRtol,
+               loose = contacts ? cvode::kLooseContactRtol : cvode::kLooseRtol;
+  for (const double rtol : {tight, loose})
     for (const cvode::Family family : {cvode::Family::adams, cvode::Family::bdf}) {
-      runs.push_back(solve(scenario, samples, family, rtol, scales));
+      runs.push_back(solve(scenario, of_runs.count(), family, rtol, scales));
       if (runs.back().outcome.status != Status::ok && !runs.back().record.valid_until_failure) {
         truth.outcome = runs.back().outcome;
         return truth;
@@ -276,22 +312,23 @@ Truth cvode_truth(const Scenario& scenario, std::int64_t samples) {
       truth.outcome.steps_taken += runs.back().outcome.steps_taken;
       truth.outcome.rate_evaluations += runs.back().outcome.rate_evaluations;
     }
-  truth.source =
-      "cvode: SUNDIALS " + cvode::version() +
-      ", Adams at rtol 1e-12; bar: twice the largest difference, so far "
-      "in the run, among Adams and BDF at rtol 1e-12 and 1e-10 (atol = rtol / 100 of each kind's size), plus "
-      "1e-13 of the scale, plus round-off and the location of impacts grown along the motion";
+  truth.source = "cvode: SUNDIALS " + cvode::version() + ", Adams at rtol " + format_double(tight) +
+                 "; bar: twice the largest difference, so far in the run, among Adams "
+                 "and BDF at rtol " +
+                 format_double(tight) + " and " + format_double(loose) +
+                 " (atol = rtol / 100 of each kind's size), plus "
+                 "1e-13 of the scale, plus round-off and the location of impacts grown along the motion";
   truth.events = runs.front().events;
   for (const Event& event : truth.events)
     truth.event_bar_s.push_back(
         static_cast<double>(kSafety * event_time_difference(event, runs) + Wide(kRelativeFloor) * fabsq(event.t_s)));
   std::optional<dynamics::CertifiedEnd> end = first_difference(scenario.scene, runs);
-  const Samples of_runs{scenario, samples};
   std::size_t count = runs.front().record.states.size();
   for (const Solved& run : runs) count = std::min(count, run.record.states.size());
   const std::vector<std::vector<Wide>> shared = add_shared_errors(of_runs, truth, runs, end, count);
-  truth.values.reserve(count, scenario.scene.bodies.size());
-  truth.bars.reserve(count, scenario.scene.bodies.size());
+  const std::size_t rows = (count + of_runs.parts - 1) / of_runs.parts;
+  truth.values.reserve(rows, scenario.scene.bodies.size());
+  truth.bars.reserve(rows, scenario.scene.bodies.size());
   add_samples(of_runs, count, truth, runs, shared);
   truth.note = "CVODE's own differences: wider than a certified truth's bar";
   if (end) {

@@ -46,6 +46,7 @@ class Integration {
   // (Re)starts with consistent rates and multipliers. The rows are chosen in quad.
   void start(double t_s, int interval, double stop_s) {
     release();
+    if (motion_.size() == 0) return;  // nothing moves but by drives
     const std::vector<Wide> wide(y.begin(), y.end());
     wide_.choose(t_s, wide.data());
     motion_.choice.chosen = wide_.choice.chosen;
@@ -82,6 +83,7 @@ class Integration {
 
   // False: failure says why.
   bool advance(double to_s) {
+    if (motion_.size() == 0) return true;
     IDASetStopTime(memory_, to_s);
     for (double reached = 0; reached < to_s;) {
       const int flag = IDASolve(memory_, to_s, &reached, Y_, rate_, IDA_ONE_STEP);

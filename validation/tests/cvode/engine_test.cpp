@@ -78,3 +78,21 @@ TEST_CASE("Every setting is printed") {
     for (const char* key : {"rtol", "atol", "max_order", "max_steps", "nonlinear_solver", "linear_solver"})
       CHECK(method.settings.count(key) == 1);
 }
+
+TEST_CASE("A body on a fixed joint stays where it is: there are no unknowns") {
+  Scenario given = scenario("fixed", 1);
+  given.scene.bodies = {solid("b", 1, {0.1, 0.1, 0.1}, {0, 0, 0})};
+  given.scene.joints = {joint("j", JointKind::fixed, -1, 0, {0, 0, 0}, {0, 0, 0})};
+  for (const char* method : {"cvode/adams", "cvode/bdf"}) {
+    int seen = 0;
+    const Outcome outcome =
+        cvode_engine().run(parse_method_id(method), given.scene, {1, 16, 4}, {[&](const Sample&) { ++seen; }, {}}, 0);
+    INFO(outcome.reason);
+    CHECK(outcome.status == Status::ok);
+    CHECK(seen == 5);
+  }
+  const Truth truth = cvode_truth(given, 4);
+  REQUIRE(truth.outcome.reason == "");
+  REQUIRE(truth.values.size() == 5);
+  CHECK(truth.values.back().bodies[0].p_m == std::array<Wide, 3>{});
+}

@@ -14,12 +14,20 @@ class JumpingStepper : public extended::Stepper<Wide> {
  public:
   JumpingStepper(int jumping, Wide first, Wide then) : jumping_(jumping), first_(first), then_(then) {}
   Wide step(Wide t, Wide* y, Wide limit) override {
-    y[jumping_] = t + limit < Wide(0.3) ? first_ : then_;
+    last_ = {t, limit, {y, y + 6}, {}, {y, y + 6}, {}, {}, {}};
+    y[jumping_] = value_at(t + limit);
+    last_.ym[jumping_] = value_at(t + limit / 2);
+    last_.y1.assign(y, y + 6);
+    for (auto* rates : {&last_.f0, &last_.fm, &last_.f1}) rates->assign(6, Wide(0));
     ++steps;
     return limit;
   }
+  extended::DenseStep<Wide> dense() override { return last_; }
+  void raise_scale(const Wide*) override {}
 
  private:
+  Wide value_at(Wide t) const { return t < Wide(0.3) ? first_ : then_; }
+  extended::DenseStep<Wide> last_;
   int jumping_;
   Wide first_, then_;
 };
