@@ -364,11 +364,6 @@ void ErrorGrowth::release_from_plane(int body) {
   std::erase(at_rest_, body);
 }
 
-void ErrorGrowth::release_from_plane(int body) {
-  dynamics_.release_from_plane(body);
-  double_dynamics_.release_from_plane(body);
-}
-
 void ErrorGrowth::keep_to_plane(int body, const Real3& normal, double gap_error_m) {
   const double size = std::hypot(normal[0], normal[1], normal[2]);
   Columns moved = Q_;

@@ -190,6 +190,7 @@ typename Impacts<S>::Lift Impacts<S>::find_lift(const StepCourse<S>& course, int
     failure_ = "`" + scene_.bodies[dynamics::ball_of(scene_, pair)].name + "` " + what +
                " at t = " + format_double(static_cast<double>(t)) + " s";
     valid_until_failure_ = true;
+    failed_at_ = t;
   };
   for (const Pair& pair : held_) {
     for (const auto& [y, f] : {std::pair(&step.y0, &step.f0), {&step.ym, &step.fm}, {&step.y1, &step.f1}})
@@ -209,6 +210,11 @@ typename Impacts<S>::Lift Impacts<S>::find_lift(const StepCourse<S>& course, int
     if (fall.tau && (!first.tau || *fall.tau < *first.tau)) first = {fall.tau, pair, false};
   }
   return first;
+}
+
+template <class S> S Impacts<S>::location_span(const Pair& pair, const S* y) const {
+  const S speed = magnitude(gap(scene_, dynamics_.layout(), pair, y).rate_m_per_s);
+  return speed > 0 ? gap_tolerance(pair, y) / speed : S(0);
 }
 
 template <class S> std::vector<S> Impacts<S>::speeds_at_rest(S t, const S* y, int interval) const {
@@ -362,6 +368,13 @@ template <class S> void Impacts<S>::search(const Pair& pair, const Step& step, F
   const S round_off = std::max(gap_tolerance(pair, before), gap_tolerance(pair, after));
   const double unit = spheres ? static_cast<double>(2 * reach) : 1;         // of the switching function a metre
   if (course.largest <= 4 * unit * static_cast<double>(round_off)) return;  // they move together
+  const auto slope = [&](const Gap<S>& at) {
+    return static_cast<double>(taken * at.rate_m_per_s * (spheres ? 2 * (at.gap_m + reach) : S(1)));
+  };
+  if (!course.is_positive() && !course.has_slopes(slope(first), slope(last))) {
+    found.undecided = pair;
+    return;
+  }
   const double size = static_cast<double>(position_magnitude(scene_, layout, pair.a, before) +
                                           position_magnitude(scene_, layout, pair.b, before));
   const auto touches = [&](S low, S high, S gap_high) {

@@ -73,6 +73,10 @@ template <class S> class Impacts {
     bool undecided = false;
   };
   Lift find_lift(const StepCourse<S>& course, int interval, const StateAt& state_at);
+  // The span around a touch at y in which the gap is within its round-off.
+  S location_span(const Pair& pair, const S* y) const;
+  // Where the motion ends inside a step; empty: where the step begins.
+  const std::optional<S>& failed_at() const { return failed_at_; }
   // A speed below which a ball at rest is held to round-off alone, as a vector of velocities; empty: no ball is at rest.
   std::vector<S> speeds_at_rest(S t, const S* y, int interval) const;
   // The ball of this pair leaves its plane at (t, y).
@@ -103,6 +107,7 @@ template <class S> class Impacts {
   std::vector<S> fastest_;  // each body's largest speed so far
   std::string failure_;
   bool valid_until_failure_ = false;
+  std::optional<S> failed_at_;
   dynamics::ImpactProgress<S> progress_;
 };
 

@@ -142,6 +142,12 @@ struct Integration {
     }
     const Course course =
         step.of([&](Wide, const Wide* state) { return stop.gap(motion.coordinate(state, stop.joint)); });
+    if (course.is_positive()) return true;
+    if (!course.has_slopes(static_cast<double>(stop.speed(at0) * taken),
+                           static_cast<double>(stop.speed(at1) * taken))) {
+      undecided = true;
+      return true;
+    }
     for (const Minimum& at : course.minima) {
       if (at.value > course.error) continue;
       if (!course.shows(at)) {

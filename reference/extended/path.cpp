@@ -198,6 +198,14 @@ template <class S> struct PathIntegration {
     };
   }
 
+  // On the free grid, the samples of a step until `reached`, which has an impact known to within `span`: samples within it
+  // have the state before the impact, as on the other grid, where the gap is not beyond its round-off there.
+  void take_samples(const typename Impacts<S>::StateAt& state_at, S reached, S span) {
+    while (grid == Grid::free && sampled() < samples &&
+           (sample_time(sampled()) < reached || (span > 0 && sample_time(sampled()) <= reached + span)))
+      take_sample(state_at(sample_time(sampled()) - t));
+  }
+
   // One step towards `target`, cut at the first impact or zero of the relative wind within it. False: failed.
   bool step_to(S target) {
     const S left = target - t;
@@ -214,7 +222,13 @@ template <class S> struct PathIntegration {
       const StepCourse<S> course(last);
       found = impacts.search(course, state_at);
       lift = impacts.find_lift(course, interval, state_at);
-      if (failed()) return false;
+      if (failed()) {
+        if (const std::optional<S> at = impacts.failed_at()) {
+          take_samples(state_at, *at, S(0));
+          t = *at;
+        }
+        return false;
+      }
       if (lift.undecided) found.undecided = lift.pair;
       if (!found.undecided) break;
       limit = *taken / 2;
@@ -236,13 +250,10 @@ template <class S> struct PathIntegration {
     }
     if (failed()) return false;
     const S reached = lift.tau ? t + *lift.tau : touch ? t + touch->tau : *taken == left ? target : t + *taken;
-    if (grid == Grid::free)
-      while (sampled() < samples && sample_time(sampled()) < reached) {
-        take_sample(state_at(sample_time(sampled()) - t));
-        if (failed()) return false;
-      }
+    if (touch) y = state_at(touch->tau);
+    take_samples(state_at, reached, touch ? impacts.location_span(touch->pair, y.data()) : S(0));
+    if (failed()) return false;
     if (touch) {
-      y = state_at(touch->tau);
       t = reached;
       const bool changed = resolve_contacts();
       idle_touches = changed ? 0 : idle_touches + 1;

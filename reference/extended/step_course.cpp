@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kDegree = 16;             // of a course
 constexpr int kPoints = 8 * kDegree;    // at which its extrema are looked for
+constexpr double kSlopeNoise = 1e-10;   // of the largest value a step
 constexpr double kNarrowNoise = 1e-14;  // of the largest value: the polynomial is evaluated in double
 // Dense output has the error of degree 5 and is compared with degree 3. From half of an oscillation a step on, it is less
 // than this part of the difference.
@@ -44,17 +45,10 @@ std::array<double, kDegree + 1> coefficients(const std::array<double, kDegree + 
   return c;
 }
 
-// What is left out of the series, from how fast its last coefficients fall.
+// What is left out of the series. The coefficients of a function with a kink, as of the gap of a wall that is crossed, fall
+// with the square of k, and what is left out is k times the last ones.
 double remainder(const std::array<double, kDegree + 1>& c) {
-  const auto largest = [&](int from, int to) {
-    double found = 0;
-    for (int k = from; k <= to; ++k) found = std::max(found, std::fabs(c[k]));
-    return found;
-  };
-  const double before = largest(kDegree - 8, kDegree - 5), last = largest(kDegree - 2, kDegree);
-  if (!(last > 0)) return 0;
-  const double ratio = std::min(std::pow(last / std::max(before, last), 1.0 / 6), 0.99);
-  return 2 * last / (1 - ratio);
+  return 4 * kDegree * std::max({std::fabs(c[kDegree - 2]), std::fabs(c[kDegree - 1]), std::fabs(c[kDegree])});
 }
 
 // The least value between two places, by golden section.
@@ -98,6 +92,13 @@ void find_minima(const std::array<double, kDegree + 1>& c, Course& made) {
 }
 
 }  // namespace
+
+bool Course::has_slopes(double first, double last) const {
+  const auto same = [&](double a, double b) {
+    return std::fabs(a - b) <= 0.1 * std::max(std::fabs(a), std::fabs(b)) + kSlopeNoise * largest;
+  };
+  return same(first_slope, first) && same(last_slope, last);
+}
 
 // With l_i the Lagrange polynomials on 0, 1/2, 1: y = sum (1 - 2 l_i'(x_i) (x - x_i)) l_i^2 y_i + (x - x_i) l_i^2 h f_i.
 template <class S> std::vector<S> StepCourse<S>::state(S x) const {
@@ -155,6 +156,10 @@ template <class S> Course StepCourse<S>::of(const Value& value) const {
   const std::array<double, kDegree + 1> c = coefficients(values);
   made.error += remainder(c) + kNarrowNoise * made.largest;
   if (!(made.error >= 0)) made.error = HUGE_VAL;
+  for (int k = 1; k <= kDegree; ++k) {  // T_k' = k^2 at 1 and (-1)^(k+1) k^2 at -1
+    made.first_slope -= 2 * c[k] * k * k;
+    made.last_slope -= 2 * c[k] * k * k * (k % 2 == 0 ? -1 : 1);
+  }
   find_minima(c, made);
   return made;
 }

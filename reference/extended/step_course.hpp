@@ -23,12 +23,15 @@ struct Minimum {
 struct Course {
   double error = 0;  // an estimate, on the large side, of the polynomial's difference from the function
   double largest = 0, least = 0;
-  double last_maximum = 0;      // place from which on the function falls until the end; 1: it rises there
-  std::vector<Minimum> minima;  // in order
+  double last_maximum = 0;                 // place from which on the function falls until the end; 1: it rises there
+  double first_slope = 0, last_slope = 0;  // at the ends, a step
+  std::vector<Minimum> minima;             // in order
 
   bool is_positive() const { return least > error; }
   // Whether the minimum is one of the function too: the rise on both sides is beyond the error.
   bool shows(const Minimum& at) const { return at.rise > 4 * error; }
+  // Whether the polynomial has the function's own slopes at the ends: a dip beside an end, between two nodes, has others.
+  bool has_slopes(double first, double last) const;
 };
 
 template <class S> class StepCourse {
