@@ -147,7 +147,7 @@ class Tune(Case):
 
     def test_slips(self):
         self.assertIn("free-flight, bounce, friction, stack, heap, mechanism", self.ask("tune", "ode", "--class", "heaps", code=2).stderr)
-        self.assertIn("atwood, bullet32, bullet64, jolt, mujoco3, ode or rapier", self.ask("tune", "havok", "--class", "heap", code=2).stderr)
+        self.assertIn("atwood, bullet32, bullet64, dart, jolt, mujoco, mujoco3, ode, rapier or simbody", self.ask("tune", "havok", "--class", "heap", code=2).stderr)
         self.assertIn("--trials", self.ask("tune", "ode", "--class", "heap", "--trials", "0", code=2).stderr)
         self.ask("tune", "ode", code=2)
 
