@@ -251,7 +251,7 @@ class OdeWorld : public rivals::World {
     if (n == 0) return;
     const PairLaw& law = pair_law(scene_, first, second);
     for (int k = 0; k < n; ++k) {
-      // Where a hull touches without overlap ODE (libccd) gives a point without a normal, which is no direction to push.
+      // Where a hull touches without overlap, ODE (libccd) gives a point without a normal: no direction to push.
       if (real3(found[k].normal) == Real3{}) continue;
       dContact contact{};
       contact.geom = found[k];

@@ -1,5 +1,5 @@
-// Dampers that an adapter evaluates once a step, at its start: c u acts on a rate u with the inertia I for the whole step
-// h, so that u becomes (1 - c h / I) u, which grows beyond c h = 2 I.
+// Dampers that an adapter evaluates once a step, at its start: c u acts on a rate u with the inertia I for the whole
+// step h, so that u becomes (1 - c h / I) u, which grows beyond c h = 2 I.
 #pragma once
 
 #include <optional>

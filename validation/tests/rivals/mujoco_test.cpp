@@ -40,7 +40,8 @@ TEST_CASE("Runge-Kutta falls exactly, and leaves the attitude at second order") 
   CHECK(coarse < 0.02 * euler);
 }
 
-// Forces that the adapter evaluates are those of each stage: x'' = -x, y'' = cos(w t + p) from rest, w' = -0.05 w / 0.25.
+// Forces that the adapter evaluates are those of each stage: x'' = -x; y'' = cos(w t + p) from rest; a rate w with
+// w' = -0.05 w / 0.25.
 TEST_CASE("Runge-Kutta has its order under forces of the scene") {
   const double t = 5, w = 0.7, p = 0.2, y = (std::cos(p) - std::cos(w * t + p)) / (w * w) - std::sin(p) * t / w;
   Scene sprung = empty_scene(), driven = empty_scene();
