@@ -39,8 +39,8 @@ void hear(int, const char* format, va_list arguments) {
   first_message = text;
 }
 
-// ODE ends the process where an assertion of its own fails, as on a quaternion that is not finite any more. Its handlers
-// must not return; the step is abandoned instead.
+// ODE ends the process where an assertion of its own fails, as on a quaternion that is not finite any more. Its
+// handlers must not return; the step is abandoned instead.
 struct Abandoned {};
 void give_up(int number, const char* format, va_list arguments) {
   hear(number, format, arguments);
