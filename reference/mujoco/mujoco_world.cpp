@@ -33,8 +33,8 @@ void fail(const char* text) { throw std::invalid_argument(std::string("MuJoCo ga
 
 Real3 real3(const mjtNum* v) { return {v[0], v[1], v[2]}; }
 
-// MuJoCo calls a function of the program at each evaluation of forces (mjcb_passive): here the world that steps adds the
-// scene's forces and motors, so that RK4 has them at each of its stages.
+// MuJoCo calls a function of the program at each evaluation of forces (mjcb_passive): here the world that steps adds
+// the scene's forces and motors, so that RK4 has them at each of its stages.
 class MujocoWorld;
 MujocoWorld* acting = nullptr;
 void act(const mjModel* model, mjData* data);

@@ -299,8 +299,8 @@ std::string worse_words(const TuneEvidence& e) {
 }
 
 // The first scene of the whole class on whose main figure the settings lose to the default, at any of its own step
-// counts; empty: none. The scenes of the search are few, and the interval of a bounce's figure is nearly as large as the
-// figure itself: a set may pass there and lose on most of the class.
+// counts; empty: none. The scenes of the search are few, and the interval of a bounce's figure is nearly as large as
+// the figure itself: a set may pass there and lose on most of the class.
 std::string SettingSearch::lost_in_class(const Settings& changes, int& figures) const {
   const std::string base = id_of({}), method = id_of(changes);
   std::vector<Row> rows;
