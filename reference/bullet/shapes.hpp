@@ -2,8 +2,8 @@
 //   - a rectangle is a box without thickness (Bullet's btBox2dShape is for two-dimensional worlds);
 //   - the collision margin of a box and a cylinder is inside of the shape; Bullet uses the requested margin, or a tenth
 //     of the least half extent if that is smaller;
-//   - Bullet adds the margin of a hull outside of its points, which would enlarge it. It is 0: points moved inwards by a
-//     margin would rest as steadily, but on a smaller base (a triangle of 1 m with 25 mm: yaw 7 % too large as it
+//   - Bullet adds the margin of a hull outside of its points, which would enlarge it. It is 0: points moved inwards by
+//     a margin would rest as steadily, but on a smaller base (a triangle of 1 m with 25 mm: yaw 7 % too large as it
 //     stops);
 //   - a mesh is a btBvhTriangleMeshShape, which must be fixed; without smoothing, its inner edges stop sliding bodies;
 //   - a compound is a btCompoundShape of boxes.
