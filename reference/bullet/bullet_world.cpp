@@ -63,8 +63,7 @@ class BulletWorld : public rivals::World {
  public:
   BulletWorld(const Scene& scene, const Settings& settings, bool observe)
       : scene_(scene), settings_(settings), observe_(observe && !scene.joints.empty()), dispatcher_(&configuration_),
-        shapes_({rivals::number(settings, "collision_margin_m"), rivals::number(settings, "hull_margin_m")},
-                rivals::flag(settings, "smooth_inner_edges")),
+        shapes_(rivals::number(settings, "collision_margin_m"), rivals::flag(settings, "smooth_inner_edges")),
         world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
     gContactBreakingThreshold = narrow(rivals::number(settings, "contact_breaking_threshold_m"));
     gCalculateCombinedRestitutionCallback = restitution_of;
@@ -282,6 +281,9 @@ std::vector<Setting> settings() {
       printed("solver", std::string("sequential-impulse")),
       printed("pair_law", std::string("the scene's, by combined-coefficient callbacks")),
       printed("forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")),
+      printed("joint_forces",
+              std::string("springs, dampers and motors: evaluated by the adapter once a step, explicitly: "
+                          "a damper is unstable beyond c h = 2 I")),
       printed("continuous_collision", false),
       printed("rectangle", std::string("a box without thickness")),
       printed("rolling_friction", std::string("Bullet's: torque impulse up to coefficient x load impulse, by two axes; "
@@ -314,8 +316,10 @@ std::vector<Setting> settings() {
        1e18,
        {between(0, 1e18), "Gap up to which a contact enters the solver; 0: none before it touches.", "m"}},
       {"contact_breaking_threshold_m", 0.02, {between(0, 1000), "Drift up to which a contact point is kept.", "m"}},
-      {"collision_margin_m", 0.04, {between(0, 1000), "Margin of shapes but hulls.", "m"}},
-      {"hull_margin_m", 0.04, {between(0, 1000), "Margin of convex hulls.", "m"}},
+      {"collision_margin_m",
+       0.04,
+       {between(0, 1000), "Margin of boxes and cylinders, inside: at most a tenth of the smallest half extent.", "m"}},
+      printed("hull_margin_m", 0.0, "Bullet would add a margin of hulls outside of their points."),
       {"smooth_inner_edges", false, {{}, "Normals at the inner edges of a mesh are those of its faces."}},
       {"gyroscopic",
        std::string("implicit-body"),

@@ -5,8 +5,8 @@
 //   closest-points   btCollisionWorld::contactPairTest's (BT_CLOSEST_POINT_ALGORITHMS). Boxes: GJK and, when
 //                    overlapping, EPA
 //
-// Margins: 0 for boxes, cylinders, hulls and triangles (Bullet's default of 0.04 m is a fact of its dynamics; with it a
-// hull would be 0.04 m too large); a sphere's or capsule's margin is its radius. Contacts that Bullet reports before
+// Margins: 0 for boxes, cylinders, hulls and triangles (in its dynamics boxes and cylinders have Bullet's default of
+// 0.04 m or less, inside); a sphere's or capsule's margin is its radius. Contacts that Bullet reports before
 // touching (distance > 0) are left out. Meshes against meshes and planes use GImpact, against other shapes the
 // bounding- volume tree of the triangles. A rectangle is a box of zero thickness.
 //

@@ -30,7 +30,7 @@ struct Shapes::Triangles {
   btTriangleInfoMap edges;
 };
 
-Shapes::Shapes(const Margins& margins, bool smooth_inner_edges) : margins_(margins), smooth_(smooth_inner_edges) {}
+Shapes::Shapes(double margin_m, bool smooth_inner_edges) : margin_m_(margin_m), smooth_(smooth_inner_edges) {}
 Shapes::~Shapes() = default;
 
 template <class T, class... Args> T* Shapes::keep(Args&&... args) {
@@ -44,7 +44,7 @@ btCollisionShape* Shapes::speck() { return keep<btSphereShape>(narrow(1e-3)); }
 
 btCollisionShape* Shapes::box(const Real3& half_extents_m) {
   auto* made = keep<btBoxShape>(narrow(half_extents_m));
-  made->setMargin(narrow(safe_margin(half_extents_m, margins_.inside_m)));
+  made->setMargin(narrow(safe_margin(half_extents_m, margin_m_)));
   return made;
 }
 
@@ -94,12 +94,12 @@ btCollisionShape* Shapes::make(const Shape& shape, const Real4& q_PB) {
   } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
     const Real3 half{cylinder->radius_m, cylinder->radius_m, cylinder->half_length_m};
     made = keep<btCylinderShapeZ>(narrow(half));
-    made->setMargin(narrow(safe_margin(half, margins_.inside_m)));
+    made->setMargin(narrow(safe_margin(half, margin_m_)));
   } else if (const auto* convex = std::get_if<Convex>(&shape)) {
     auto* hull = keep<btConvexHullShape>();
     for (const auto& point : convex->points_m) hull->addPoint(narrow(point), false);
     hull->recalcLocalAabb();
-    hull->setMargin(narrow(margins_.hull_m));
+    hull->setMargin(0);
     made = hull;
   } else if (const auto* triangles = std::get_if<Mesh>(&shape)) {
     made = mesh(*triangles);

@@ -32,7 +32,7 @@ namespace atwood::dartsim {
 
 std::string version();
 std::vector<Setting> settings();
-Settings tuned_changes();
+Settings stiff();                                              // the changes of the preset of that name
 std::optional<Fault> contradiction(const Settings& settings);  // of values that are each in range
 
 // Why DART cannot represent the scene, beyond the refusals of every adapter; none when it can.

@@ -53,7 +53,7 @@ std::vector<Setting> settings() {
         "First axis of the friction pyramid: the engine's choice, or along the slip (only with collision_detector=ode)."}}};
 }
 
-Settings tuned_changes() {
+Settings stiff() {
   return {{"erp", 0.0},  // recovery of penetration by velocity leaves a separation speed after an impact
           {"cfm", 1e-9},
           {"friction_direction", std::string("slip")}};

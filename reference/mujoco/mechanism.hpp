@@ -8,7 +8,7 @@
 //     joints are
 //     soft: solref and solimp say how soft;
 //   - joint springs and dampers are MuJoCo's own; Euler is implicit in the damping. Motors are evaluated by the adapter
-//     at each evaluation of forces (mjcb_control);
+//     at each evaluation of forces (mjcb_passive);
 //   - reactions come from MuJoCo's accelerations by Newton's and Euler's equations of each subtree. Its own cfrc_int
 //     has twice the torque of a weld and nothing of a tendon.
 #pragma once

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "mujoco/mechanism.hpp"
@@ -32,28 +33,15 @@ void fail(const char* text) { throw std::invalid_argument(std::string("MuJoCo ga
 
 Real3 real3(const mjtNum* v) { return {v[0], v[1], v[2]}; }
 
-// MuJoCo calls a function of the program at each evaluation of forces: here the scene's motors, by the world that
-// steps.
-struct Motors {
-  const Scene* scene = nullptr;
-  const std::vector<int>* joint_ids = nullptr;
-  double t_switch_s = 0;
-};
-Motors motors;
-void run_motors(const mjModel* model, mjData* data) {
-  if (!motors.scene) return;
-  mju_zero(data->qfrc_applied, model->nv);
-  for (const JointForce& force : motors.scene->joint_forces) {
-    const auto* motor = std::get_if<JointTorque>(&force);
-    if (!motor) continue;
-    const bool on = motor->on_s.empty() || std::any_of(motor->on_s.begin(), motor->on_s.end(), [](const Interval& i) {
-                      return i.from_s <= motors.t_switch_s && motors.t_switch_s < i.to_s;
-                    });
-    const int id = (*motors.joint_ids)[static_cast<std::size_t>(motor->joint)];
-    if (on)
-      data->qfrc_applied[model->jnt_dofadr[id] + motor->coordinate] +=
-          motor->torque * std::cos(motor->angular_frequency_rad_per_s * data->time + motor->phase_rad);
-  }
+// MuJoCo calls a function of the program at each evaluation of forces (mjcb_passive): here the world that steps adds
+// the scene's forces and motors, so that RK4 has them at each of its stages.
+class MujocoWorld;
+MujocoWorld* acting = nullptr;
+void act(const mjModel* model, mjData* data);
+
+bool is_on(const std::vector<Interval>& on_s, double t_s) {
+  return on_s.empty() ||
+         std::any_of(on_s.begin(), on_s.end(), [&](const Interval& i) { return i.from_s <= t_s && t_s < i.to_s; });
 }
 
 class MujocoWorld : public rivals::World {
@@ -61,7 +49,8 @@ class MujocoWorld : public rivals::World {
   MujocoWorld(const Scene& scene, const Settings& settings) : scene_(scene), settings_(settings) {
     mju_user_warning = hear;
     mju_user_error = fail;
-    mjcb_control = run_motors;
+    mjcb_passive = act;
+    if (!scene.forces.empty()) wrenches_.resize(scene.bodies.size());
     for (const auto& body : scene.bodies) held_.push_back(!body.fixed && body.release_s > 0);
     placing_ = rivals::placing_joints(scene);
     build();
@@ -75,14 +64,23 @@ class MujocoWorld : public rivals::World {
     }
     set_constraints(scene, model_.get(), data_.get());
   }
-  ~MujocoWorld() override { motors = {}; }
+  ~MujocoWorld() override { acting = nullptr; }
+  MujocoWorld(const MujocoWorld&) = delete;
+  MujocoWorld& operator=(const MujocoWorld&) = delete;
 
-  void step(double h_s, const std::vector<Wrench>& wrenches) override {
-    put(wrenches, *data_);
+  void starts_at(double t_s) override { starts_s_ = t_s; }
+  void step(double h_s, const std::vector<Wrench>&) override {
     if (h_s != h_s_) set_softness(settings_, h_s, model_.get());
     h_s_ = model_->opt.timestep = h_s;
     t_switch_s_ = data_->time + 0.5 * h_s;
-    if (!scene_.joint_forces.empty()) motors = {&scene_, &joint_ids_, t_switch_s_};
+    clock_start_s_ = data_->time;
+    if (!scene_.forces.empty()) {  // the first, ahead of the step, which begins by scaling quaternions to length 1
+      std::vector<Motion> motions;
+      for (int i = 0; i < static_cast<int>(scene_.bodies.size()); ++i) motions.push_back(pose_of(i));
+      add_wrenches(motions, *data_);
+      has_first_ = true;
+    }
+    acting = this;
     mj_step(model_.get(), data_.get());
     viewed_ = false;
     for (const int bad : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC})
@@ -94,11 +92,20 @@ class MujocoWorld : public rivals::World {
       const double nan = std::numeric_limits<double>::quiet_NaN();
       return {{nan, nan, nan}, {nan, nan, nan, nan}, {nan, nan, nan}, {nan, nan, nan}};
     }
-    if (placing_[static_cast<std::size_t>(i)] >= 0) return placed_motion(i);
-    const mjtNum *q = data_->qpos + position_at(i), *v = data_->qvel + velocity_at(i);
-    const Body& body = scene_.bodies[i];
-    if (!rotates(body)) return {body.position_m + real3(q), body.orientation_wxyz, real3(v), {}};
-    return {real3(q), {q[3], q[4], q[5], q[6]}, real3(v), real3(v + 3)};
+    return placing_[static_cast<std::size_t>(i)] >= 0 ? placed_motion(i, *view()) : free_motion(i, *data_);
+  }
+  std::int64_t rate_calls() const override { return evaluations_; }
+  void add_forces(mjData& data) {
+    if (!scene_.joint_forces.empty()) run_motors(data);
+    if (scene_.forces.empty()) return;
+    if (&data == data_.get() && std::exchange(has_first_, false)) return;
+    std::vector<Motion> motions;
+    for (int i = 0; i < static_cast<int>(scene_.bodies.size()); ++i) {
+      motions.push_back(!moves(i)   ? rivals::motion_at_start(scene_, i)
+                        : floats(i) ? free_motion(i, data)
+                                    : placed_motion(i, data));
+    }
+    add_wrenches(motions, data);
   }
 
   // A held body has no joints: at its release the model is compiled again, and the state of all other bodies is kept.
@@ -152,14 +159,15 @@ class MujocoWorld : public rivals::World {
   }
   bool joint_forces_inside() const override { return true; }
 
-  std::vector<rivals::Reaction> reactions(double t_s, const std::vector<Wrench>& wrenches) override {
+  std::vector<rivals::Reaction> reactions(double t_s, const std::vector<Wrench>&) override {
     if (lost_) return {};
     t_switch_s_ = t_s + 0.5 * h_s_;
-    put(wrenches, *view());
+    starts_s_ = t_s;
+    clock_start_s_ = data_->time;
     const mjData* seen = view_of_forces();
     std::vector<Motion> motions;
     for (std::size_t i = 0; i < scene_.bodies.size(); ++i) motions.push_back(pose_of(static_cast<int>(i)));
-    return reactions_of(scene_, ids_, motions, wrenches, model_.get(), seen);
+    return reactions_of(scene_, ids_, motions, wrenches_, model_.get(), seen);
   }
   std::vector<RopeSample> ropes() override {
     if (scene_.ropes.empty() || lost_) return {};
@@ -219,7 +227,6 @@ class MujocoWorld : public rivals::World {
     mju_copy(view_->qpos, data_->qpos, model_->nq);
     mju_copy(view_->qvel, data_->qvel, model_->nv);
     mju_copy(view_->qacc_warmstart, data_->qacc_warmstart, model_->nv);
-    mju_copy(view_->xfrc_applied, data_->xfrc_applied, 6 * model_->nbody);
     mj_kinematics(model_.get(), view_.get());
     mj_comPos(model_.get(), view_.get());
     mj_comVel(model_.get(), view_.get());
@@ -228,19 +235,41 @@ class MujocoWorld : public rivals::World {
   }
   mjData* view_of_forces() const {
     mjData* seen = view();
-    if (!scene_.joint_forces.empty()) motors = {&scene_, &joint_ids_, t_switch_s_};
+    acting = const_cast<MujocoWorld*>(this);
     mj_forward(model_.get(), seen);
     mj_rnePostConstraint(model_.get(), seen);
     return seen;
   }
-  Motion placed_motion(int i) const {
-    const mjData* seen = view();
+  void add_wrenches(const std::vector<Motion>& motions, mjData& data) {
+    const double t_s = starts_s_ + (data.time - clock_start_s_);
+    rivals::applied_wrenches(scene_, t_s, starts_s_ + 0.5 * h_s_, motions, wrenches_);
+    put(wrenches_, data);
+    if (&data == data_.get()) ++evaluations_;  // and not of what is observed
+  }
+  Motion free_motion(int i, const mjData& data) const {
+    const mjtNum *q = data.qpos + position_at(i), *v = data.qvel + velocity_at(i);
+    const Body& body = scene_.bodies[static_cast<std::size_t>(i)];
+    if (!rotates(body)) return {body.position_m + real3(q), body.orientation_wxyz, real3(v), {}};
+    return {real3(q), {q[3], q[4], q[5], q[6]}, real3(v), real3(v + 3)};
+  }
+  // Of a body of a joint, where `data` has the poses and velocities of its state.
+  Motion placed_motion(int i, const mjData& data) const {
     const int id = ids_[static_cast<std::size_t>(i)];
-    const mjtNum* q = seen->xquat + 4 * id;
+    const mjtNum* q = data.xquat + 4 * id;
     mjtNum velocity[6];
-    mj_objectVelocity(model_.get(), seen, mjOBJ_XBODY, id, velocity, 0);
+    mj_objectVelocity(model_.get(), &data, mjOBJ_XBODY, id, velocity, 0);
     const Real4 attitude{q[0], q[1], q[2], q[3]};
-    return {real3(seen->xpos + 3 * id), attitude, real3(velocity + 3), rivals::to_body(attitude, real3(velocity))};
+    return {real3(data.xpos + 3 * id), attitude, real3(velocity + 3), rivals::to_body(attitude, real3(velocity))};
+  }
+  void run_motors(mjData& data) const {
+    mju_zero(data.qfrc_applied, model_->nv);
+    for (const JointForce& force : scene_.joint_forces) {
+      const auto* motor = std::get_if<JointTorque>(&force);
+      if (!motor || !is_on(motor->on_s, t_switch_s_)) continue;
+      const int id = joint_ids_[static_cast<std::size_t>(motor->joint)];
+      data.qfrc_applied[model_->jnt_dofadr[id] + motor->coordinate] +=
+          motor->torque * std::cos(motor->angular_frequency_rad_per_s * data.time + motor->phase_rad);
+    }
   }
   Motion pose_of(int i) const { return moves(i) ? motion(i) : rivals::motion_at_start(scene_, i); }
 
@@ -270,8 +299,16 @@ class MujocoWorld : public rivals::World {
   mutable Data view_;
   mutable bool viewed_ = false;
   double h_s_ = 0, t_switch_s_ = 0;
+  double starts_s_ = 0, clock_start_s_ = 0;  // of the step, by the scene's time and by MuJoCo's
+  std::vector<Wrench> wrenches_;             // of the scene's forces at the last evaluation; empty: it has none
+  std::int64_t evaluations_ = 0;
+  bool has_first_ = false;  // the data has the forces of the step's first evaluation
   bool lost_ = false;
 };
+
+void act(const mjModel*, mjData* data) {
+  if (acting) acting->add_forces(*data);
+}
 
 std::string refused_shape(const Body& body) {
   if (std::holds_alternative<Rectangle>(body.shape))
@@ -291,7 +328,9 @@ std::vector<Setting> settings() {
       printed("pair_law", std::string("the scene's: by geom priorities, or pair by pair where these can't say it")),
       printed("restitution", std::string("none: MuJoCo has no coefficient; scenes that ask for one are refused")),
       printed("spinning_friction", std::string("MuJoCo's least, 1e-5, where rolling friction is asked for; else none")),
-      printed("forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")),
+      printed("forces",
+              std::string("all but uniform gravity: by the adapter at each evaluation of forces (mjcb_passive): "
+                          "RK4's four stages, else once a step at its beginning")),
       printed("sleeping", std::string("none: MuJoCo 2.2 has none")),
       printed("linear_damping", 0.0),
       printed("angular_damping", 0.0),
@@ -323,7 +362,7 @@ std::vector<Setting> settings() {
               std::string("the tree of bodies; closing joints are equality constraints, softened by joint_sol*")),
       printed("joint_forces",
               std::string("springs and dampers are MuJoCo's (Euler: implicit in the damping), motors run "
-                          "in mjcb_control")),
+                          "in mjcb_passive")),
       {"mechanism_tolerance", 1e-8, {between(0, 1), "The solver's tolerance in scenes with joints or ropes."}},
       {"joint_solref_time_constant_s",
        0.02,
@@ -335,7 +374,7 @@ std::vector<Setting> settings() {
       {"contacts_per_body", std::int64_t{8}, {between(1, 10000), "Contact points for which there is room."}}};
 }
 
-Settings tuned_changes() {
+Settings stiff() {
   return {{"integrator", std::string("RK4")},
           {"cone", std::string("elliptic")},
           {"impratio", 100.0},  // a stiffer friction creeps less

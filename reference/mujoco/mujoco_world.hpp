@@ -16,7 +16,7 @@
 namespace atwood::mujoco {
 
 std::vector<Setting> settings();
-Settings tuned_changes();
+Settings stiff();  // the changes of the preset of that name
 
 // Why MuJoCo cannot represent the scene, beyond the refusals of every adapter; none when it can.
 std::optional<Fault> refusal(const Scene& scene, const Settings& settings);

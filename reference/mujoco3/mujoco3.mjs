@@ -20,7 +20,7 @@ const presets = [
   {
     scheme: "stiff",
     doc: "MuJoCo 3 with its Runge-Kutta method of order 4, the elliptic cone, friction a hundred times stiffer " +
-      "than the normal (impratio), stiffer contacts and a tighter solver: the settings of MuJoCo 2.2.2's tuned.",
+      "than the normal (impratio), stiffer contacts and a tighter solver: those of mujoco/stiff.",
     changes: stiff,
   },
   {

@@ -17,7 +17,10 @@ export const settings = [
   said("restitution", "none: MuJoCo has no coefficient; scenes that ask for one are refused"),
   said("rolling_friction", "MuJoCo's: contacts of six rows (condim) where the pair has some"),
   said("spinning_friction", "MuJoCo's least, 1e-5, where rolling friction is asked for; else none"),
-  said("forces", "all but uniform gravity: evaluated by the adapter once a step, at its beginning"),
+  said(
+    "forces",
+    "all but uniform gravity: evaluated by the adapter once a step, at its beginning, for RK4's stages too: the package has no mjcb_passive",
+  ),
   said("sleeping", "off, as by default"),
   said("autoreset", "off: MuJoCo would restart a scene whose state is not finite"),
   saidReal("linear_damping", 0, "1/s"),
@@ -68,7 +71,7 @@ export const settings = [
   real("joint_solimp_most", 0.95, [0, 1], "Their impedance at violations beyond solimp_width_m (solimp)."),
 ];
 
-// Those of MuJoCo 2.2.2's `tuned` preset.
+// Those of MuJoCo 2.2.2's preset of that name.
 export const stiff = {
   integrator: "RK4",
   cone: "elliptic",

@@ -189,6 +189,17 @@ export function motorEfforts(scene, t_s, switch_s) {
   return efforts;
 }
 
+/** The mean power of all dampers over a step that began with the rates `earlier` of each joint and ended with `states`. */
+export function damperPower(scene, earlier, states) {
+  let power = 0;
+  for (const f of scene.jointForces) {
+    if (f.kind !== "joint-spring") continue;
+    const ks = scene.joints[f.joint].kind === "ball" ? [0, 1, 2] : [f.coordinate ?? 0];
+    for (const k of ks) power -= (dampingOf(f) * earlier[f.joint][k] * (earlier[f.joint][k] + states[f.joint].u[k])) / 2;
+  }
+  return power;
+}
+
 /** The same of springs, dampers and motors. */
 export function jointEfforts(scene, t_s, switch_s, states) {
   const efforts = motorEfforts(scene, t_s, switch_s);
@@ -208,9 +219,10 @@ function push(wrench, force, torque) {
 }
 
 /** Adds the efforts to the wrenches of both bodies of each joint, for engines without forces along coordinates. */
-export function jointWrenches(scene, t_s, switch_s, states, motions, wrenches) {
-  const efforts = jointEfforts(scene, t_s, switch_s, states),
-    of = (i) => (i < 0 ? WORLD : motions[i]);
+export const jointWrenches = (scene, t_s, switch_s, states, motions, wrenches) =>
+  effortWrenches(scene, jointEfforts(scene, t_s, switch_s, states), motions, wrenches);
+export function effortWrenches(scene, efforts, motions, wrenches) {
+  const of = (i) => (i < 0 ? WORLD : motions[i]);
   scene.joints.forEach((joint, j) => {
     if (efforts[j].every((x) => x === 0)) return;
     const parent = of(joint.parent),
@@ -238,7 +250,7 @@ export const namesOfJointForces = (scene, own = []) =>
 
 // ---- reactions ------------------------------------------------------------------------------------------------------
 /** Of all that a joint transmits to its child the constraint's part: what has no power along the free rates. */
-function constraintPart(joint, place, total) {
+export function constraintPart(joint, place, total) {
   if (drivenRate(joint) !== undefined) return total;
   const [axis, second] = place.axes,
     without = (v) => minus(v, scaled(dot(axis, v), axis));

@@ -15,8 +15,9 @@
 //   ropes()               [{tension_N, pulley_angle_rad}]
 //   broken()              why the motion is no longer that of the scene; empty: it is. Asked at samples
 //   complaints()          what the engine has to say at the end of a run; empty: nothing
+import { beyondExplicitDampers, explicitDampers } from "./explicit_dampers.mjs";
 import { appliedWrenches, namesOfForces } from "./forces.mjs";
-import { followJoints, jointEfforts, jointRows, jointWrenches, namesOfJointForces, startOfJoints } from "./joints.mjs";
+import { damperPower, followJoints, jointEfforts, jointRows, jointWrenches, namesOfJointForces, startOfJoints } from "./joints.mjs";
 import { cross, dot, length, minus, plus, scaled, toWorld } from "./rotation.mjs";
 import { shapesMatter } from "./scene.mjs";
 
@@ -35,6 +36,9 @@ class Stepper {
     this.jointForcesHere = scene.jointForces.length > 0 && !world.ownJointForces;
     this.forced = scene.forces.length > 0 || this.jointForcesHere;
     this.joints = startOfJoints(scene);
+    // The most that dampers of joints had given up to some step: 0, as dampers only take energy, unless they are explicit and
+    // the steps too long for them.
+    this.damperWork_J = this.givenByDampers_J = 0;
     this.follows = this.jointForcesHere;
   }
   motion(i) {
@@ -65,7 +69,9 @@ class Stepper {
         return !due;
       });
       before?.();
-      this.world.step(this.h_s, this.wrenches(t_s), t_s);
+      const wrenches = this.wrenches(t_s),
+        earlier = this.jointForcesHere ? this.joints.map(({ u }) => u) : null;
+      this.world.step(this.h_s, wrenches, t_s);
       if (this.follows)
         followJoints(
           this.scene,
@@ -73,6 +79,8 @@ class Stepper {
           (i) => this.motion(i),
           (j) => this.world.joint?.(j),
         );
+      if (earlier) this.damperWork_J += this.h_s * damperPower(this.scene, earlier, this.joints);
+      this.givenByDampers_J = Math.max(this.givenByDampers_J, this.damperWork_J);
       after?.(t_s);
     }
   }
@@ -100,6 +108,12 @@ function frameTime({ frame_ends_s, steps }, n) {
     k = n - frame * parts;
   const begin_s = frame === 0 ? 0 : frame_ends_s[frame - 1];
   return k === 0 ? begin_s : begin_s + ((frame_ends_s[frame] - begin_s) * k) / parts;
+}
+
+function longestStep(plan) {
+  if (!plan.frame_ends_s) return plan.t_end_s / plan.steps;
+  const parts = plan.steps / plan.frame_ends_s.length;
+  return plan.frame_ends_s.reduce((most, end, k, ends) => Math.max(most, (end - (k > 0 ? ends[k - 1] : 0)) / parts), 0);
 }
 
 const isFinite13 = (m) => [...m.p_WB, ...m.q_WB, ...m.v_WB, ...m.w_WB_B].every(Number.isFinite);
@@ -216,7 +230,8 @@ function accuracyPass(make, scene, plan, substeps, put) {
         });
       sample(n / stride);
     }
-    return ended({ status: "ok", reason: "", steps_taken: plan.steps, complaints: world.complaints?.() });
+    const { givenByDampers_J } = stepper;
+    return ended({ status: "ok", reason: "", steps_taken: plan.steps, complaints: world.complaints?.(), givenByDampers_J });
   } finally {
     world.free();
   }
@@ -258,18 +273,27 @@ export function runWorld(makeWorld, scene, request, substeps, put) {
   };
   const plan = request,
     count = request.pass === "timing" ? request.repeats + 1 : 1;
+  const withDampers = (outcome, givenByDampers_J = 0) => {
+    const dampers = explicitDampers(scene, !ownJointForces.includes("joint-spring"));
+    const beyond = beyondExplicitDampers(dampers, longestStep(plan) / substeps);
+    if (beyond && givenByDampers_J > 0 && outcome.status === "ok") {
+      const gave = `the dampers of joints gave ${Number(givenByDampers_J.toPrecision(3))} J, and can only take energy`;
+      return { ...outcome, status: "diverged", reason: `${gave}; ${beyond}` };
+    }
+    return { ...outcome, reason: [outcome.reason, beyond].filter(Boolean).join("; ") };
+  };
   let done = { status: "ok", reason: "", steps_taken: plan.steps, busy_ns: [] };
   if (request.pass === "accuracy") {
     done = { busy_ns: [], ...accuracyPass(make, scene, plan, substeps, put) };
   } else {
     for (let k = 0; k < count; ++k) {
       const run = timedRun(make, scene, plan, substeps, request.pass === "profile");
-      if (run.reason) return { ...done, status: "not finite", reason: run.reason, busy_ns: [] };
+      if (run.reason) return withDampers({ ...done, status: "not finite", reason: run.reason, busy_ns: [] });
       if (request.pass === "profile") done.step_ns = run.step_ns;
       else if (k > 0) done.busy_ns.push(run.busy_ns);
     }
   }
-  const { complaints, impactsTold = true, ...rest } = done;
+  const { complaints, impactsTold = true, givenByDampers_J, ...rest } = done;
   done = rest;
   const names = [namesOfForces(scene), namesOfJointForces(scene, ownJointForces)].filter(Boolean).join(", ");
   if (names) {
@@ -278,5 +302,5 @@ export function runWorld(makeWorld, scene, request, substeps, put) {
   }
   const untold = impactsTold ? "" : "impacts are not told, as the engine does not tell the impulses of every step's contacts";
   if (done.status === "ok") done.reason = [done.reason, complaints, untold].filter(Boolean).join("; ");
-  return done;
+  return withDampers(done, givenByDampers_J);
 }

@@ -7,6 +7,7 @@
 #include <cstdarg>
 #include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <stdexcept>
 #include <vector>
 
@@ -38,10 +39,20 @@ void hear(int, const char* format, va_list arguments) {
   first_message = text;
 }
 
+// ODE ends the process where an assertion of its own fails, as on a quaternion that is not finite any more. Its
+// handlers must not return; the step is abandoned instead.
+struct Abandoned {};
+void give_up(int number, const char* format, va_list arguments) {
+  hear(number, format, arguments);
+  throw Abandoned{};
+}
+
 // dInitODE2 is process-wide; worlds come and go under it.
 void start_library() {
   static const bool started = [] {
     dSetMessageHandler(hear);
+    dSetErrorHandler(give_up);
+    dSetDebugHandler(give_up);
     if (!dInitODE2(0)) throw std::runtime_error("ODE did not start");
     dAllocateODEDataForThread(dAllocateMaskAll);
     return true;
@@ -98,31 +109,20 @@ class OdeWorld : public rivals::World {
   OdeWorld& operator=(const OdeWorld&) = delete;
 
   void step(double h_s, const std::vector<Wrench>& wrenches) override {
-    for (std::size_t i = 0; i < wrenches.size(); ++i) {
-      if (!bodies_[i] || dBodyIsKinematic(bodies_[i])) continue;
-      const Real3 &f = wrenches[i].force_N, &t = wrenches[i].torque_N_m;
-      dBodyAddForce(bodies_[i], f[0], f[1], f[2]);
-      if (rotates(scene_.bodies[i])) dBodyAddTorque(bodies_[i], t[0], t[1], t[2]);
+    if (lost_) return;
+    try {
+      step_or_throw(h_s, wrenches);
+    } catch (const Abandoned&) {
+      lost_ = true;
+      met_.clear();
     }
-    met_.clear();
-    h_s_ = h_s;
-    dSpaceCollide(space_, this, &OdeWorld::near);
-    feedback_.resize(met_.size());  // all contacts are known: addresses stay until the next step
-    if (observe_) {
-      for (std::size_t k = 0; k < met_.size(); ++k) dJointSetFeedback(met_[k].joint, &feedback_[k]);
-    }
-    const bool reactions = observe_ && !scene_.joints.empty();
-    if (reactions) joints_->before(motions());
-    if (quick_) {
-      dWorldQuickStep(world_, h_s);
-    } else {
-      dWorldStep(world_, h_s);
-    }
-    if (reactions) joints_->after();
-    dJointGroupEmpty(contacts_);
   }
 
   Motion motion(int i) const override {
+    if (lost_) {
+      const double nan = std::numeric_limits<double>::quiet_NaN();
+      return {{nan, nan, nan}, {nan, nan, nan, nan}, {nan, nan, nan}, {nan, nan, nan}};
+    }
     const dBodyID body = bodies_[i];
     Motion m;
     m.p_WB = real3(dBodyGetPosition(body));
@@ -156,6 +156,31 @@ class OdeWorld : public rivals::World {
   }
 
  private:
+  void step_or_throw(double h_s, const std::vector<Wrench>& wrenches) {
+    for (std::size_t i = 0; i < wrenches.size(); ++i) {
+      if (!bodies_[i] || dBodyIsKinematic(bodies_[i])) continue;
+      const Real3 &f = wrenches[i].force_N, &t = wrenches[i].torque_N_m;
+      dBodyAddForce(bodies_[i], f[0], f[1], f[2]);
+      if (rotates(scene_.bodies[i])) dBodyAddTorque(bodies_[i], t[0], t[1], t[2]);
+    }
+    met_.clear();
+    h_s_ = h_s;
+    dSpaceCollide(space_, this, &OdeWorld::near);
+    feedback_.resize(met_.size());  // all contacts are known: addresses stay until the next step
+    if (observe_) {
+      for (std::size_t k = 0; k < met_.size(); ++k) dJointSetFeedback(met_[k].joint, &feedback_[k]);
+    }
+    const bool reactions = observe_ && !scene_.joints.empty();
+    if (reactions) joints_->before(motions());
+    if (quick_) {
+      dWorldQuickStep(world_, h_s);
+    } else {
+      dWorldStep(world_, h_s);
+    }
+    if (reactions) joints_->after();
+    dJointGroupEmpty(contacts_);
+  }
+
   struct Met {
     int first = 0, second = 0;  // the normal points into `first`
     Real3 x_m{}, normal{};
@@ -226,6 +251,8 @@ class OdeWorld : public rivals::World {
     if (n == 0) return;
     const PairLaw& law = pair_law(scene_, first, second);
     for (int k = 0; k < n; ++k) {
+      // Where a hull touches without overlap, ODE (libccd) gives a point without a normal: no direction to push.
+      if (real3(found[k].normal) == Real3{}) continue;
       dContact contact{};
       contact.geom = found[k];
       contact.surface.mode = dContactBounce | dContactApprox1;
@@ -262,6 +289,7 @@ class OdeWorld : public rivals::World {
 
   const Scene& scene_;
   bool observe_ = false, quick_ = false, along_slip_ = false;
+  bool lost_ = false;  // ODE gave up in the middle of a step
   double bounce_velocity_m_per_s_ = 0, h_s_ = 0;
   int most_contacts_ = 1;
   dWorldID world_ = nullptr;
@@ -284,6 +312,9 @@ std::vector<Setting> settings() {
       printed("pair_law", std::string("the scene's, in every contact's surface")),
       printed("friction_model", std::string("pyramid, mu times the normal force (dContactApprox1)")),
       printed("forces", std::string("all but uniform gravity: evaluated by the adapter once a step, at its beginning")),
+      printed("joint_forces",
+              std::string("springs, dampers and motors: evaluated by the adapter once a step, explicitly: "
+                          "a damper is unstable beyond c h = 2 I")),
       printed("space", std::string("dHashSpace")),
       printed("rectangle", std::string("a box of the least thickness")),
       printed("rolling_friction", std::string("torque up to coefficient x load (dContactRolling), by two axes")),

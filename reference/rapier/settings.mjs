@@ -47,7 +47,11 @@ const told = [
     "How joints are made.",
   ),
   said("stops", "limits of the joint, without restitution", "Stops of hinges and sliders."),
-  said("joint_forces", "springs, dampers and motors: evaluated by the adapter once a step", "How forces of joints act."),
+  said(
+    "joint_forces",
+    "springs, dampers and motors: evaluated by the adapter once a step, explicitly: a damper is unstable beyond c h = 2 I",
+    "How forces of joints act.",
+  ),
   said("reactions", "none: impulses of joints cannot be read", "What is told of joints' reactions."),
 ];
 

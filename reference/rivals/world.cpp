@@ -6,7 +6,10 @@
 #include <map>
 #include <optional>
 
+#include <fmt/format.h>
+
 #include "protocol/timed_passes.hpp"
+#include "rivals/explicit_dampers.hpp"
 #include "rivals/vector.hpp"
 
 namespace atwood::rivals {
@@ -43,8 +46,11 @@ class Stepper {
       release_due(middle_s);
       before();
       evaluate_wrenches(t_s, middle_s);
+      if (observed_ && joint_forces_here_) before_ = joints_;
+      world_.starts_at(t_s);
       world_.step(inner_h_s_, wrenches_);
       if (joint_forces_here_ || observed_) follow_joints();
+      if (observed_ && joint_forces_here_) add_damper_work();
       after(t_s);
     }
   }
@@ -74,6 +80,9 @@ class Stepper {
   }
 
   double inner_h_s() const { return inner_h_s_; }
+  // The most that the dampers of joints that the adapter evaluates had given up to some step: 0, as dampers only take
+  // energy, unless they are explicit and the steps too long for them.
+  double given_by_dampers_J() const { return given_by_dampers_J_; }
 
   // Fixed and held bodies have the scene's pose, also if the engine stores another one.
   Motion motion(int i) const {
@@ -103,6 +112,17 @@ class Stepper {
     if (joint_forces_here_)
       add_joint_wrenches(scene_, motions_, joint_efforts(scene_, t_s, switches_s, joints_), wrenches_);
   }
+  void add_damper_work() {
+    for (const JointForce& force : scene_.joint_forces) {
+      const auto* spring = std::get_if<JointSpring>(&force);
+      if (!spring) continue;
+      const auto j = static_cast<std::size_t>(spring->joint);
+      const bool ball = scene_.joints[j].kind == JointKind::ball;
+      for (int k = ball ? 0 : spring->coordinate; k < (ball ? 3 : spring->coordinate + 1); ++k)
+        damper_work_J_ -= spring->damping * before_[j].u[k] * 0.5 * (before_[j].u[k] + joints_[j].u[k]) * inner_h_s_;
+    }
+    given_by_dampers_J_ = std::max(given_by_dampers_J_, damper_work_J_);
+  }
   void follow_joints() {
     for (std::size_t j = 0; j < joints_.size(); ++j) {
       const Joint& joint = scene_.joints[j];
@@ -125,7 +145,8 @@ class Stepper {
   std::vector<int> held_;
   std::vector<Motion> motions_;
   std::vector<Wrench> wrenches_;
-  std::vector<JointState> joints_;
+  std::vector<JointState> joints_, before_;
+  double damper_work_J_ = 0, given_by_dampers_J_ = 0;
   bool joint_forces_here_ = false, observed_ = false;
 };
 
@@ -244,8 +265,9 @@ class ImpactLog {
   std::map<std::pair<int, int>, Met> last_;
 };
 
+// `given_by_dampers_J`: by those of joints that the adapter evaluates.
 Outcome accuracy_pass(const WorldMaker& make, const Scene& scene, const Plan& plan, const Observer& observer,
-                      std::int64_t substeps) {
+                      std::int64_t substeps, double& given_by_dampers_J) {
   Outcome outcome;
   const auto world = make(scene, true);
   Stepper stepper(scene, plan, substeps, *world);
@@ -270,6 +292,7 @@ Outcome accuracy_pass(const WorldMaker& make, const Scene& scene, const Plan& pl
           if (log) impacts.after(t_s, *world, stepper);
         });
     outcome.steps_taken = n + 1;
+    given_by_dampers_J = stepper.given_by_dampers_J();
     if ((n + 1) % stride != 0) continue;
     if (const auto reason = not_finite(scene, stepper, n + 1)) {
       outcome.status = Status::not_finite;
@@ -338,19 +361,29 @@ Outcome profile_pass(const WorldMaker& make, const Scene& scene, const Plan& pla
   return outcome;
 }
 
+double longest_step_s(const Plan& plan) {
+  if (plan.frame_ends_s.empty()) return plan.t_end_s / static_cast<double>(plan.steps);
+  double longest_s = 0;
+  for (std::int64_t n = 0; n < plan.steps; ++n)
+    longest_s = std::max(longest_s, step_begin_s<double>(plan, n + 1) - step_begin_s<double>(plan, n));
+  return longest_s;
+}
+
 }  // namespace
 
 Outcome run_world(const WorldMaker& make, const Scene& scene, const Plan& plan, const Observer& observer, int repeats,
                   std::int64_t substeps) {
-  bool joint_forces_outside = false;
+  bool joint_forces_outside = false, forces_outside = false;
   const WorldMaker watched = [&](const Scene& s, bool observe) {
     auto world = make(s, observe);
     joint_forces_outside = !s.joint_forces.empty() && !world->joint_forces_inside();
+    forces_outside = !s.forces.empty() && world->rate_calls() < 0;
     return world;
   };
+  double given_by_dampers_J = 0;
   Outcome outcome = observer.profile ? profile_pass(watched, scene, plan, substeps, *observer.profile)
                     : repeats > 0    ? timed_pass(watched, scene, plan, repeats, substeps)
-                                     : accuracy_pass(watched, scene, plan, observer, substeps);
+                                     : accuracy_pass(watched, scene, plan, observer, substeps, given_by_dampers_J);
   std::string names = names_of_forces(scene);
   if (joint_forces_outside) names += (names.empty() ? "" : ", ") + names_of_joint_forces(scene);
   if (!names.empty()) {
@@ -359,6 +392,18 @@ Outcome run_world(const WorldMaker& make, const Scene& scene, const Plan& plan, 
     if (outcome.status == Status::ok) {
       outcome.reason = std::string("forces evaluated by the adapter ") +
                        (at_each_rate_call ? "at every rate call: " : "once a step: ") + names;
+    }
+  }
+  if (joint_forces_outside || forces_outside) {
+    const std::string beyond = beyond_explicit_dampers(explicit_dampers(scene, joint_forces_outside, forces_outside),
+                                                       longest_step_s(plan) / static_cast<double>(substeps));
+    if (!beyond.empty()) {
+      if (outcome.status == Status::ok && given_by_dampers_J > 0) {
+        outcome.status = Status::diverged;
+        outcome.reason =
+            "the dampers of joints gave " + format_double(given_by_dampers_J) + " J, and can only take energy";
+      }
+      outcome.reason += (outcome.reason.empty() ? "" : "; ") + beyond;
     }
   }
   return outcome;

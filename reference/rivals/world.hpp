@@ -25,6 +25,9 @@ class World {
   virtual Motion motion(int body) const = 0;  // engine state, widened without loss
   virtual void release(int body) = 0;         // a held body starts to move with its scene velocity
 
+  // Told ahead of each step: its time, which an engine's own clock sums up with rounding errors.
+  virtual void starts_at(double /*t_s*/) {}
+
   // Number of rate evaluations of an engine that evaluates the scene's forces itself; step() then gets no wrenches. -1:
   // the engine does not.
   virtual std::int64_t rate_calls() const { return -1; }

@@ -66,6 +66,10 @@ struct TuneEvidence {
   bool better() const;  // beyond the interval
 };
 
+// Whether a set's main figure of a scene loses to the default's: beyond 1.5 times it, the truth's bars and the least
+// difference that counts; or its run failed.
+bool loses_to_default(double of_default, double of_tuned, double bar);
+
 // What is kept in tuned.json.
 struct TuneResult {
   std::string engine, scene_class, verdict;
@@ -73,6 +77,7 @@ struct TuneResult {
   int trials = 0, failed = 0, tried_held_out = 0;
   std::uint64_t seed = 0;
   std::vector<std::string> training, held_out;
+  int class_figures = 0;  // main figures of scenes of the whole class, in none of which the settings lose
   std::vector<TuneEvidence> evidence;
 };
 // Throws Interrupted; InputError where the catalogue has too few scenes of the class.

@@ -19,6 +19,9 @@ using json = nlohmann::ordered_json;
 // Errors under this of the figure's unit are round-off: none is better than another.
 constexpr double kRoundOff = 1e-12;
 
+// Of any figure, in its unit: what tune.cpp's search takes for no difference.
+constexpr double kMinDifference = 1e-6;
+
 double rounded_ratio(double ratio) {
   if (!(ratio > 0) || !std::isfinite(ratio)) return 1;
   const double quarters = std::floor(4 * std::log2(ratio));
@@ -60,6 +63,11 @@ bool TuneEvidence::worse() const {
   return !(std::fabs(of_tuned) <= std::fabs(of_default) + interval + 1e-9 * std::fabs(of_default));
 }
 
+bool loses_to_default(double of_default, double of_tuned, double bar) {
+  constexpr double most_ratio = 1.5;
+  return !(std::fabs(of_tuned) <= most_ratio * std::fabs(of_default) + bar + kMinDifference);
+}
+
 bool TuneEvidence::better() const { return std::fabs(of_tuned) < std::fabs(of_default) - interval; }
 
 std::string tuned_file_with(const std::string& text, const TuneResult& result) {
@@ -78,6 +86,7 @@ std::string tuned_file_with(const std::string& text, const TuneResult& result) {
   entry["seed"] = result.seed;
   entry["training"] = result.training;
   entry["held_out"] = result.held_out;
+  entry["class_figures"] = result.class_figures;
   entry["evidence"] = json::array();
   for (const TuneEvidence& e : result.evidence)
     entry["evidence"].push_back({{"scenario", e.scenario},

@@ -34,16 +34,14 @@ TuneRanges bullet(const std::string& name) {
       {"gyroscopic",
        {Word("implicit-body"), Word("implicit-world")},
        "the gyroscopic term; off would be another physics"},
-      {"hull_margin_m", {0.04, 0.0}, "0: a hull as large as it is"},
       {"smooth_inner_edges", {false, true}, "normals at the inner edges of a mesh"}};
   // What was the one preset for all scenes: right for bounces, wrong for heaps and for what rolls.
   made.starts = {{{"contact_processing_threshold_m", 0.0},
                   {"restitution_velocity_threshold_m_per_s", 1e-6},
                   {"split_impulse_penetration_threshold_m", 0.0},
                   {"iterations", Whole{50}},
-                  {"hull_margin_m", 0.0},
                   {"smooth_inner_edges", true}},
-                 {{"hull_margin_m", 0.0}, {"smooth_inner_edges", true}}};
+                 {{"smooth_inner_edges", true}}};
   return made;
 }
 
@@ -133,11 +131,12 @@ TuneRanges rapier(rivals::SceneClass scene_class) {
   return made;
 }
 
-// The starts are the settings of MuJoCo 2.2's `tuned`, and its integrator alone.
-TuneRanges mujoco3(rivals::SceneClass scene_class) {
+// Of MuJoCo 2.2 (`mujoco`) and 3. The starts are a set put together by hand for all scenes, and its integrator alone.
+TuneRanges mujoco(const std::string& name, rivals::SceneClass scene_class) {
   using rivals::SceneClass;
-  TuneRanges made{"mujoco3", "mujoco3/default", {}, {}};
-  made.ranges = {{"integrator", {Word("Euler"), Word("RK4"), Word("implicit"), Word("implicitfast")}, "of a step"}};
+  TuneRanges made{name, name + "/default", {}, {}};
+  made.ranges = {{"integrator", {Word("Euler"), Word("RK4"), Word("implicit")}, "of a step"}};
+  if (name == "mujoco3") made.ranges[0].values.push_back(Word("implicitfast"));
   made.starts = {{{"integrator", Word("RK4")}}};
   if (scene_class == SceneClass::free_flight) return made;
   if (scene_class == SceneClass::mechanism) {
@@ -172,6 +171,32 @@ TuneRanges mujoco3(rivals::SceneClass scene_class) {
   return made;
 }
 
+// The start is a set put together by hand for all scenes.
+TuneRanges dart(rivals::SceneClass scene_class) {
+  TuneRanges made{"dart", "dart/default", {}, {}};
+  if (scene_class == rivals::SceneClass::free_flight) return made;  // nothing to set
+  made.ranges = {{"erp", {0.01, 0.0, 0.1}, "share of an overlap that a step takes away, by velocity"},
+                 {"cfm", {1e-5, 1e-7, 1e-9}, "softness of contacts; 1e-9 is the least that DART admits"},
+                 {"friction_direction",
+                  {Word("engine"), Word("slip")},
+                  "friction's pyramid along the engine's axes, or along the slip"},
+                 {"lcp_solver", {Word("dantzig"), Word("pgs")}, "a direct solver, or sweeps"},
+                 {"max_erv_m_per_s", {1e-3, 1e-2}, "largest velocity that removes overlap"}};
+  made.starts = {{{"erp", 0.0}, {"cfm", 1e-9}, {"friction_direction", Word("slip")}},
+                 {{"cfm", 1e-9}, {"friction_direction", Word("slip")}}};
+  return made;
+}
+
+TuneRanges simbody() {
+  TuneRanges made{"simbody", "simbody/default", {}, {}};
+  made.ranges = {{"integrator",
+                  {Word("RungeKuttaMerson"), Word("RungeKuttaFeldberg"), Word("RungeKutta3"), Word("Verlet")},
+                  "of a step"},
+                 {"constraint_tolerance", {1e-10, 1e-12}, "error of constraints at which a step projects"},
+                 {"project_every_step", {false, true}, "every step ends with a projection"}};
+  return made;
+}
+
 TuneRanges atwood() {
   TuneRanges made{"atwood", "atwood/symplectic-euler+impulse", {}, {}};
   made.ranges = {{"solver",
@@ -195,11 +220,13 @@ TuneRanges tune_ranges(const std::string& engine, rivals::SceneClass scene_class
   if (engine == "ode") return ode();
   if (engine == "jolt") return jolt();
   if (engine == "rapier") return rapier(scene_class);
-  if (engine == "mujoco3") return mujoco3(scene_class);
+  if (engine == "mujoco" || engine == "mujoco3") return mujoco(engine, scene_class);
+  if (engine == "dart") return dart(scene_class);
+  if (engine == "simbody") return simbody();
   if (engine == "atwood") return atwood();
   throw InputError(fmt::format(
-      "tune {}: found no ranges for that engine; expected atwood, bullet32, bullet64, jolt, mujoco3, ode or "
-      "rapier",
+      "tune {}: found no ranges for that engine; expected atwood, bullet32, bullet64, dart, jolt, mujoco, mujoco3, ode, "
+      "rapier or simbody",
       engine));
 }
 

@@ -177,19 +177,4 @@ TEST_CASE("the contacts that samples tell of account for all change of momentum"
   }
 }
 
-TEST_CASE("every shape that can rest on a plane does") {
-  const Engine engine = engine_under_test();
-  const std::vector<std::pair<Shape, double>> shapes{
-      {Sphere{0.1}, 0.1}, {Box{{0.1, 0.2, 0.3}}, 0.3}, {Capsule{0.1, 0.2}, 0.3}, {Cylinder{0.1, 0.2}, 0.2}};
-  for (const auto& [shape, height_m] : shapes) {
-    Scene scene = bounce(0, 0, 0.5);
-    scene.bodies[1].shape = shape;
-    scene.bodies[1].position_m[2] = height_m;
-    const Run result = run(engine, method(engine, "default"), scene, Plan{1, 240, 24});
-    INFO("shape " << shape.index());
-    REQUIRE(result.outcome.status == Status::ok);
-    CHECK(result.p(1, 2) == Approx(height_m).margin(2e-3));
-  }
-}
-
 }  // namespace atwood::test

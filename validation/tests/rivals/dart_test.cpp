@@ -31,7 +31,7 @@ std::string refusal_of(const Scene& scene, const Settings& overrides = {}) {
 
 TEST_CASE("a ball leaves the floor with e (v + g h): restitution is of a velocity with the step's gravity in it") {
   for (const std::int64_t rate_hz : {240, 960}) {
-    const Run result = run_with("tuned", bounce(0.8, 0.5), Plan{1, rate_hz, 10});
+    const Run result = run_with("stiff", bounce(0.8, 0.5), Plan{1, rate_hz, 10});
     REQUIRE(result.events.size() == 2);
     for (const Event& impact : result.events) {
       const double v = -static_cast<double>(impact.vn_before_m_per_s),
@@ -47,7 +47,7 @@ TEST_CASE("restitution ends at 0.1 m/s, as the settings say") {
     Scene scene = bounce(e, 0.05);
     scene.gravity_m_per_s2 = {0, 0, 0};
     scene.bodies[1].velocity_m_per_s = {0, 0, -0.2};
-    const Run result = run_with("tuned", scene, Plan{1, 240, 10});
+    const Run result = run_with("stiff", scene, Plan{1, 240, 10});
     CHECK(result.v(1, 2) == Approx(e > 0.5 ? 0.12 : 0).margin(1e-8));
   }
 }
@@ -61,8 +61,8 @@ TEST_CASE("the pyramid stops too soon off its axes; turned along the slip it doe
   };
   CHECK(distance("default", 1, 0) == Approx(exact).epsilon(2e-3));
   CHECK(distance("default", c, c) == Approx(exact * c).epsilon(2e-3));  // both axes brake with mu N
-  CHECK(distance("tuned", 1, 0) == Approx(exact).epsilon(2e-3));
-  CHECK(distance("tuned", c, c) == Approx(exact).epsilon(2e-3));
+  CHECK(distance("stiff", 1, 0) == Approx(exact).epsilon(2e-3));
+  CHECK(distance("stiff", c, c) == Approx(exact).epsilon(2e-3));
 }
 
 TEST_CASE("each pair has its own law, by a shape for each material") {
@@ -78,7 +78,7 @@ TEST_CASE("each pair has its own law, by a shape for each material") {
     scene.bodies[i].material = std::min(i, 2);
     if (i != 1) scene.bodies[i].velocity_m_per_s = {1, 0, 0};
   }
-  const Run slid = run_with("tuned", scene, Plan{0.15, 300, 10});
+  const Run slid = run_with("stiff", scene, Plan{0.15, 300, 10});
   REQUIRE(slid.outcome.status == Status::ok);
   CHECK(slid.v(1, 0) == Approx(0).margin(1e-3));  // 0.1 from above can't move it against 0.4 below
   CHECK(1 - slid.v(2, 0) == Approx(0.1 * 9.81 * 0.15).epsilon(0.03));
@@ -95,7 +95,7 @@ TEST_CASE("each pair has its own law, by a shape for each material") {
     balls.bodies.back().velocity_m_per_s = {i % 2 ? -1.0 : 1.0, 0, 0};
     balls.bodies.back().material = material[static_cast<std::size_t>(i)];
   }
-  const Run parted = run_with("tuned", balls, Plan{0.5, 120, 10});
+  const Run parted = run_with("stiff", balls, Plan{0.5, 120, 10});
   REQUIRE(parted.outcome.status == Status::ok);
   CHECK(parted.events.size() == 2);
   CHECK(parted.v(1, 0) - parted.v(0, 0) == Approx(2 * 0.5).epsilon(1e-7));

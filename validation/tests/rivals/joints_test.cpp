@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "mechanism_scenes.hpp"
+#include "rivals/explicit_dampers.hpp"
 
 namespace atwood::test {
 namespace {
@@ -130,6 +131,60 @@ TEST_CASE("bodies stand after their parents, and point masses that turn are foun
   CHECK(rivals::turning_point_mass(scene) == 0);
   scene.joints = {joint_of("rail", JointKind::slider, -1, 0)};
   CHECK(rivals::turning_point_mass(scene) == -1);
+}
+
+TEST_CASE("the largest step of an explicit damper is 2 I / c, with the inertia that joints leave to it") {
+  const auto largest_s = [](const Scene& scene) { return rivals::explicit_dampers(scene, true, true)->largest_step_s; };
+  Scene scene = empty_scene();
+  scene.bodies = {box_body("a", 2, {0.1, 0.2, 0.3}), box_body("b", 3, {0.4, 0.5, 0.6})};
+  scene.bodies[1].position_m = {0, 0.7, 0};
+  CHECK_FALSE(rivals::explicit_dampers(scene, true, true));
+  scene.forces = {LinearDrag{{0}, 5, {}, 0}};
+  CHECK(largest_s(scene) == Approx(2 * 2 / 5.0));
+  CHECK_FALSE(rivals::explicit_dampers(scene, true, false));
+  scene.forces = {LinearDrag{{0}, 0, {}, 5}};
+  CHECK(largest_s(scene) == Approx(2 * 0.1 / 5));
+  scene.forces = {Spring{{0, 1}, {}, 0, 5, 1, {}}};  // the reduced mass
+  CHECK(largest_s(scene) == Approx(2 * (2 * 3 / 5.0) / 5));
+  scene.forces.clear();
+
+  // b turns about z at (0, 0.7, 0) on a, which is free: without forces on the pair the relative turn has the inertia of
+  // two wheels on an axle, where both centres of mass lie on it.
+  Joint axle = joint_of("axle", JointKind::hinge, 0, 1);
+  axle.axis_body = {0, 0, 1};
+  axle.anchors_body_m = {{{0, 0, 0.7}, {0, 0, 0}}};
+  scene.joints = {axle};
+  scene.joint_forces = {JointSpring{0, 0, 1, 0, 5}};
+  place(scene);
+  CHECK(largest_s(scene) == Approx(2 * (0.3 * 0.6 / 0.9) / 5));
+  scene.bodies[0].fixed = true;  // a pendulum of b: I + m r^2
+  scene.joints[0].anchors_body_m[1] = {0.2, 0, 0};
+  place(scene);
+  CHECK(largest_s(scene) == Approx(2 * (0.6 + 3 * 0.04) / 5));
+  CHECK(rivals::explicit_dampers(scene, true, true)->stiffest == "the damper of the joint `axle`");
+  CHECK_FALSE(rivals::explicit_dampers(scene, false, true));
+
+  // Two dampers on one axle: c1 and c2 act together; held at both ends of a loop no rate is left.
+  scene.joint_forces.push_back(JointSpring{0, 0, 0, 0, 3});
+  CHECK(largest_s(scene) == Approx(2 * (0.6 + 3 * 0.04) / 8));
+  Joint weld = scene.joints[0];
+  weld.kind = JointKind::fixed;
+  weld.closes_loop = true;
+  scene.joints.push_back(weld);
+  CHECK_FALSE(rivals::explicit_dampers(scene, true, true));
+}
+
+// Two wheels in a row, each with a damper to the one before: C and I of the rates u1, u1 + u2 give the bound by hand.
+TEST_CASE("dampers that act on each other are bound together") {
+  Scene scene = empty_scene();
+  scene.bodies = {box_body("first", 1, {1, 1, 1}), box_body("second", 1, {1, 1, 1})};
+  Joint one = joint_of("one", JointKind::hinge, -1, 0), two = joint_of("two", JointKind::hinge, 0, 1);
+  one.axis_body = two.axis_body = {0, 0, 1};
+  scene.joints = {one, two};
+  scene.joint_forces = {JointSpring{0, 0, 0, 0, 1}, JointSpring{1, 0, 0, 0, 1}};
+  place(scene);
+  // w1' = -w1 + (w2 - w1), w2' = -(w2 - w1): eigenvalues (3 +- sqrt 5) / 2.
+  CHECK(rivals::explicit_dampers(scene, true, true)->largest_step_s == Approx(2 / ((3 + std::sqrt(5.0)) / 2)));
 }
 
 }  // namespace atwood::test

@@ -132,6 +132,36 @@ TEST_CASE("a sprung wheel oscillates about its rest as a damped oscillator") {
             .epsilon(1e-12));
 }
 
+// A light link, I = 0.01 + 0.1 x 0.1^2 = 0.011 kg m2 about its hinge, with c = 50 N m s: c h = 2 I at h = 0.44 ms.
+TEST_CASE("a damper is stable up to c h = 2 I; beyond, the row names it and the bound") {
+  Scene scene = empty_scene();
+  scene.gravity_m_per_s2 = {0, 0, -9.8};
+  scene.bodies = {box_body("link", 0.1, {0.01, 0.01, 0.01})};
+  Joint hinge_joint = joint_of("pin", hinge, -1, 0);
+  hinge_joint.axis_body = {0, 1, 0};
+  hinge_joint.anchors_body_m = {{{0, 0, 0}, {0, 0, 0.1}}};
+  hinge_joint.coordinates[0] = 1.5;
+  scene.joints = {hinge_joint};
+  scene.joint_forces = {JointSpring{0, 0, 0, 0, 50}};
+  place(scene);
+  const auto after = [&](double h_s, double t_end_s) {
+    const auto steps = static_cast<std::int64_t>(std::llround(t_end_s / h_s));
+    return try_run(engine(), method(engine(), "default"), scene, Plan{h_s * static_cast<double>(steps), steps, 1});
+  };
+  const Run within = after(0.43e-3, 0.4);
+  CHECK(within.outcome.status == Status::ok);
+  CHECK(std::abs(value(within.samples.back().joints[0].u[0])) < 0.01);
+  CHECK_THAT(within.outcome.reason, !Catch::Contains("unstable"));
+  const Run beyond = after(0.45e-3, 0.4);  // grows by 1.045 a step
+  CHECK(to_string(beyond.outcome.status) == "diverged");
+  CHECK_THAT(beyond.outcome.reason, Catch::Contains("can only take energy"));
+  const Run lost = after(4e-3, 2);
+  CHECK(to_string(lost.outcome.status) == "not finite");
+  for (const Run* run : {&beyond, &lost})
+    CHECK_THAT(run->outcome.reason, Catch::Contains("the damper of the joint `pin` is explicit") &&
+                                        Catch::Contains("c h = 2 I: h = 0.00044 s"));
+}
+
 TEST_CASE("a pendulum of large swing is at its mirror image after half an elliptic period") {
   Scene scene = empty_scene();
   scene.gravity_m_per_s2 = {0, 0, -9.81};

@@ -3,7 +3,7 @@
 
 namespace atwood::test {
 Engine engine_under_test() { return simbody_engine(); }
-std::vector<Scheme> schemes_under_test() { return {{"default", true}, {"tuned", true, false, true, 1e-8, true}}; }
+std::vector<Scheme> schemes_under_test() { return {{"default", true}, {"chosen", true, false, true, 1e-8, true}}; }
 int chains_taken() { return 5; }
 std::vector<JointKind> closings_taken() {
   using enum JointKind;

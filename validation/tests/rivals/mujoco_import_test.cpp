@@ -227,7 +227,7 @@ TEST_CASE("connect and weld become joints that close loops") {
         Approx(0.4));  // 0.9 from the rod's frame, 0.5 of which is its centre of mass
   CHECK(find("seat").kind == JointKind::fixed);
   CHECK(find("seat").parent == -1);
-  const Run result = run(mujoco_engine(), method(mujoco_engine(), "tuned"), scene, Plan{0.2, 400, 4});
+  const Run result = run(mujoco_engine(), method(mujoco_engine(), "stiff"), scene, Plan{0.2, 400, 4});
   INFO(result.outcome.reason);
   REQUIRE(result.outcome.status == Status::ok);
   CHECK(std::abs(result.p(3, 2)) < 1e-3);  // the lid's seat holds

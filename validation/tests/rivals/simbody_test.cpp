@@ -33,7 +33,7 @@ Run run_to(double rtol, const Scene& scene, const Plan& plan) {
 }  // namespace
 
 TEST_CASE("presets print what decides accuracy") {
-  REQUIRE(engine().methods.size() == 4);
+  REQUIRE(engine().methods.size() == 5);
   for (const auto& info : engine().methods) {
     CHECK_FALSE(info.doc.empty());
     for (const char* name :
@@ -65,7 +65,7 @@ TEST_CASE("the tumbling box: order 5 in fixed steps, a tolerance that helps in c
     CHECK(static_cast<double>(end.samples[5].bodies[0].p_m[2]) == Approx(8 * 5 - 0.5 * 9.8 * 25).epsilon(1e-9));
   }
   CHECK(before < 1e-7);
-  CHECK(off(run_with("tuned", free_box_complex(), Plan{10, 60, 10})) < 1e-5);
+  CHECK(off(run_with("chosen", free_box_complex(), Plan{10, 60, 10})) < 1e-5);
 }
 
 TEST_CASE("a fixed step pays for its error estimate and goes on whatever it says") {
@@ -145,7 +145,7 @@ TEST_CASE("balls with Hertz contact separate at the speed of the law, with and w
     scene.pairs[0].contact_law = ContactLaw::hertz;
     scene.pairs[0].modulus_Pa = 5e5;
     scene.pairs[0].damping_s_per_m = c;
-    const Run end = run_with("tuned", scene, Plan{2, 1000, 10});
+    const Run end = run_with("chosen", scene, Plan{2, 1000, 10});
     INFO(end.outcome.reason);
     REQUIRE(end.outcome.status == Status::ok);
     const double out = end.v(1, 0) - end.v(0, 0);
@@ -170,18 +170,18 @@ TEST_CASE("a ball bounces off a slanting plane by Hertz's law") {
   }
   scene.bodies[1].velocity_m_per_s[1] = 0.7;  // along the plane
   const double deepest = std::pow(15.0 / (16 * 1e5 * std::sqrt(0.1)), 0.4), half = 1.4716375 * deepest;
-  const Run end = run_with("tuned", scene, Plan{0.5 + half, 100, 10});
+  const Run end = run_with("chosen", scene, Plan{0.5 + half, 100, 10});
   INFO(end.outcome.reason);
   REQUIRE(end.outcome.status == Status::ok);
   CHECK(0.6 * end.p(1, 0) + 0.8 * end.p(1, 2) - 0.25 - 0.1 == Approx(-deepest).epsilon(1e-6));
   CHECK(end.v(1, 1) == Approx(0.7).epsilon(1e-9));
-  const Run after = run_with("tuned", scene, Plan{1.5, 100, 10});
+  const Run after = run_with("chosen", scene, Plan{1.5, 100, 10});
   CHECK(0.6 * after.v(1, 0) + 0.8 * after.v(1, 2) == Approx(1).epsilon(1e-8));
 }
 
 TEST_CASE("contacts that are not Hertz's alone it refuses, and says why") {
   const auto reason = [](const Scene& scene) {
-    const Run refused = try_run(engine(), method(engine(), "tuned"), scene, Plan{1, 100, 10});
+    const Run refused = try_run(engine(), method(engine(), "chosen"), scene, Plan{1, 100, 10});
     CHECK(to_string(refused.outcome.status) == "unsupported");
     return refused.outcome.reason;
   };
@@ -204,7 +204,7 @@ TEST_CASE("contacts that are not Hertz's alone it refuses, and says why") {
   scene.bodies.push_back(sphere_body("soft", 1, 0.1, {0.5, 0, 1}));
   scene.bodies.back().material = 1;
   CHECK_THAT(reason(scene), Catch::Contains("different modulus"));
-  MethodId toleranced = method(engine(), "tuned");
+  MethodId toleranced = method(engine(), "chosen");
   toleranced.rtol = 1e-6;
   CHECK_THAT(try_run(engine(), toleranced, free_box_complex(), Plan{1, 10, 10}).outcome.reason,
              Catch::Contains("tolerance"));

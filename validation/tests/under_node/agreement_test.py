@@ -59,7 +59,7 @@ class Agreement(unittest.TestCase):
     def test_joints_of_both_mujocos_and_their_reactions(self):
         old, new = self.worker("mujoco"), self.worker("mujoco3")
         for name, of in JOINTS.items():
-            for schemes in (("default", "default"), ("tuned", "stiff")) if name != "hinge with a motor" else (("default", "default"),):
+            for schemes in (("default", "default"), ("stiff", "stiff")) if name != "hinge with a motor" else (("default", "default"),):
                 # motors: 2.2.2 evaluates them at each stage of RK4, 3 once a step
                 rows = [self.joints(worker, scheme, of, 1, 240) for worker, scheme in zip((old, new), schemes)]
                 with self.subTest(joint=name, schemes=schemes):
@@ -72,8 +72,10 @@ class Agreement(unittest.TestCase):
                 "angular_coefficient_N_m_s": 0.02}
         start = body(inertia_kg_m2=INERTIA, velocity_m_per_s=[1, 2, 3], angular_velocity_body_rad_per_s=[0.4, 2, 0.3],
                      orientation_wxyz=[0.5, 0.5, -0.5, 0.5])
-        for schemes in (("default", "default"), ("rk4", "rk4"), ("implicit", "implicit"), ("tuned", "stiff")):
-            rows = [self.worker(name).end(scheme, scene(start, gravity=(0, 1, -9.8), forces=[drag]), 2, 240)[0]
+        for schemes in (("default", "default"), ("rk4", "rk4"), ("implicit", "implicit"), ("stiff", "stiff")):
+            # 2.2.2 evaluates the scene's forces at each stage of RK4, 3 once a step
+            forces = [drag] if schemes[0] in ("default", "implicit") else []
+            rows = [self.worker(name).end(scheme, scene(start, gravity=(0, 1, -9.8), forces=forces), 2, 240)[0]
                     for name, scheme in zip(("mujoco", "mujoco3"), schemes)]
             with self.subTest(schemes=schemes):
                 self.assertLess(max(abs(a - b) for r, s in zip(*rows) for a, b in zip(r, s)), 1e-10)
@@ -86,7 +88,7 @@ class Agreement(unittest.TestCase):
                     position_m=[0, 3, 0.1], velocity_m_per_s=[1, 0.5, 0], material="ice")
         roll = ball(position_m=[0, 0, 0.1], velocity_m_per_s=[1, 0, 0], angular_velocity_body_rad_per_s=[0, 0, 3])
         of = scene(roll, slab, floor(), gravity=(0, 0, -9.81), laws=laws)
-        old, new = (self.worker(name).end(scheme, of, 1, 480) for name, scheme in (("mujoco", "tuned"), ("mujoco3", "stiff")))
+        old, new = (self.worker(name).end(scheme, of, 1, 480) for name, scheme in (("mujoco", "stiff"), ("mujoco3", "stiff")))
         for a, b in zip(old, new):
             self.assertLess(math.dist(a[0], b[0]), 1e-3)
         self.assertLess(old[0][0][0], 0.71)  # from 1 m/s it rolls at 5/7, and slows
@@ -104,7 +106,7 @@ class Agreement(unittest.TestCase):
                           angular_velocity_body_rad_per_s=[5, -3, 4], orientation_wxyz=exp([0.4, -0.7, 0.3]))
             for bodies in ((slant, thrown), (thrown, slant)):
                 of = scene(*bodies, gravity=[-9 * x for x in n], laws=[law(friction=friction)])
-                for schemes, bound in ((("default", "default"), 1e-11), (("tuned", "stiff"), 1e-6)):
+                for schemes, bound in ((("default", "default"), 1e-11), (("stiff", "stiff"), 1e-6)):
                     rows = [worker.end(scheme, of, 1, 480)[bodies.index(thrown)] for worker, scheme in zip(both, schemes)]
                     with self.subTest(mass_kg=mass_kg, schemes=schemes):
                         self.assertGreater(sum(a * b for a, b in zip(rows[0][0], n)), 0.45)  # it lies on the plane, or hops
@@ -151,7 +153,7 @@ class Agreement(unittest.TestCase):
         described = subprocess.run([f"{BIN_DIR}/atwood", "describe", "four-bar-1", "--json"], capture_output=True, check=True)
         of = json.loads(described.stdout)["scene"]
         rows = []
-        for name, scheme in (("mujoco", "tuned"), ("mujoco3", "stiff")):
+        for name, scheme in (("mujoco", "stiff"), ("mujoco3", "stiff")):
             run = Run(self.worker(name), scheme, of, 0.625, 160)
             self.assertEqual(run.done["status"], "ok", run.done)
             rows.append([float(x) for joint in run.samples[-1]["joints"] for x in joint])

@@ -99,6 +99,23 @@ class Conventions(unittest.TestCase):
         self.assertLess(drift[0], 0.01)  # without the gyroscopic term: 0.2
         self.assertAlmostEqual(drift[0] / drift[1], 2, delta=0.2)
 
+    @unittest.skipIf(NAME == "mujoco3", "its dampers are MuJoCo's own")
+    def test_a_damper_beyond_c_h_2_i_is_named_with_the_bound(self):
+        """I = 0.01 + 0.1 x 0.1^2 = 0.011 kg m2 about the hinge, c = 50 N m s: c h = 2 I at 0.44 ms."""
+        link = body("link", mass_kg=0.1, inertia_kg_m2=[0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.01], position_m=[0, 0, -0.1])
+        hinge = {"name": "pin", "kind": "hinge", "bodies": ["world", "link"], "anchors_body_m": [[0, 0, 0], [0, 0, 0.1]],
+                 "axis_body": [0, 1, 0], "coordinates": [0.0], "rates": [1.0], "frame_wxyz": [1, 0, 0, 0], "closes_loop": False}
+        link["angular_velocity_body_rad_per_s"], link["velocity_m_per_s"] = [0, 1, 0], [-0.1, 0, 0]
+        damper = {"kind": "joint-spring", "joint": "pin", "damping_N_m_s_per_rad": 50}
+        of = scene(link, gravity=(0, 0, -9.8), joints=[hinge], joint_forces=[damper])
+        within = Run(self.worker, "default", of, 0.4, 1000).done
+        self.assertEqual(within["status"], "ok", within)
+        self.assertNotIn("unstable", within["reason"])
+        beyond = Run(self.worker, "default", of, 0.4, 100).done
+        self.assertEqual(beyond["status"], "diverged", beyond)
+        self.assertIn("the damper of the joint `pin` is explicit", beyond["reason"])
+        self.assertIn("beyond c h = 2 I: h = 0.00044 s; the step is 0.004 s", beyond["reason"])
+
     def test_a_held_body_starts_when_it_is_released(self):
         held = body(release_s=0.5, velocity_m_per_s=[1, 0, 0], angular_velocity_body_rad_per_s=[0, 0, 1])
         run = Run(self.worker, "default", scene(held), 1, 64, samples=2)

@@ -289,7 +289,7 @@ def rapier_coin():
 
 # ---- MuJoCo 3 beside 2.2.2 ----------------------------------------------------------------------------------------------------
 
-PAIRED = ["mujoco/default", "mujoco3/default", "mujoco/tuned", "mujoco3/stiff"]
+PAIRED = ["mujoco/default", "mujoco3/default", "mujoco/stiff", "mujoco3/stiff"]
 
 
 def mujoco3_versions():
@@ -312,7 +312,7 @@ def mujoco3_henon():
             show(method, n, "ok", "", (vx * vx + vy * vy + x * x + y * y) / 2 + x * x * y - y**3 / 3)
 
 
-BESIDE_JOLT = ["jolt/default", "mujoco/default", "mujoco/tuned"]
+BESIDE_JOLT = ["jolt/default", "mujoco/default", "mujoco/stiff"]
 TABLES = {
     "rapier-tumbling": rapier_tumbling, "rapier-free-spin": rapier_free_spin, "rapier-free-top": rapier_free_top, "rapier-bounce": rapier_bounce,
     "rapier-impacts": rapier_impacts, "oblique-bounce": oblique_bounce, "rapier-slide": lambda: sliding(["rapier/default"]),
@@ -320,7 +320,7 @@ TABLES = {
     "jolt-tumbling": jolt_tumbling, "jolt-960": jolt_960, "jolt-bounce": jolt_bounce, "jolt-cradle": jolt_cradle, "jolt-slide": lambda: sliding(["jolt/default"]),
     "jolt-slides": lambda: slides(BESIDE_JOLT), "jolt-stacks": lambda: standing(["jolt/default", *PAIRED]),
     "jolt-coin": lambda: coin(["jolt/default", "jolt/default{speculative_contact_distance_m=0}"], [250, 500, 1000, 2000]),
-    "mujoco3-tumbling": mujoco3_tumbling, "mujoco3-slide": lambda: sliding(["mujoco/default", "mujoco3/default", "mujoco/tuned", "mujoco3/stiff"]),
+    "mujoco3-tumbling": mujoco3_tumbling, "mujoco3-slide": lambda: sliding(["mujoco/default", "mujoco3/default", "mujoco/stiff", "mujoco3/stiff"]),
     "mujoco3-versions": mujoco3_versions, "mujoco3-stacks": lambda: standing(PAIRED), "mujoco3-henon": mujoco3_henon,
     "mujoco3-coin": lambda: coin(["mujoco3/default", "mujoco3/stiff"], [250, 500, 1000, 2000]),
 }

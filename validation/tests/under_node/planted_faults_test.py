@@ -28,6 +28,8 @@ FAULTS = [
     Fault("rapier", "node/forces.mjs", "cross(toWorld(this.motions[i].q_WB, point_B), force_N)", "cross(point_B, force_N)",
           "rapier force_at_a_point"),
     Fault("mujoco3", "node/forces.mjs", "toWorld(sum.motions[i].q_WB, f.direction_body)", "f.direction_body", "conventions thruster"),
+    # the bound of a damper: with the inertia of free bodies
+    Fault("jolt", "node/explicit_dampers.mjs", "left[k] -= share * x", "left[k] -= 0 * share * x", "conventions damper_beyond"),
     # axes of shapes
     Fault("jolt", "jolt/shapes.mjs", "return this.turned(new jolt.CapsuleShapeSettings(capsule.half_length_m, capsule.radius_m));",
           "return new jolt.CapsuleShapeSettings(capsule.half_length_m, capsule.radius_m);", "conventions shapes_stand"),
