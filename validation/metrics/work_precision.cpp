@@ -181,7 +181,15 @@ double motion_size(std::span<const Row> rows, const std::string& scenario, const
       if (row.scenario == scenario && row.metric == std::string("size-") + quantity && row.value > 0) return row.value;
     }
   }
-  return 1;
+  const bool relative = metric == "energy-max" || metric == "energy-oscillation" || metric == "jacobi-constant-error" ||
+                        ends_with(metric, "-relative");
+  return relative || metric.starts_with("error-") ? 1 : std::numeric_limits<double>::infinity();
+}
+
+bool is_of_ladder(const std::string& metric) {
+  for (const char* family : {"order-", "gci-", "richardson-", "round-off-best-", "tolerance-exponent"})
+    if (metric.starts_with(family)) return true;
+  return false;
 }
 
 std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string& scenario, const std::string& metric) {
