@@ -22,17 +22,19 @@ const Row& row_of(const std::vector<Row>& rows, const std::string& metric) {
   return *found;
 }
 
-// A mass on a spring of this period, from rest at x = 0 with the speed 1.
+// A mass on a spring of this period, from rest at x = 1.
 Scenario spring(double t_end_s, double period_s, std::int64_t samples, std::vector<std::int64_t> steps) {
   Scenario s;
   s.id = "spring";
   s.t_end_s = t_end_s;
   s.samples = samples;
   s.steps = std::move(steps);
+  s.scene.materials = {{"all", 0, 0, 0}};
+  s.scene.pairs = {{0, 0, 0, 0, 0}};
   Body ball;
   ball.name = "ball";
   ball.mass_kg = 1;
-  ball.velocity_m_per_s = {1, 0, 0};
+  ball.position_m = {1, 0, 0};
   s.scene.bodies = {ball};
   Spring force;
   force.bodies = {0};
@@ -60,7 +62,7 @@ Truth exact(const Scenario& s, std::int64_t samples) {
   Truth truth;
   for (std::int64_t k = 0; k <= samples; ++k) {
     const double t = s.t_end_s * static_cast<double>(k) / static_cast<double>(samples);
-    truth.values.push_back(state(t, std::sin(w * t) / w, std::cos(w * t)));
+    truth.values.push_back(state(t, std::cos(w * t), -w * std::sin(w * t)));
     truth.bars.push_back(state(t, 0, 0));
     truth.bars.back().bodies[0].q_wxyz = {0, 0, 0, 0};
   }
@@ -70,7 +72,7 @@ Truth exact(const Scenario& s, std::int64_t samples) {
 // Symplectic Euler, as a worker answers a plan of `shared` samples.
 Recording symplectic_euler(const Scenario& s, std::int64_t steps, std::int64_t shared) {
   const double h = s.t_end_s / static_cast<double>(steps), k = stiffness(s);
-  double x = 0, v = 1;
+  double x = 1, v = 0;
   Recording run;
   for (std::int64_t n = 0; n <= steps; ++n) {
     if (n % (steps / shared) == 0) run.values.push_back(state(h * static_cast<double>(n), x, v));
@@ -162,17 +164,17 @@ TEST_CASE(
                                                                               : samples == 20 ? 2
                                                                                               : 1));
     const Scenario s =
-        spring(10, 10 / (periods_a_sample * static_cast<double>(samples)), samples, {640, 1280, 2560, 5120, 10240});
+        spring(10, 10 / (periods_a_sample * static_cast<double>(samples)), samples, {2560, 5120, 10240, 20480, 40960});
     const std::int64_t shared = shared_samples(s);
     INFO(samples << " samples, " << periods_a_sample << " periods between two, " << shared << " shared");
     REQUIRE(shared >= 160);
     const std::vector<Row> orders = orders_of(s, shared);
     const Row &largest = row_of(orders, "order-position"), &end = row_of(orders, "order-position-end");
     INFO(largest.value << " +/- " << largest.truth_bar << " " << largest.reason << "; end " << end.value);
-    CHECK(std::fabs(largest.value - 1) < std::max(0.05, largest.truth_bar));
+    CHECK(std::fabs(largest.value - 1) < std::max(0.05, std::min(largest.truth_bar, 0.3)));
     CHECK(row_of(orders, "order-position-max").value == largest.value);
     CHECK(std::fabs(row_of(orders, "order-position-rms").value - 1) < 0.1);
-    CHECK(std::fabs(end.value - 2) < std::max(0.05, end.truth_bar));
+    CHECK(end.value > 1.9);
     CHECK(largest.reason.find("superconvergent at the samples: order ") != std::string::npos);
     CHECK(end.reason.find("superconvergent at the samples") != std::string::npos);
   }
@@ -216,7 +218,7 @@ TEST_CASE("instants: samples near a period of the energy's oscillation show no d
     INFO(samples << " samples, " << near << ": " << drift.value << " +/- " << drift.truth_bar << " " << drift.reason);
     wrong += std::fabs(drift.value) > drift.truth_bar ? 1 : 0;
     // The largest change is that of the instants between the samples too.
-    CHECK(row_of(rows, "energy-max").value > 0.9 * kTurn / 2 / (96 * 2 / near));
+    CHECK(row_of(rows, "energy-max").value > 0.9 * kTurn * near / 8 / 96);  // h w / 4
   }
   CHECK(wrong <= 2);  // intervals of 95 %
 }
