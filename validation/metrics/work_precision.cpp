@@ -81,9 +81,10 @@ Ladders gather(std::span<const Row> rows, const std::string& scenario, const std
     if (row.metric == "status" && row.status != Status::ok) {
       g.status = row.status;
       g.reason = row.reason;
-    } else if (row.metric == metric) {
-      g.error = row;
-    } else if (row.metric == "run-time" && row.status == Status::ok) {
+      continue;
+    }
+    if (row.metric == metric) g.error = row;  // which may be the cost itself
+    if (row.metric == "run-time" && row.status == Status::ok) {
       g.seconds = row.value;
       if (const std::string& host = (*row.provenance).host; !host.empty()) hosts.insert(host);
     } else if (row.metric == "run-time-wasm" && row.status == Status::ok) {
