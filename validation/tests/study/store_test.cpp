@@ -88,8 +88,8 @@ TEST_CASE("how solvers ended and further instants are packed behind the events; 
 
   // 2 samples that share 4 with their ladder: instants 1 and 3 lie between them.
   const std::vector<Sample> two = samples(true);
-  run.values = {two[0], two[1], two[1]};
-  run.between = {two[0], two[1]};
+  run.values = SampleSeries({two[0], two[1], two[1]});
+  run.between = SampleSeries(two);
   run.shared = 4;
   for (const auto& of : {solvers, std::map<std::string, SolveTally>{}}) {
     const std::string bytes = pack_beside_samples(run, of);
