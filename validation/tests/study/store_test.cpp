@@ -89,7 +89,7 @@ TEST_CASE("how solvers ended and further instants are packed behind the events; 
   // 2 samples that share 4 with their ladder: instants 1 and 3 lie between them.
   const std::vector<Sample> two = samples(true);
   run.values = SampleSeries({two[0], two[1], two[1]});
-  run.between = SampleSeries(two);
+  run.between = SampleSeries({two[0], two[1]});
   run.shared = 4;
   for (const auto& of : {solvers, std::map<std::string, SolveTally>{}}) {
     const std::string bytes = pack_beside_samples(run, of);
