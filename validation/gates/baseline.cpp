@@ -10,8 +10,8 @@
 //
 // The last line counts the figures, so that a truncated file is not taken for a smaller one. Version 1 had no such
 // line. A metric whose definition is not the first one has a line with its version, since version 3 of the file; a
-// figure by another definition is not compared. The environment of the measurement is in <path>.env: compiler, flags, CPU and its features, mathematics
-// library, engine versions. No timestamps.
+// figure by another definition is not compared. The environment of the measurement is in <path>.env: compiler, flags,
+// CPU and its features, mathematics library, engine versions. No timestamps.
 #include <algorithm>
 #include <charconv>
 #include <cmath>

@@ -42,8 +42,8 @@ struct StudyCells {
   std::vector<Status> allow = {};  // `diverged`, `not finite`: statuses that do not fail the run
   std::string allow_reason = {};   // why; required with `allow`
   std::string place = {};          // of the block, "FILE:LINE:COLUMN: "; empty: not from a file
-  // Where `steps` are the scenario's own: rungs below the coarsest too, halved while the samples divide them. Methods of
-  // high order live there, and it shows from which step on a method is stable. Of fluids at most twice.
+  // Where `steps` are the scenario's own: rungs below the coarsest too, halved while the samples divide them. Methods
+  // of high order live there, and it shows from which step on a method is stable. Of fluids at most twice.
   bool whole_ladder = false;
   // What the command line has in place of `steps`; the ladder stays theirs, and with it the instants of its rungs.
   std::vector<std::int64_t> only_steps = {};

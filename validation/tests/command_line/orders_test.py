@@ -164,14 +164,14 @@ class OrdersOverARun(Case):
                                          "--json", code=[0, 1]).stdout)
             told = {verdict["metric"] for verdict in judged["verdicts"] if verdict["judgement"] != "not run"}
             self.assertEqual(named - told, set())
-            asked = {energy, "rate-evaluations", *draw.sample(sorted(of_runs), 4), *draw.sample(sorted(named - of_runs), 1)}
+            asked = {energy, "rate-evaluations", *draw.sample(sorted(of_runs), 2), *draw.sample(sorted(named - of_runs), 1)}
             for metric in sorted(asked):
                 words = ("scene.toml", "--method", "atwood/rk4", "--metric", metric, "--out", out, "--json")
                 if metric not in of_runs:
                     self.ask("advise", *words, "--budget", "10s", code=2, told=[metric, "a figure of a whole ladder"])
                     continue
                 finite = [row for row in rows if row["metric"] == metric and row["value"] != "nan" and not row["body"]]
-                best = self.ask("advise", *words, "--budget", "10s", code=[0, 1])
+                best = self.ask("advise", *words, "--budget", "10s", "--time", "2", code=[0, 1])
                 if finite:
                     self.assertEqual(best.returncode, 0, metric + best.stdout + best.stderr)
                 compared = self.run_in("compare", "atwood/rk4", "atwood/velocity-verlet", "--scenario", "scene.toml", "--metric", metric,

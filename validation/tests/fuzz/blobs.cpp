@@ -20,7 +20,6 @@ template <class Unpack, class Pack> void read_and_write(std::string_view bytes, 
   require(pack(unpack(packed)) == packed, "what was packed unpacks to the same");
 }
 
-
 }  // namespace
 
 void read_recording_blob(std::string_view bytes) {
