@@ -128,6 +128,7 @@ class OrdersOverARun(Case):
             text = file.read()
         self.assertIn("# definition\torder-position\t2\n", text)
         self.ask("gate", "study.toml", told=["0 regressions"])
+        self.assertNotIn("definition changed", self.ask("run", "study.toml", "--no-timing", "--fresh").stdout)  # against the run before
         # As it was written before: no definitions, the order of the end under the name.
         lines = [line for line in text.split("\n") if not line.startswith("# definition")]
         lines[0] = "# atwood baseline 2"
