@@ -67,6 +67,10 @@ struct Recording {
   SampleSeries values;
   std::vector<Event> events;
   Outcome outcome;
+  // Further instants at which errors, drift and growth are judged (metrics/instants.hpp), and how many samples the run
+  // was asked for: the instants are among them. Empty and 0: the samples alone.
+  SampleSeries between = {};
+  std::int64_t shared = 0;
 };
 
 }  // namespace atwood

@@ -187,13 +187,16 @@ template <class S> void march_equal_steps(Run<S>& run) {
 // ---- adaptive steps ---------------------------------------------------------------------------------------------
 template <class S> struct Tolerance { S rtol, atol; };
 
+// The samples inside a step. What they evaluate is no work of the method: it would depend on their number.
 template <class S> bool sample_inside(Run<S>& run, std::int64_t& k, S t_s, S h_s, S end_s, std::vector<S>& inside_y) {
   Simulation<S>& s = run.simulation;
+  const std::int64_t evaluations = s.model->system().evaluations;
   for (; k < run.plan.samples; ++k) {
     const S sample_s = S(run.plan.t_end_s) * S(k) / S(run.plan.samples);
     if (sample_s > end_s) return true;
     if (s.stepper->dense_is_accurate()) s.stepper->dense((sample_s - t_s) / h_s, inside_y.data());
     else if (!s.stepper->step(t_s, sample_s - t_s, s.y.data(), inside_y.data())) return refuse_step(s, t_s);
+    s.model->system().evaluations = evaluations;
     if (!run.observe_state(k, inside_y.data())) return false;
   }
   return true;

@@ -27,6 +27,14 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kMinLimit_s = 0.05;  // of a run, however short the search
+// Whether the metric compares with a truth. Others are measured without one: a truth that is computed on the way may
+// give the energy a scale, and its figures another name.
+bool needs_truth(const std::string& metric) {
+  for (const char* family : {"error-", "impact-", "transition-", "apex-", "landing-", "size-", "condition"})
+    if (metric.starts_with(family)) return true;
+  return false;
+}
+
 constexpr const char* kMoreTime = " (--time SECONDS gives the search more)";
 constexpr int kMaxAtOnce = 4;  // methods between two checks of the time
 
@@ -35,13 +43,12 @@ class AdviceSearch {
   AdviceSearch(const Place& place, const Options& options, const std::vector<Worker>& workers, Scenario scenario,
                Clock::time_point start, Advice& advice)
       : place_(place), options_(options), workers_(workers), scenario_(std::move(scenario)), start_(start),
-        advice_(advice) {
-    lengthen_ladder(scenario_);
-  }
+        advice_(advice) {}
 
   bool run(const Candidates& candidates);  // false: interrupted
   bool decide();                           // the same
   bool truth_failed() const { return truth_failed_; }
+  bool has_figure() const;  // some run has the metric
   std::string why_no_figure() const;
 
  private:
@@ -99,6 +106,7 @@ bool AdviceSearch::run_cells(const std::vector<std::string>& ids) {
   StudyCells block;
   block.scenarios = {"*"};
   block.methods = ids;
+  block.whole_ladder = true;
   block.repeats = 5;
   if (at_.first) block.spacings_m = {*at_.first}, block.sound_speeds_m_per_s = {at_.second.value_or(0)};
   std::vector<Cell> cells = plan_cells({"advise", {block}}, {scenario_}, workers_, place_.provenance.cpu);
@@ -117,9 +125,9 @@ bool AdviceSearch::run_cells(const std::vector<std::string>& ids) {
   cells_.insert(cells_.end(), cells.begin(), cells.end());
   advice_.runs = static_cast<int>(cells_.size());
   for (const std::string& id : ids) engines_run_.insert(engine_of(id));
-  truth_failed_ = truth_failed_ || std::any_of(result.rows.begin(), result.rows.end(), [](const Row& row) {
-                    return row.metric == "truth" && row.status != Status::ok;
-                  });
+  const bool failed = std::any_of(result.rows.begin(), result.rows.end(),
+                                  [](const Row& row) { return row.metric == "truth" && row.status != Status::ok; });
+  truth_failed_ = truth_failed_ || (failed && (of_fluids() || needs_truth(advice_.metric)));
   return !result.interrupted;
 }
 
@@ -198,8 +206,14 @@ bool AdviceSearch::run(const Candidates& candidates) {
       scenario_.scene.fluids.empty()
           ? std::any_of(rows_.begin(), rows_.end(), [](const Row& row) { return row.metric.rfind("error-", 0) == 0; })
           : !(advice_.metric.empty() ? telling_metric(rows_, scenario_.id) : advice_.metric).empty();
-  truth_failed_ = truth_failed_ || !measured;
+  truth_failed_ = truth_failed_ || !(measured || has_figure());
   return true;
+}
+
+bool AdviceSearch::has_figure() const {
+  return !of_fluids() && std::any_of(rows_.begin(), rows_.end(), [&](const Row& row) {
+    return row.metric == advice_.metric && row.status == Status::ok && row.steps > 0 && row.body.empty();
+  });
 }
 
 // Every engine's first method that it supports is tried, whatever the time; of fluids, whose runs and truths take
@@ -445,13 +459,15 @@ int command_advise(const Place& place, const Options& options) {
   const bool fluids = advice.motion.fluids;  // their metrics decide whether a truth is needed
   if (fluids && advice.scenario.truth.kind == TruthKind::none)
     advice.truth = "none: " + advice.metric + " needs no truth";
-  if (advice.scenario.truth.kind != TruthKind::none || fluids) {
+  const bool without = advice.scenario.truth.kind == TruthKind::none && !needs_truth(advice.metric);
+  if (advice.scenario.truth.kind != TruthKind::none || fluids || without) {
     search.emplace(place, options, workers, advice.scenario, fluids ? Clock::now() : start, advice);
     if (!search->run(candidates)) return interrupted();
   }
   if (fluids && search->truth_failed())
     throw InputError(
         fmt::format("advise: no run of `{}` has a figure to rank: {}", advice.scenario.id, search->why_no_figure()));
+  if (without && search->has_figure()) advice.truth = "none: " + advice.metric + " needs no truth";
   if (!search || search->truth_failed()) {
     fmt::print(stderr, "atwood: `{}` has no truth: one is computed\n", advice.scenario.id);
     const InterruptGuard guard;

@@ -82,8 +82,8 @@ HistoryRun named_run(const RunHistory& history, const Options& options, const Se
 Baseline baseline_of(const RunHistory& history, const HistoryRun& run) {
   Baseline baseline;
   for (HistoryFigure& f : history.figures(run.id))
-    baseline.entries.push_back(
-        {std::move(f.scenario), std::move(f.method), std::move(f.metric), f.steps, f.value, f.bar, std::move(f.unit)});
+    baseline.entries.push_back({std::move(f.scenario), std::move(f.method), std::move(f.metric), f.steps, f.value,
+                                f.bar, std::move(f.unit), f.definition});
   std::istringstream lines(history.environment(run.id));
   for (std::string line; std::getline(lines, line);) {
     const std::size_t tab = line.starts_with("engine\t") ? line.find('\t', 7) : line.find('\t');

@@ -25,15 +25,6 @@ struct Half {
 
 }  // namespace
 
-void lengthen_ladder(Scenario& scenario) {
-  std::set<std::int64_t> steps(scenario.steps.begin(), scenario.steps.end());
-  // Few steps of fluids are stable: two halves show where they begin.
-  const std::int64_t least = scenario.scene.fluids.empty() ? 0 : *steps.begin() / 4;
-  for (std::int64_t n = *steps.begin(); n % 2 == 0 && (n / 2) % scenario.samples == 0 && n / 2 >= least; n /= 2)
-    steps.insert(n / 2);
-  scenario.steps.assign(steps.begin(), steps.end());
-}
-
 std::vector<Row> without_idle_halves(const std::vector<Row>& rows, const std::vector<std::string>& asked,
                                      std::vector<std::string>& notes) {
   std::map<std::pair<std::string, std::string>, Half> halves;  // scenario, family

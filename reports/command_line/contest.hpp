@@ -11,10 +11,6 @@
 
 namespace atwood {
 
-// Rungs below the ladder's coarsest: halved while the samples divide them. Methods of high order live there, and it
-// shows from which step on a method is stable. Of fluids at most twice.
-void lengthen_ladder(Scenario& scenario);
-
 // A method that takes a tolerance was run both ways. A half that it refuses is not its failure, and where equal steps
 // change nothing (it chooses its own, at a tolerance of its own) they are not a ladder: the other half stands for it.
 // `asked`: ids that were named as they are; `notes` gets a sentence on each method whose half was left out.

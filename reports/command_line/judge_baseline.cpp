@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -40,6 +41,24 @@ void report_no_numbers(Judged& judged) {
     judged.notes.push_back(
         fmt::format("{} figure{} not a number in the baseline and {} one now: counted as new, not compared.", count,
                     count == 1 ? " was" : "s were", count == 1 ? "is" : "are"));
+}
+
+// Of metrics that were defined otherwise when the baseline was written.
+void report_changed_definitions(Judged& judged) {
+  std::set<std::string> what;
+  int count = 0;
+  for (const BaselineChange& change : judged.changes) {
+    if (change.kind != Kind::added || !change.text.starts_with(kDefinitionChanged)) continue;
+    ++count;
+    what.insert(change.metric + change.text.substr(kDefinitionChanged.size()));
+  }
+  if (count == 0) return;
+  std::string text;
+  for (const std::string& one : what) text += (text.empty() ? "" : "; ") + one;
+  judged.notes.push_back(
+      fmt::format("{} of {} figure{} since the baseline was written: counted as new, not compared. "
+                  "{}. `atwood bless` renews the baseline.",
+                  kDefinitionChanged, count, count == 1 ? "" : "s", text));
 }
 
 // Figures that are missing only because of a filter of this call are not losses.
@@ -166,6 +185,7 @@ void judge_baseline(const Place& place, const Options& options, const Selection&
   for (BaselineChange& change : judged.changes)
     change.rerun = with_own_files(place, options, selection, change.scenario, change.rerun);
   report_no_numbers(judged);
+  report_changed_definitions(judged);
   const bool compared = std::any_of(judged.changes.begin(), judged.changes.end(), [](const BaselineChange& change) {
     return change.kind != Kind::missing && change.kind != Kind::added;
   });

@@ -403,17 +403,16 @@ Selection select_cells(const Place& place, const Options& options) {
   if (!options.study.empty()) check_study(study, known, selection.workers);
   const std::string of_study = fmt::format("study `{}`: ", study.id);
   const std::map<std::string, std::string> unfit = set_frequencies(selection.scenarios, options.hz, study);
-  if (options.whole_ladders) {
-    for (auto& scenario : selection.scenarios) lengthen_ladder(scenario);
-  }
+  const auto planned = [&] {
+    for (StudyCells& cells : study.cells) cells.whole_ladder = options.whole_ladders;
+    return plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu, options.max_cells);
+  };
 
   if (!options.methods.empty() && !options.study.empty()) {  // a part of the study that was named, as the study has it
     if (!options.steps.empty()) {
-      for (auto& cells : study.cells) cells.steps = options.steps;
+      for (auto& cells : study.cells) cells.only_steps = options.steps;
     }
-    selection.cells = cells_of_methods(
-        plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu, options.max_cells),
-        options.methods);
+    selection.cells = cells_of_methods(planned(), options.methods);
     require_frequencies(selection.cells, unfit);
     if (!selection.cells.empty()) {
       check_settings(of_study, selection.cells, selection.workers);
@@ -431,10 +430,10 @@ Selection select_cells(const Place& place, const Options& options) {
   if (!options.steps.empty()) {
     for (const auto& scenario : selection.scenarios)
       if (names_scenario(study, scenario.id)) check_steps(scenario, options.steps);
-    for (auto& cells : study.cells) cells.steps = options.steps;
+    for (auto& cells : study.cells) cells.only_steps = options.steps;
   }
   take_resolutions(options, study);  // blocks may be new
-  selection.cells = plan_cells(study, selection.scenarios, selection.workers, place.provenance.cpu, options.max_cells);
+  selection.cells = planned();
   require_frequencies(selection.cells, unfit);
   if (selection.cells.empty()) throw InputError(nothing_to_run(place, options, study, selection.scenarios));
   if ((!options.spacings.empty() || !options.sound_speeds.empty()) &&

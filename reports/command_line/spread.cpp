@@ -84,7 +84,7 @@ std::vector<NamedRun> run_finest(const std::vector<Cell>& cells, const std::stri
   std::vector<NamedRun> runs;
   for (const auto& [family, cell] : finest) {
     Recording run = run_once(workers[static_cast<std::size_t>(cell->worker)], cell->method, cell->scenario->scene,
-                             cell->plan, limit_s);
+                             own_plan(*cell), limit_s);
     if (run.outcome.status == Status::ok)
       runs.push_back({fmt::format("{}, {}", family, rung_words(cell->method, cell->plan.steps)), std::move(run)});
   }

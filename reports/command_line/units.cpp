@@ -9,6 +9,7 @@
 
 #include "benchmarks/goals.hpp"
 #include "scene/files.hpp"
+#include "validation/metrics/work_precision.hpp"
 
 namespace atwood {
 namespace {
@@ -117,6 +118,11 @@ double read_error(const std::string& text, std::string& metric, const std::strin
 Question read_question(const Options& options) {
   Question question;
   question.metric = metric_of(options.metric);
+  if (is_of_ladder(question.metric))
+    throw InputError(
+        fmt::format("--metric {}: it is a figure of a whole ladder, and no step has it; expected a figure of a run, as "
+                    "error-position-max. `atwood run` prints it",
+                    options.metric));
   if (!options.wanted_error.empty()) question.error = read_error(options.wanted_error, question.metric, options.metric);
   if (!options.budget.empty()) question.budget_s = parse_duration(options.budget, "--budget");
   return question;

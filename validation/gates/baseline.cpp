@@ -1,15 +1,17 @@
 // A baseline: accepted figures of an earlier measurement, one metric per line, sorted, so that a diff shows every
 // change.
 //
-//   # atwood baseline 2
+//   # atwood baseline 3
 //   # reason: <text>
+//   # definition <tab> order-position <tab> 2
 //   # scenario <tab> method <tab> steps <tab> metric <tab> value <tab> bar <tab> unit
 //   kepler-e0.6  atwood/rk4  960  error-position-end  1.319e-06  0  m
 //   # end 1
 //
 // The last line counts the figures, so that a truncated file is not taken for a smaller one. Version 1 had no such
-// line. The environment of the measurement is in <path>.env: compiler, flags, CPU and its features, mathematics
-// library, engine versions. No timestamps.
+// line. A metric whose definition is not the first one has a line with its version, since version 3 of the file; a
+// figure by another definition is not compared. The environment of the measurement is in <path>.env: compiler, flags,
+// CPU and its features, mathematics library, engine versions. No timestamps.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -25,6 +27,7 @@
 #include "scene/printable.hpp"
 #include "validation/gates/gates.hpp"
 #include "validation/gates/times.hpp"
+#include "validation/metrics/metrics.hpp"
 
 namespace atwood {
 namespace {
@@ -48,6 +51,18 @@ struct Entry {
   double value = 0, bar = 0;
   std::string unit;
 };
+
+// The metric of a figure, and its present definition.
+const MetricInfo& definition_of(const std::string& figure) {
+  static const std::map<std::string, MetricInfo> known = [] {
+    std::map<std::string, MetricInfo> all;
+    for (const MetricInfo& metric : all_metrics()) all[metric.name] = metric;
+    return all;
+  }();
+  static const MetricInfo unknown;
+  const auto found = known.find(figure.substr(0, figure.find('[')));
+  return found == known.end() ? unknown : found->second;
+}
 
 // Whether a row belongs to the baseline. Residuals of solvers do not: at round-off they change with the order of a sum,
 // and gates judge them. Infinite figures and figures with an infinite bar do not: every value agrees with them. A time
@@ -118,6 +133,7 @@ constexpr std::size_t kLongestLine = 65536;
 struct Reader {
   Baseline& baseline;
   int version = 0, number = 0;
+  std::map<std::string, int> definitions = {};
   bool ended = false;
   std::set<Key> seen = {};
 
@@ -128,7 +144,16 @@ struct Reader {
   void first(const std::string& line) {
     if (line == "# atwood baseline 1") version = 1;
     else if (line == "# atwood baseline 2") version = 2;
-    else refuse("expected `# atwood baseline 2`, found `" + line.substr(0, 60) + "`");
+    else if (line == "# atwood baseline 3") version = 3;
+    else refuse("expected `# atwood baseline 3`, found `" + line.substr(0, 60) + "`");
+  }
+
+  void definition(const std::string& text) {
+    const std::size_t tab = text.find('\t');
+    int of_metric = 0;
+    if (tab == std::string::npos || !parse_whole(text.substr(tab + 1), of_metric) || of_metric < 1)
+      refuse("expected `# definition METRIC VERSION`, separated by tabs, with a whole number from 1 on");
+    definitions[text.substr(0, tab)] = of_metric;
   }
 
   void end(const std::string& text) {
@@ -155,6 +180,8 @@ struct Reader {
       refuse("value: expected a finite number, or nan, found `" + cells[4] + "`");
     if (!parse_whole(cells[5], entry.bar) || !std::isfinite(entry.bar) || entry.bar < 0)
       refuse("bar: expected a finite number from 0 on, found `" + cells[5] + "`");
+    const auto known = definitions.find(entry.metric.substr(0, entry.metric.find('[')));
+    if (known != definitions.end()) entry.definition = known->second;
     if (!seen.insert({entry.scenario, entry.method, entry.steps, entry.metric}).second)
       refuse("the metric is there twice");
     baseline.entries.push_back(std::move(entry));
@@ -166,6 +193,7 @@ struct Reader {
     if (number == 1) return first(text);
     if (ended && !text.empty()) refuse("expected nothing after `# end`");
     if (text.starts_with("# end ") && version >= 2) return end(text.substr(6));
+    if (text.starts_with("# definition\t") && version >= 3) return definition(text.substr(13));
     if (!text.empty() && text[0] != '#') figure(text);
   }
 };
@@ -266,9 +294,15 @@ std::string changed_words(const std::set<std::string>& before, const std::set<st
 BaselineText baseline_text(std::span<const Row> rows, const std::string& reason) {
   if (one_line(reason).find_first_not_of(' ') == std::string::npos) throw InputError("a baseline needs a reason");
   BaselineText text;
-  text.figures =
-      "# atwood baseline 2\n# reason: " + one_line(reason) + "\n# scenario\tmethod\tsteps\tmetric\tvalue\tbar\tunit\n";
   const std::map<Key, Entry> all = entries(rows);
+  std::map<std::string, int> definitions;
+  for (const auto& [key, entry] : all)
+    if (const MetricInfo& metric = definition_of(key.metric); metric.version > 1)
+      definitions[metric.name] = metric.version;
+  text.figures = "# atwood baseline 3\n# reason: " + one_line(reason) + "\n";
+  for (const auto& [metric, version] : definitions)
+    text.figures += "# definition\t" + metric + "\t" + std::to_string(version) + "\n";
+  text.figures += "# scenario\tmethod\tsteps\tmetric\tvalue\tbar\tunit\n";
   for (const auto& [key, entry] : all)
     text.figures += one_line(key.scenario) + "\t" + one_line(key.method) + "\t" + std::to_string(key.steps) + "\t" +
                     one_line(key.metric) + "\t" + format_double(entry.value) + "\t" + format_double(entry.bar) + "\t" +
@@ -320,7 +354,15 @@ std::vector<BaselineChange> compare_baseline(const Baseline& baseline, std::span
   for (const BaselineEntry& e : baseline.entries) {
     const Key key{e.scenario, e.method, e.steps, e.metric};
     before.insert(key);
-    if (const auto found = now.find(key); found != now.end()) {
+    const MetricInfo& metric = definition_of(e.metric);
+    const auto found = now.find(key);
+    if (found != now.end() && e.definition != metric.version && !metric.name.empty()) {
+      const Entry& measured = found->second;
+      changes.push_back(change_of(key, Kind::added, e.value, measured.value, measured.bar, measured.unit));
+      changes.back().text = kDefinitionChanged + (metric.changed.empty() ? "" : ": " + metric.changed);
+      continue;
+    }
+    if (found != now.end()) {
       changes.push_back(compare(key, {e.value, e.bar, e.unit}, found->second, timings_judged));
       continue;
     }

@@ -98,6 +98,7 @@ struct BaselineEntry {
   std::int64_t steps = 0;
   double value = 0, bar = 0;  // value may be NaN: inconclusive; bar is finite, not negative
   std::string unit;
+  int definition = 1;  // the version of the metric's definition that it was measured by
 };
 struct Baseline {
   std::string path;
@@ -118,7 +119,9 @@ struct BaselineChange {
   std::string unit, text;
   std::vector<std::string> rerun;
 };
-// A figure that was NaN in the baseline and is a number now is `added`. A bar of the baseline is limited to 10 times
+inline const std::string kDefinitionChanged = "definition changed";
+// A figure that was NaN in the baseline and is a number now is `added`, and so is one whose metric had another
+// definition then; its text begins with kDefinitionChanged. A bar of the baseline is limited to 10 times
 // the present one or 0.1 % of the value, whichever is larger.
 std::vector<BaselineChange> compare_baseline(const Baseline& baseline, std::span<const Row> rows);
 // Differences between the present environment and the .env file: processor and its features, mathematics library,

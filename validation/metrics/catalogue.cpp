@@ -10,39 +10,79 @@ namespace atwood {
 
 namespace {
 
+// The orders of one quantity's error: over the run, and of the end, the largest and the root mean square alone.
+std::vector<MetricInfo> order_metrics(const std::string& quantity, const std::string& largest) {
+  const std::string order = "order-" + quantity, error = "error-" + quantity,
+                    fitted = " on log h over the asymptotic window; bar = 95 % half-width; NaN: inconclusive.";
+  return {
+      {order, "1",
+       "Observed order over the run, that of the largest error: order-" + quantity +
+           "-max. Where the order at the end is higher beyond both intervals the reason says `superconvergent at the "
+           "samples`."},
+      {order + "-end", "1", "Slope of log " + error + "-end" + fitted},
+      {order + "-max", "1", "Slope of log " + largest + fitted + " All rungs have the same instants."},
+      {order + "-rms", "1", "Slope of log " + error + "-rms" + fitted + " All rungs have the same instants."}};
+}
+
+// Definitions that have changed, with what they were.
+void tell_changes(std::vector<MetricInfo>& all) {
+  const auto changed = [&](MetricInfo& metric) -> const char* {
+    const std::string& name = metric.name;
+    for (const char* quantity : {"position", "velocity", "attitude", "body-rate", "joint-coordinate"}) {
+      if (name == std::string("order-") + quantity)
+        return "the order of the largest error over the run; it was the end's";
+      if (name == std::string("error-") + quantity + "-max" || name == std::string("error-") + quantity + "-rms")
+        return "over instants between the samples too";
+    }
+    for (const char* over_instants :
+         {"error-joint-coordinate", "error-joint-angle", "error-joint-offset", "error-joint-rate", "energy-max",
+          "energy-drift", "energy-oscillation", "energy-change-max", "energy-change-drift", "energy-change-oscillation",
+          "jacobi-constant-error", "growth-exponent-position", "growth-exponent-attitude", "growth-exponent-energy",
+          "tolerance-ratio", "tolerance-exponent"})
+      if (name == over_instants) return "over instants between the samples too";
+    return nullptr;
+  };
+  for (MetricInfo& metric : all)
+    if (const char* what = changed(metric)) metric.version = 2, metric.changed = what;
+}
+
 std::vector<MetricInfo> common_metrics() {
   return {
       {"status", "", "How the cell ended when it could not be measured; the reason says why."},
       {"truth", "", "How the scene's truth ended when it gave no solution: no error is measured; the reason says why."},
       {"error-position-end", "m", "Distance from the true position at the last sample; the worst body."},
       {"error-position-max", "m",
-       "Largest distance from the true position over the samples, t = 0 left out; the worst body. With errors e and "
-       "bars b of the samples, the true value lies in [max(e - b), max(e + b)]."},
+       "Largest distance from the true position over the instants of the run (samples, and instants between them that all "
+       "rungs of the ladder share), t = 0 left out; the worst body. With errors e and bars b there, the true value lies in "
+       "[max(e - b), max(e + b)]."},
       {"error-position-rms", "m",
-       "Root mean square over the samples (t = 0 left out) of the distance from the true position; the worst body."},
+       "Root mean square of the distance from the true position over the judged instants: of those that all rungs of the "
+       "ladder share one in each of 64 or more equal parts of the run; the worst body."},
       {"error-velocity-end", "m/s", "Norm of the velocity's error at the last sample; the worst body."},
       {"error-velocity-max", "m/s",
-       "Largest norm of the velocity's error over the samples, t = 0 and samples on the instant of an impact left out; "
-       "the worst body."},
+       "Largest norm of the velocity's error over the instants of the run (see error-position-max), those on the instant "
+       "of an impact left out; the worst body."},
       {"error-velocity-rms", "m/s",
-       "Root mean square over the samples (t = 0 left out) of the velocity's error; the worst body."},
+       "Root mean square of the velocity's error over the judged instants (see error-position-rms); the worst body."},
       {"error-attitude-end", "rad",
        "Geodesic angle to the true attitude at the last sample, the same for q and -q; the worst body."},
       {"error-attitude-max", "rad",
-       "Largest geodesic angle to the true attitude over the samples, t = 0 left out; the worst body."},
-      {"error-attitude-rms", "rad",
-       "Root mean square over the samples (t = 0 left out) of the geodesic angle to the true attitude; the worst "
+       "Largest geodesic angle to the true attitude over the instants of the run (see error-position-max); the worst "
        "body."},
+      {"error-attitude-rms", "rad",
+       "Root mean square of the geodesic angle to the true attitude over the judged instants (see error-position-rms); "
+       "the worst body."},
       {"quaternion-norm-drift", "1",
        "Largest | |q| - 1 | over the samples and the bodies that turn, reported where it is above 1e-6: methods that do "
        "not normalise the quaternion drift, which the angle of an attitude hides."},
       {"error-body-rate-end", "rad/s",
        "Norm of the error of the body-axes angular velocity at the last sample; the worst body."},
       {"error-body-rate-max", "rad/s",
-       "Largest norm of the error of the body-axes angular velocity over the samples, t = 0 and samples on the instant "
-       "of an impact left out; the worst body."},
+       "Largest norm of the error of the body-axes angular velocity over the instants of the run (see "
+       "error-position-max), those on the instant of an impact left out; the worst body."},
       {"error-body-rate-rms", "rad/s",
-       "Root mean square over the samples (t = 0 left out) of the body-axes angular velocity's error; the worst body."},
+       "Root mean square of the body-axes angular velocity's error over the judged instants (see error-position-rms); "
+       "the worst body."},
       {"error-state-end", "1",
        "Relative 2-norm of the whole state's error at the last sample: positions [m] and velocities [m/s] of all "
        "moving bodies in one vector, over the norm of the true one."},
@@ -58,14 +98,16 @@ std::vector<MetricInfo> common_metrics() {
        "E_scale, one per scene for all methods and steps: largest kinetic energy + |V - V0| over the truth's "
        "samples, or over a run of the reference with converged energy, without a truth or where the samples miss more "
        "than 1 % of it (the reason says which)."},
-      {"energy-max", "1", "Largest |E - E0| / E_scale."},
+      {"energy-max", "1", "Largest |E - E0| / E_scale over the instants of the run (see error-position-max)."},
       {"energy-drift", "1/s",
-       "Slope of (E - E0) / E_scale by Theil and Sen, an oscillation removed; positive: E grows. Bar: 95 %, for correlated "
+       "Slope of (E - E0) / E_scale by Theil and Sen over t = 0 and the judged instants (see error-position-rms), an "
+       "oscillation removed; positive: E grows. Bar: 95 %, for correlated "
        "noise or a walk hidden under it; where not stationary, or of fewer than ten samples, the mean slope and "
        "Student's interval over at most eight parts. NaN: round-off (see energy-drift-round-off), or fewer than five "
        "samples."},
-      {"energy-oscillation", "1", "Half the range of (E - E0) / E_scale about its drift."},
-      {"energy-change-max", "J", "Largest |E - E0|, of scenes without E_scale."},
+      {"energy-oscillation", "1",
+       "Half the range of (E - E0) / E_scale about its drift, at the instants of energy-drift."},
+      {"energy-change-max", "J", "energy-max of scenes without E_scale: largest |E - E0|."},
       {"energy-change-drift", "W", "energy-drift of scenes without E_scale: slope of E - E0."},
       {"energy-change-oscillation", "J", "Half the range of E - E0 about its drift, of scenes without E_scale."},
       {"energy-drift-round-off", "1/s",
@@ -86,11 +128,14 @@ std::vector<MetricInfo> common_metrics() {
       {"magnetic-moment-error", "1",
        "Largest change of m v_perp^2 / 2B in the drift frame, over its value at the start."},
       {"growth-exponent-position", "1",
-       "Exponent of the law by which the position error grows (reason: its name); bar = 95 %; NaN: inconclusive."},
+       "Exponent of the law by which the position error grows, at the judged instants (see error-position-rms; reason: its "
+       "name); bar = 95 %; NaN: inconclusive."},
       {"growth-exponent-attitude", "1",
-       "Exponent of the law by which the attitude error grows (reason: its name); bar = 95 %; NaN: inconclusive."},
+       "Exponent of the law by which the attitude error grows, at the judged instants (see error-position-rms; reason: its "
+       "name); bar = 95 %; NaN: inconclusive."},
       {"growth-exponent-energy", "1",
-       "Exponent of the law by which |E - E0| grows (reason: its name); bar = 95 %; NaN: inconclusive."},
+       "Exponent of the law by which |E - E0| grows, at the judged instants (see error-position-rms; reason: its name); "
+       "bar = 95 %; NaN: inconclusive."},
       {"growth-exponent-round-off-energy", "1",
        "Exponent of the law by which the root mean square of the round-off in energy grows (reason: its name; "
        "Brouwer's law: t^1/2), from 96 runs perturbed in the last place and their differences from the same runs in "
@@ -153,18 +198,6 @@ std::vector<MetricInfo> common_metrics() {
        "differences grow as h decreases."},
       {"gci-effectivity", "1",
        "True error at the finest step of gci-position, over gci-position: at most 1 where the index bounds the error."},
-      {"order-position", "1",
-       "Slope of log error-position-end on log h over the asymptotic window; bar = 95 % half-width; NaN: "
-       "inconclusive."},
-      {"order-velocity", "1",
-       "Slope of log error-velocity-end on log h over the asymptotic window; bar = 95 % half-width; NaN: "
-       "inconclusive."},
-      {"order-attitude", "1",
-       "Slope of log error-attitude-end on log h over the asymptotic window; bar = 95 % half-width; NaN: "
-       "inconclusive."},
-      {"order-body-rate", "1",
-       "Slope of log error-body-rate-end on log h over the asymptotic window; bar = 95 % half-width; NaN: "
-       "inconclusive."},
       {"order-impact-time", "1",
        "Slope of log impact-time-error on log h over the asymptotic window; bar = 95 % half-width; NaN: inconclusive."},
       {"landing-range-error", "m",
@@ -298,8 +331,17 @@ std::vector<MetricInfo> common_metrics() {
 const std::vector<MetricInfo>& all_metrics() {
   static const std::vector<MetricInfo> metrics = [] {
     std::vector<MetricInfo> all = common_metrics();
-    for (const std::vector<MetricInfo>& family : {joint_metrics(), fluid_metrics()})
+    const auto before =
+        std::find_if(all.begin(), all.end(), [](const auto& m) { return m.name == "order-impact-time"; });
+    std::vector<MetricInfo> orders;
+    for (const char* quantity : {"position", "velocity", "attitude", "body-rate"})
+      for (MetricInfo& one : order_metrics(quantity, std::string("error-") + quantity + "-max"))
+        orders.push_back(std::move(one));
+    all.insert(before, orders.begin(), orders.end());
+    for (const std::vector<MetricInfo>& family :
+         {joint_metrics(), order_metrics("joint-coordinate", "error-joint-coordinate"), fluid_metrics()})
       all.insert(all.end(), family.begin(), family.end());
+    tell_changes(all);
     return all;
   }();
   return metrics;

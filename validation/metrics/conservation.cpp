@@ -159,13 +159,28 @@ Row drift_row(const std::string& metric, const DriftFit& drift, double floor, st
   return row(metric, slope, bar, text);
 }
 
-void append_energy(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
+// Drift and oscillation of the judged instants, the largest change of all.
+DriftFit drift_of(const Observed& all, const std::vector<double>& energy, std::vector<double>& t) {
+  std::vector<double> judged;
+  double largest = 0;
+  for (std::size_t k = 0; k < energy.size(); ++k) {
+    largest = std::max(largest, std::fabs(energy[k]));
+    if (!all.judged[k]) continue;
+    t.push_back(static_cast<double>(all.run.values[k].t_s));
+    judged.push_back(energy[k]);
+  }
+  DriftFit drift = fit_drift(t, judged);
+  drift.largest = largest;
+  return drift;
+}
+
+void append_energy(const Scenario& scenario, const Truth& truth, const Recording& run, const Observed& all,
+                   std::vector<Row>& rows) {
   const EnergyScale scale = energy_scale(scenario, truth);
-  const std::vector<double> energy = energy_change(scenario, run, scale);
+  const std::vector<double> energy = energy_change(scenario, all.run, scale);
   if (energy.empty()) return;
   std::vector<double> t;
-  for (const SampleView s : run.values) t.push_back(static_cast<double>(s.t_s));
-  const DriftFit drift = fit_drift(t, energy);
+  const DriftFit drift = drift_of(all, energy, t);
   const double floor = energy_floor(scenario, run, scale);
   if (!(scale.joules > 0)) {
     rows.push_back(row("energy-change-max", drift.largest, 0,
@@ -241,9 +256,10 @@ double energy_floor(const Scenario& scenario, const Recording& run, const Energy
   return relative * static_cast<double>(largest);
 }
 
-void append_conservation(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
+void append_conservation(const Scenario& scenario, const Truth& truth, const Recording& run, const Observed& all,
+                         std::vector<Row>& rows) {
   if (!scenario.scene.problem.empty() || run.values.size() < 2) return;
-  append_energy(scenario, truth, run, rows);
+  append_energy(scenario, truth, run, all, rows);
   if (declares(scenario, "momentum")) append_momentum(scenario, run, rows);
   if (declares(scenario, "angular-momentum") || declares(scenario, "angular-momentum-center"))
     append_angular_momentum(scenario, run, rows);

@@ -144,27 +144,38 @@ double angle_error(Wide mine, Wide truth, bool reported) {
 
 // Errors of angles [rad], or of offsets [m].
 struct Kept {
-  metrics::Largest end, largest, rate;
+  metrics::Largest end, largest, rate, rms;  // rms: of each coordinate over the judged instants
+};
+
+// The root mean square of errors and of their bars.
+struct MeanSquare {
+  double squares = 0, bar_squares = 0, count = 0;
+  void take(double error, double bar) { squares += error * error, bar_squares += bar * bar, ++count; }
+  void give(metrics::Largest& to) const {
+    if (count > 0) to.take(std::sqrt(squares / count), std::sqrt(bar_squares / count));
+  }
 };
 
 struct Comparison {
   const Scene& scene;
   const Truth& truth;
   const Motion &mine, &exact;
-  const std::vector<bool>&on_impact, &on_switch;  // by sample
+  std::vector<bool> on_impact, on_switch, judged;  // by sample
 
   // Coordinates and rates of joint j; `angles`: those that are angles, else those that are offsets.
   void take(std::size_t j, bool angles, Kept& kept) const {
     const Joint& joint = scene.joints[j];
+    std::array<MeanSquare, 3> means;
     for (std::size_t k = 1; k < mine.joints.size(); ++k) {
       const JointSample &a = mine.joints[k][j], &b = exact.joints[k][j];
       const Bars bars = bars_of(scene, truth, k, j);
-      const auto coordinate = [&](double error, double bar) {
+      const auto coordinate = [&](int i, double error, double bar) {
         kept.largest.take(error, bar);
+        if (judged[k]) means[static_cast<std::size_t>(i)].take(error, bar);
         if (k + 1 == mine.joints.size()) kept.end.take(error, bar);
       };
       if (joint.kind == JointKind::ball) {
-        coordinate(quaternion_angle(a.q, b.q), bars.attitude);
+        coordinate(0, quaternion_angle(a.q, b.q), bars.attitude);
         if (on_impact[k]) continue;
         kept.rate.take(norm<3>({a.u[0] - b.u[0], a.u[1] - b.u[1], a.u[2] - b.u[2]}),
                        std::hypot(bars.u[0], bars.u[1], bars.u[2]));
@@ -172,16 +183,18 @@ struct Comparison {
       }
       for (int i = 0; i < coordinate_count(joint.kind); ++i) {
         if (dynamics::is_angle(joint.kind, i) != angles) continue;
-        coordinate(angles ? angle_error(a.q[i], b.q[i], mine.reported && exact.reported) : size_of(a.q[i] - b.q[i]),
+        coordinate(i, angles ? angle_error(a.q[i], b.q[i], mine.reported && exact.reported) : size_of(a.q[i] - b.q[i]),
                    bars.q[i]);
         if (!on_impact[k]) kept.rate.take(size_of(a.u[i] - b.u[i]), bars.u[i]);
       }
     }
+    for (const MeanSquare& mean : means) mean.give(kept.rms);
   }
 };
 
 void merge(Kept& all, const Kept& one) {
-  for (const auto& [to, from] : {std::pair{&all.end, &one.end}, {&all.largest, &one.largest}, {&all.rate, &one.rate}})
+  for (const auto& [to, from] :
+       {std::pair{&all.end, &one.end}, {&all.largest, &one.largest}, {&all.rate, &one.rate}, {&all.rms, &one.rms}})
     to->figures.insert(to->figures.end(), from->figures.begin(), from->figures.end());
 }
 
@@ -195,7 +208,10 @@ void push_coordinates(const std::string& body, const std::string& unit, const Ke
     rows.back().unit = unit_of;
   };
   push("error-joint-coordinate", kept.largest, unit);
-  if (body.empty()) push("error-joint-coordinate-end", kept.end, unit);
+  if (body.empty()) {
+    push("error-joint-coordinate-end", kept.end, unit);
+    push("error-joint-coordinate-rms", kept.rms, unit);
+  }
   push("error-joint-rate", kept.rate, unit == "rad, m" ? "rad/s, m/s" : unit + "/s");
 }
 
@@ -370,19 +386,22 @@ Recording with_joints(const Scene& scene, const Recording& run) {
   return full;
 }
 
-void metrics::append_joints(const Scenario& scenario, const Truth& truth, const Recording& run,
+void metrics::append_joints(const Scenario& scenario, const Truth& truth, const Recording& run, const Observed& all,
                             std::vector<Row>& rows) {
   if (!has_mechanism(scenario.scene)) return;
   append_gaps(scenario, run, rows);
   if (!has_truth(truth) || scenario.scene.joints.empty()) return;
-  const Motion mine = motion_of(scenario.scene, run.values), exact = motion_of(scenario.scene, truth.values);
-  const std::vector<bool> on_impact = samples_on_impacts(truth);
-  const std::vector<bool> on_switch = samples_on_switches(scenario, truth);
-  const Comparison compare{scenario.scene, truth, mine, exact, on_impact, on_switch};
-  append_size(compare, rows);
-  append_coordinates(compare, rows);
-  append_reactions(compare, false, rows);
-  append_reactions(compare, true, rows);
+  const Motion exact = motion_of(scenario.scene, truth.values), mine = motion_of(scenario.scene, run.values),
+               all_exact = motion_of(scenario.scene, all.truth.values),
+               all_mine = motion_of(scenario.scene, all.run.values);
+  const Comparison of_samples{
+      scenario.scene, truth, mine, exact, samples_on_impacts(truth), samples_on_switches(scenario, truth), {}};
+  const Comparison of_all{scenario.scene, all.truth, all_mine, all_exact, samples_on_impacts(all.truth), {},
+                          all.judged};
+  append_size(of_samples, rows);
+  append_coordinates(of_all, rows);
+  append_reactions(of_samples, false, rows);
+  append_reactions(of_samples, true, rows);
 }
 
 std::vector<MetricInfo> joint_metrics() {
@@ -396,17 +415,20 @@ std::vector<MetricInfo> joint_metrics() {
        "or cylindrical joint the angle between its axis as either body carries it, of a universal joint the change of the "
        "angle between its axes, of a slider or fixed joint the relative rotation. `body` names the joint."},
       {"error-joint-coordinate", "rad",
-       "Largest error of a joint's coordinates over the samples, t = 0 left out: of angles and of a ball's rotation in rad, "
+       "Largest error of a joint's coordinates over the instants of the run (see error-position-max): of angles and of a ball's rotation in rad, "
        "of offsets in m (the row's unit says which; the offset of a cylindrical joint stands in `body` joint.offset). "
        "Coordinates that are not reported are computed from the poses, whole turns left out. Without `body`: the largest of "
        "all that are not prescribed, angles in rad beside offsets in m."},
       {"error-joint-coordinate-end", "rad", "error-joint-coordinate of all joints, at the last sample only."},
+      {"error-joint-coordinate-rms", "rad",
+       "The largest of the root mean squares of the errors of all joints' coordinates, over the judged instants (see "
+       "error-position-rms)."},
       {"error-joint-angle", "rad",
        "The largest error-joint-coordinate of angles and balls; prescribed ones are left out."},
       {"error-joint-offset", "m", "The largest error-joint-coordinate of offsets; prescribed ones are left out."},
       {"error-joint-rate", "rad/s",
-       "Largest error of a joint's rates over the samples, t = 0 and samples on the instant of an impact left out; of a "
-       "ball the norm. Units and `body` as in error-joint-coordinate."},
+       "Largest error of a joint's rates over the instants of the run (see error-position-max), those on the instant of an "
+       "impact left out; of a ball the norm. Units and `body` as in error-joint-coordinate."},
       {"error-reaction-force", "N",
        "Largest norm of the error of a joint's constraint force on the child at its anchor over the samples, samples on the "
        "instant of an impact or of a force's switch left out. Components that the constraints leave open are not compared. Springs, dampers and "
@@ -417,9 +439,6 @@ std::vector<MetricInfo> joint_metrics() {
       {"size-joint-coordinate", "rad",
        "Largest size of an angle [rad], whole turns counted, or an offset [m] of a joint along the true motion: what the "
        "round-off of joint coordinates is scaled by."},
-      {"order-joint-coordinate", "1",
-       "Slope of log error-joint-coordinate-end on log h over the asymptotic window; bar = 95 % half-width; NaN: "
-       "inconclusive."},
       {"swinging-atwood-error", "1",
        "Largest change of the second invariant of a swinging Atwood machine with the mass ratio 3 (Tufillaro 1986), over "
        "the largest sum of the sizes of its terms."},

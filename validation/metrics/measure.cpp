@@ -5,6 +5,7 @@
 #include <map>
 #include <mutex>
 
+#include "validation/metrics/instants.hpp"
 #include "validation/metrics/joints.hpp"
 #include "validation/metrics/measurements.hpp"
 #include "validation/metrics/order_statistics.hpp"
@@ -32,36 +33,41 @@ PerturbationGrowth remembered_growth(const Scenario& scenario, const Truth& trut
 }
 
 // State errors; for a chaotic motion only up to its horizon, beyond which two true motions differ as much.
-void append_foretold(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
+void append_foretold(const Scenario& scenario, const Truth& truth, const Observed& all, std::vector<Row>& rows) {
   const double horizon = metrics::state_horizon_s(scenario, truth);
   if (!(horizon < scenario.t_end_s)) {
-    metrics::append_state_errors(scenario, truth, run, rows);
+    metrics::append_state_errors(scenario, all, rows);
     return;
   }
-  Truth known = truth;
-  Recording judged = run;
+  Observed known = all;
   std::size_t kept = 0;
-  while (kept < run.values.size() && static_cast<double>(run.values[kept].t_s) <= horizon) ++kept;
-  judged.values.truncate(kept);
-  known.values.truncate(std::min(kept, known.values.size()));
-  known.bars.truncate(std::min(kept, known.bars.size()));
+  while (kept < all.run.values.size() && static_cast<double>(all.run.values[kept].t_s) <= horizon) ++kept;
+  known.run.values.truncate(kept);
+  known.truth.values.truncate(std::min(kept, known.truth.values.size()));
+  known.truth.bars.truncate(std::min(kept, known.truth.bars.size()));
+  known.judged.resize(kept);
   rows.push_back(
       metrics::row("horizon", horizon, 0, "state errors are judged up to here, what is conserved over the whole run"));
   const std::size_t first = rows.size();
-  metrics::append_state_errors(scenario, known, judged, rows);
+  metrics::append_state_errors(scenario, known, rows);
   for (std::size_t i = first; i < rows.size(); ++i)
     rows[i].reason = "up to the horizon, t = " + format_measure(horizon, 0) + " s";
 }
 
 }  // namespace
 
-std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Recording& run) {
+std::vector<Row> measure(const Scenario& scenario, const Truth& of_instants, const Recording& run) {
   using namespace metrics;
+  const auto own = static_cast<std::size_t>(std::max<std::int64_t>(0, scenario.samples));
+  const Truth truth = run.values.size() == own + 1 ? at_samples(of_instants, own) : of_instants;
   std::vector<Row> rows = status_rows(scenario, truth, run);
   append_solver_figures(run, rows);
   if (std::any_of(rows.begin(), rows.end(), [](const Row& r) { return r.metric == "status"; })) return rows;
+  const Observed instants = observed(of_instants, run);
+  const bool truth_of_samples = has_truth(truth) && !has_truth(instants.truth);  // a table of values
+  const Observed all = truth_of_samples ? observed(truth, {run.values, run.events, run.outcome}) : instants;
   if (has_truth(truth)) {
-    append_foretold(scenario, truth, run, rows);
+    append_foretold(scenario, truth, all, rows);
     append_landing(scenario, truth, run, rows);
     append_sizes(scenario, truth, rows);
     const PerturbationGrowth growth = remembered_growth(scenario, truth);
@@ -69,8 +75,8 @@ std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Rec
                        growth.followed ? "" : "at least: the growth of perturbations was not measured"));
   }
   append_norm_drift(scenario, run, rows);
-  append_conservation(scenario, truth, run, rows);
-  append_joints(scenario, truth, run, rows);
+  append_conservation(scenario, truth, run, instants, rows);
+  append_joints(scenario, truth, run, all, rows);
   append_contact(scenario, truth, run, rows);
   const double floor = relative_floor(scenario.scene, run);
   GrowthFloors floors{0, floor, energy_floor(scenario, run, energy_scale(scenario, truth))};
@@ -82,7 +88,7 @@ std::vector<Row> measure(const Scenario& scenario, const Truth& truth, const Rec
   }
   floors.position_m = std::max(floors.position_m, floor * size_m * condition);
   floors.attitude_rad *= condition;
-  append_growth(error_series(scenario, truth, run), floors, rows);
+  append_growth(judged_series(scenario, truth, all), floors, rows);
   if (run.outcome.rate_evaluations > 0)
     rows.push_back(row("rate-evaluations", static_cast<double>(run.outcome.rate_evaluations)));
   return rows;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "validation/metrics/instants.hpp"
 #include "validation/metrics/metrics.hpp"
 
 namespace atwood::dynamics {
@@ -51,15 +52,17 @@ bool has_truth(const Truth& truth);
 // 1e-3 apart, by the reference's equations. t_end for other scenes.
 double state_horizon_s(const Scenario& scenario, const Truth& truth);
 // error-position-*, error-velocity-*, ...: of bodies, or of the unknowns of a bare problem.
-void append_state_errors(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
+void append_state_errors(const Scenario& scenario, const Observed& all, std::vector<Row>& rows);
 // quaternion-norm-drift; needs no truth.
 void append_norm_drift(const Scenario& scenario, const Recording& run, std::vector<Row>& rows);
 // Largest sizes of the truth's quantities, by which relative errors are divided.
 void append_sizes(const Scenario& scenario, const Truth& truth, std::vector<Row>& rows);
-// Energy, momenta and their drifts.
-void append_conservation(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
+// Energy, momenta and their drifts. `all`: for energy.
+void append_conservation(const Scenario& scenario, const Truth& truth, const Recording& run, const Observed& all,
+                         std::vector<Row>& rows);
 // joint-gap, joint-tilt, error-joint-*, error-reaction-*; none for a scene without joints and ropes.
-void append_joints(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
+void append_joints(const Scenario& scenario, const Truth& truth, const Recording& run, const Observed& all,
+                   std::vector<Row>& rows);
 // Times, impulses and points of impacts; none without contacts.
 void append_contact(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows);
 // Complementarity and friction of the reported contact forces; needs no truth.
@@ -75,6 +78,8 @@ void append_solver_figures(const Recording& run, std::vector<Row>& rows);
 struct GrowthFloors {
   double position_m = 0, attitude_rad = 0, energy = 0;
 };
+// The errors at the judged instants, and at t = 0; the scale of the energy is by the truth.
+Series judged_series(const Scenario& scenario, const Truth& truth, const Observed& all);
 // The laws by which the errors of a series grow.
 void append_growth(const Series& series, const GrowthFloors& floors, std::vector<Row>& rows);
 

@@ -4,7 +4,9 @@
 // truth's for errors, the 95 % half-width for what is fitted (orders, growth exponents, drift).
 #pragma once
 
+#include <cstdint>
 #include <limits>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,6 +19,9 @@ namespace atwood {
 
 struct MetricInfo {
   std::string name, unit, definition;
+  // Of the definition; a figure of another version is another figure (baselines have both). What has changed since 1.
+  int version = 1;
+  std::string changed = {};
 };
 const std::vector<MetricInfo>& all_metrics();  // the report prints the definition beside the figure
 
@@ -181,15 +186,23 @@ double accuracy_floor(const std::string& metric, std::span<const Row> cell);
 // "@long-double": 2^-64; "@quad": 2^-113; else 2^-53.
 double unit_round_off(const std::string& method);
 
-// Rows of a whole ladder, from the rows of its cells: order-{position,velocity,attitude,body-rate} from error-*-end
-// (one instant: the largest over the samples may jump from one sample to another along the ladder), and
+// At how many instants the rungs of a ladder were observed: the scene's own samples, and what each rung was asked for.
+struct LadderInstants {
+  std::int64_t samples = 0;
+  std::map<std::int64_t, std::int64_t> shared = {};  // by steps; empty: not known, and taken as the same
+  bool has_fewer(std::int64_t steps) const;          // than another rung
+  std::string words() const;                         // for reasons
+};
+
+// Rows of a whole ladder, from the rows of its cells: order-{position,velocity,attitude,body-rate,joint-coordinate} of
+// the largest error, and the same of the end's, the largest and the root mean square one (-end, -max, -rms), and
 // order-impact-time from impact-time-error. `cells` are all rows of one scenario x method. In an order row
 //   value      the order; NaN where it is inconclusive (a gate on it is then unverifiable)
 //   truth_bar  the 95 % half-width
 //   reason     the window in steps, the interval, what was left out and why; or "inconclusive: ..."
 // The floor of a rung is the larger of the truth's bar and round_off_floor. Methods with a tolerance have no order in
 // h: no rows for them. (Growth laws need a series: `measure` fits them, one row per cell.)
-std::vector<Row> fit_ladder(std::span<const Row> cells);
+std::vector<Row> fit_ladder(std::span<const Row> cells, const LadderInstants& instants = {});
 
 // Rows of the same ladder from the end states of its runs: gci-position, richardson-order-position, and gci-effectivity
 // where a truth is known. The finest three rungs whose differences lie above 30 x the floor.

@@ -116,9 +116,11 @@ std::vector<std::vector<std::size_t>> samples_on_impacts(const Scene& scene, con
   return on;
 }
 
-void append_quantity(Quantity q, const std::string& name, const Scenario& scenario, const Truth& truth,
-                     const Recording& run, std::vector<Row>& rows) {
+// The largest of all instants, the root mean square of the judged ones.
+void append_quantity(Quantity q, const std::string& name, const Scenario& scenario, const Observed& all,
+                     std::vector<Row>& rows) {
   const std::vector<int> bodies = measured_bodies(q, scenario.scene);
+  const auto& [run, truth, judged] = all;
   const std::size_t n = run.values.size();
   if (bodies.empty() || n < 2) return;
   const bool jumps = q == Quantity::velocity || q == Quantity::body_rate;
@@ -136,10 +138,11 @@ void append_quantity(Quantity q, const std::string& name, const Scenario& scenar
         ++left_out;
         continue;
       }
+      largest.take(e, bar);
+      if (!judged[k]) continue;
       ++kept;
       squares += e * e;
       bar_squares += bar * bar;
-      largest.take(e, bar);
     }
     if (kept == 0) continue;
     rms.take(std::sqrt(squares / static_cast<double>(kept)), std::sqrt(bar_squares / static_cast<double>(kept)));
@@ -208,12 +211,12 @@ std::vector<Row> status_rows(const Scenario& scenario, const Truth& truth, const
   return {};
 }
 
-void append_state_errors(const Scenario& scenario, const Truth& truth, const Recording& run, std::vector<Row>& rows) {
-  append_quantity(Quantity::position, "position", scenario, truth, run, rows);
-  append_quantity(Quantity::velocity, "velocity", scenario, truth, run, rows);
-  append_quantity(Quantity::attitude, "attitude", scenario, truth, run, rows);
-  append_quantity(Quantity::body_rate, "body-rate", scenario, truth, run, rows);
-  append_state_end(scenario, truth, run, rows);
+void append_state_errors(const Scenario& scenario, const Observed& all, std::vector<Row>& rows) {
+  append_quantity(Quantity::position, "position", scenario, all, rows);
+  append_quantity(Quantity::velocity, "velocity", scenario, all, rows);
+  append_quantity(Quantity::attitude, "attitude", scenario, all, rows);
+  append_quantity(Quantity::body_rate, "body-rate", scenario, all, rows);
+  append_state_end(scenario, all.truth, all.run, rows);
 }
 
 void append_norm_drift(const Scenario& scenario, const Recording& run, std::vector<Row>& rows) {
@@ -259,10 +262,11 @@ double attitude_error_rad(const BodySample& a, const BodySample& truth) {
   return 2 * std::atan2(s, static_cast<double>(fabsq(c)));
 }
 
-Series error_series(const Scenario& scenario, const Truth& truth, const Recording& run) {
-  using namespace metrics;
+namespace metrics {
+namespace {
+
+Series series_of(const Scenario& scenario, const Truth& truth, const Recording& run, const EnergyScale& scale) {
   Series series;
-  if (!status_rows(scenario, truth, run).empty()) return series;
   for (const SampleView s : run.values) series.t_s.push_back(static_cast<double>(s.t_s));
   if (has_truth(truth)) {
     series.position_m = worst_series(Quantity::position, scenario, truth, run);
@@ -270,8 +274,30 @@ Series error_series(const Scenario& scenario, const Truth& truth, const Recordin
     series.attitude_rad = worst_series(Quantity::attitude, scenario, truth, run);
     series.body_rate_rad_per_s = worst_series(Quantity::body_rate, scenario, truth, run);
   }
-  series.energy = energy_change(scenario, run, energy_scale(scenario, truth));
+  series.energy = energy_change(scenario, run, scale);
   return series;
+}
+
+}  // namespace
+
+Series judged_series(const Scenario& scenario, const Truth& truth, const Observed& all) {
+  Series series = series_of(scenario, all.truth, all.run, energy_scale(scenario, truth));
+  for (auto* values : {&series.t_s, &series.position_m, &series.velocity_m_per_s, &series.attitude_rad,
+                       &series.body_rate_rad_per_s, &series.energy}) {
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < values->size(); ++k)
+      if (all.judged[k]) (*values)[kept++] = (*values)[k];
+    values->resize(kept);
+  }
+  return series;
+}
+
+}  // namespace metrics
+
+Series error_series(const Scenario& scenario, const Truth& truth, const Recording& run) {
+  using namespace metrics;
+  if (!status_rows(scenario, truth, run).empty()) return {};
+  return series_of(scenario, truth, run, energy_scale(scenario, truth));
 }
 
 }  // namespace atwood

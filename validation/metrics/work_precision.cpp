@@ -81,9 +81,10 @@ Ladders gather(std::span<const Row> rows, const std::string& scenario, const std
     if (row.metric == "status" && row.status != Status::ok) {
       g.status = row.status;
       g.reason = row.reason;
-    } else if (row.metric == metric) {
-      g.error = row;
-    } else if (row.metric == "run-time" && row.status == Status::ok) {
+      continue;
+    }
+    if (row.metric == metric) g.error = row;  // which may be the cost itself
+    if (row.metric == "run-time" && row.status == Status::ok) {
       g.seconds = row.value;
       if (const std::string& host = (*row.provenance).host; !host.empty()) hosts.insert(host);
     } else if (row.metric == "run-time-wasm" && row.status == Status::ok) {
@@ -181,7 +182,15 @@ double motion_size(std::span<const Row> rows, const std::string& scenario, const
       if (row.scenario == scenario && row.metric == std::string("size-") + quantity && row.value > 0) return row.value;
     }
   }
-  return 1;
+  const bool relative = metric == "energy-max" || metric == "energy-oscillation" || metric == "jacobi-constant-error" ||
+                        ends_with(metric, "-relative");
+  return relative || metric.starts_with("error-") ? 1 : std::numeric_limits<double>::infinity();
+}
+
+bool is_of_ladder(const std::string& metric) {
+  for (const char* family : {"order-", "gci-", "richardson-", "round-off-best-", "tolerance-exponent"})
+    if (metric.starts_with(family)) return true;
+  return false;
 }
 
 std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string& scenario, const std::string& metric) {

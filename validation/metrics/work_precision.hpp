@@ -69,8 +69,12 @@ struct WorkCurve {
 std::vector<WorkCurve> work_curves(std::span<const Row> rows, const std::string& scenario, const std::string& metric);
 
 // The size of the motion that an error of this metric is compared with: the scenario's own size-... row; 1 for angles
-// (a radian), relative figures, and where there is no such row.
+// (a radian), relative errors, and where there is no such row. Infinite for figures that are no errors of the motion's
+// kind: energies in joules, counts, exponents.
 double motion_size(std::span<const Row> rows, const std::string& scenario, const std::string& metric);
+
+// Whether the metric is a figure of a whole ladder, as an order is, and no run has one of its own.
+bool is_of_ladder(const std::string& metric);
 
 struct Reached {
   std::string family, method;  // method and steps: the measured rung

@@ -214,10 +214,17 @@ void append_ladders(Store& store, const std::vector<Cell>& cells, const Campaign
   const auto ends = ladder_ends(store, cells, campaigns, outcomes);
   std::vector<Row> figures;  // of the ladders
   std::map<std::string, const Scenario*> by_id;
-  for (const Cell& cell : cells) by_id[cell.scenario->id] = cell.scenario.get();
+  std::map<LadderKey, LadderInstants> instants;
+  for (const Cell& cell : cells) {
+    by_id[cell.scenario->id] = cell.scenario.get();
+    if (cell.probe != Probe::none || cell.worker < 0) continue;
+    LadderInstants& of_ladder = instants[{cell.scenario->id, cell.method, resolution_of(cell)}];
+    of_ladder.samples = cell.scenario->samples;
+    of_ladder.shared[cell.plan.steps] = cell.plan.samples;
+  }
   for (const auto& key : order) {
     const std::span<const Row> ladder = ladders[key];
-    std::vector<Row> fitted = fit_ladder(ladder);
+    std::vector<Row> fitted = fit_ladder(ladder, instants[key]);
     const auto append_all = [&](std::vector<Row> more) { fitted.insert(fitted.end(), more.begin(), more.end()); };
     append_all(fit_round_off_v(ladder));
     if (const auto found = ends.find(key); found != ends.end())

@@ -4,12 +4,15 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <numeric>
 #include <set>
+#include <unordered_map>
 
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
 #include "scene/fluid_points.hpp"
 #include "validation/gates/gates.hpp"
+#include "validation/metrics/instants.hpp"
 #include "validation/metrics/probes.hpp"
 #include "validation/study/content_hash.hpp"
 #include "validation/study/key_table.hpp"
@@ -218,14 +221,17 @@ void hash_cell(Cell& cell, const HashedMethod& method, const Worker& worker, con
                const std::string& cpu, const std::string& arithmetic) {
   const auto hash = [](std::initializer_list<std::string_view> parts) { return ContentHash(content_hash(parts)); };
   cell.settings_hash = std::string_view(hash({method.with_settings, method.version}));
+  const std::int64_t samples = cell.scenario->samples;
   cell.accuracy_hash = hash({"cell 2", scene_hash, format_double(cell.plan.t_end_s), std::to_string(cell.plan.steps),
-                             std::to_string(cell.plan.samples), method.canonical, method.with_settings,
+                             std::to_string(samples), method.canonical, method.with_settings,
                              std::to_string(wire::kProtocol), worker.build_id, method.version, arithmetic});
   for (const double end_s : cell.plan.frame_ends_s)
     cell.accuracy_hash = hash({cell.accuracy_hash, format_double(end_s)});
   if (cell.probe != Probe::none) cell.accuracy_hash = hash({cell.accuracy_hash, "probe 1", to_string(cell.probe)});
   if (worker.foreign && !worker.unknown_code.empty()) cell.campaign = worker.build_id;
   cell.timing_hash = hash({"timing 2", cell.accuracy_hash, cpu, std::to_string(cell.repeats)});
+  if (cell.plan.samples != samples)  // a timed run has no samples
+    cell.accuracy_hash = hash({cell.accuracy_hash, "shared samples", std::to_string(cell.plan.samples)});
 }
 
 // The two probes that are ladders of ordinary cells: of scalars and compensated summation, and of tolerances. A method
@@ -265,6 +271,92 @@ void join(Cell& before, const StudyCells& cells, const Offer& offer) {
   allow_more(before, cells.allow);
 }
 
+// The ids that a block makes of an offer.
+std::vector<std::string> ids_of(const StudyCells& cells, const Offer& offer, const std::vector<Worker>& workers) {
+  const std::vector<Settings> sweep =
+      has_glob(offer.text) ? std::vector<Settings>{{}} : combinations(cells, offer, workers);
+  std::vector<std::string> ids;
+  for (const Settings& settings : sweep)
+    for (std::string& id : ladder_of_probe(cells.probe, with_settings(offer.text, settings), offer.info))
+      ids.push_back(std::move(id));
+  return ids;
+}
+
+std::vector<Offer> offers_of(const StudyCells& cells, const std::vector<Worker>& workers) {
+  std::vector<Offer> offers;
+  for (const std::string& pattern : cells.methods) {
+    for (Offer& offer : is_sweep(cells.probe) ? contact_test(pattern, workers) : expand(pattern, workers)) {
+      if (!claims(cells, offer, workers) || excepted(cells, offer)) continue;
+      offers.push_back(std::move(offer));
+      offers.back().pattern = pattern;
+    }
+  }
+  return offers;
+}
+
+// The steps of a block's cells.
+std::vector<std::int64_t> ladder_of(const StudyCells& cells, const Scenario& scenario) {
+  if (!cells.chosen_steps().empty()) return cells.chosen_steps();
+  std::vector<std::int64_t> ladder = scenario.steps;
+  if (!cells.whole_ladder) return ladder;
+  const std::int64_t coarsest = *std::min_element(ladder.begin(), ladder.end()),
+                     least = scenario.scene.fluids.empty() ? 0 : coarsest / 4;
+  for (std::int64_t n = coarsest; n % 2 == 0 && (n / 2) % scenario.samples == 0 && n / 2 >= least; n /= 2)
+    ladder.push_back(n / 2);
+  return ladder;
+}
+
+// ---- instants that the rungs of a ladder share --------------------------------------------------------------------
+std::int64_t divisor_of(std::int64_t divisor, const std::vector<std::int64_t>& steps) {
+  for (const std::int64_t n : steps) divisor = std::gcd(divisor, n);
+  return divisor;
+}
+
+bool runs_once(const StudyCells& cells) { return cells.probe == Probe::none || is_ladder(cells.probe); }
+
+// By scenario and method: the greatest common divisor of the steps that all blocks give to the ladder, chosen or not by
+// the command line. Of scenarios that share no more than their own samples there is none.
+using Divisors = std::unordered_map<std::string, std::int64_t>;
+std::string ladder_key(const Scenario& scenario, const std::string& method) { return scenario.id + "\n" + method; }
+
+Divisors ladder_divisors(const Study& study, const std::vector<std::vector<Offer>>& offers,
+                         const std::vector<Scenario>& catalogue, const std::vector<Worker>& workers) {
+  std::vector<const Scenario*> sharing;
+  for (const Scenario& scenario : catalogue)
+    if (shared_samples(scenario) != scenario.samples) sharing.push_back(&scenario);
+  Divisors divisors;
+  for (std::size_t block = 0; block < study.cells.size(); ++block) {
+    const StudyCells& cells = study.cells[block];
+    std::vector<const Scenario*> named;
+    for (const Scenario* scenario : sharing)
+      if (runs_once(cells) && scenario_matches(cells.scenarios, *scenario)) named.push_back(scenario);
+    if (named.empty()) continue;
+    for (const Offer& offer : offers[block])
+      for (const std::string& id : ids_of(cells, offer, workers))
+        for (const Scenario* scenario : named) {
+          std::int64_t& divisor = divisors[ladder_key(*scenario, id)];
+          divisor = divisor_of(divisor, cells.only_steps);
+          if (!cells.steps.empty()) divisor = divisor_of(divisor, cells.steps);
+          else divisor = divisor_of(divisor, scenario->steps);
+        }
+  }
+  return divisors;
+}
+
+// The samples that the rungs of a ladder share; a run with a tolerance has its samples at any instant.
+std::int64_t samples_of_ladder(const Scenario& scenario, const std::string& method, bool adaptive,
+                               const Divisors& divisors) {
+  const auto found = divisors.find(ladder_key(scenario, method));
+  if (found == divisors.end()) return scenario.samples;
+  return adaptive ? shared_samples(scenario) : shared_samples(scenario, found->second);
+}
+
+// Of a ladder of tolerances, whose steps only set the first one: the fewest that have all the samples, else the fewest.
+std::vector<std::int64_t> first_steps(const std::vector<std::int64_t>& ladder, std::int64_t samples) {
+  const auto found = std::find_if(ladder.begin(), ladder.end(), [&](std::int64_t n) { return n % samples == 0; });
+  return {found == ladder.end() ? ladder.front() : *found};
+}
+
 // ---- how many cells -----------------------------------------------------------------------------------------------
 constexpr std::int64_t kUncountable = std::numeric_limits<std::int64_t>::max() / 8;
 
@@ -298,7 +390,7 @@ std::int64_t count_cells(const StudyCells& cells, const std::vector<Offer>& offe
     const std::int64_t resolutions = product(count(cells.spacings_m, scenario.spacings_m),
                                              count(cells.sound_speeds_m_per_s, scenario.sound_speeds_m_per_s));
     scenarios = sum(scenarios, resolutions);
-    const std::vector<std::int64_t>& steps = cells.steps.empty() ? scenario.steps : cells.steps;
+    const std::vector<std::int64_t> steps = ladder_of(cells, scenario);
     rungs = sum(rungs, product(resolutions, static_cast<std::int64_t>(steps.size())));
   }
   return sum(product(equal_steps, rungs), product(tolerances, scenarios));
@@ -336,7 +428,7 @@ std::vector<Resolved> resolutions(const StudyCells& cells, const Scenario& scena
     for (const double speed :
          entries(cells.sound_speeds_m_per_s, scenario.sound_speeds_m_per_s, first.sound_speed_m_per_s)) {
       Resolved one{{spacing, speed}, 1, scenario};
-      if (!exact || cells.steps.empty())
+      if (!exact || cells.chosen_steps().empty())
         one.refinement = first.spacing_m / spacing * (speed / first.sound_speed_m_per_s);
       // One spacing or speed without a ladder is each fluid's own.
       const bool of_run = !cells.spacings_m.empty() || !scenario.spacings_m.empty();
@@ -386,7 +478,7 @@ void refuse_joints(Cell& cell) {
 }
 
 void check_steps(const StudyCells& cells, const Scenario& scenario, const Study& study) {
-  for (const std::int64_t n : cells.steps.empty() ? scenario.steps : cells.steps) {
+  for (const std::int64_t n : cells.chosen_steps().empty() ? scenario.steps : cells.chosen_steps()) {
     if (scenario.samples > 0 && n % scenario.samples == 0) continue;
     throw InputError(cells.place + "study `" + study.id + "`: steps = " + std::to_string(n) + " on `" + scenario.id +
                      "`; expected a multiple of its " + std::to_string(scenario.samples) + " samples");
@@ -404,19 +496,18 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
   KeyTable<std::size_t> index;
   // Its place; of a new cell that behind the last one.
   const auto place_of = [&](const std::string& key) { return *index.insert(key_sum(key), planned.size()).first; };
+  std::vector<std::vector<Offer>> all_offers;  // by block
   for (const StudyCells& cells : study.cells) {
-    std::vector<Offer> offers;
-    for (const std::string& pattern : cells.methods) {
-      for (Offer& offer : is_sweep(cells.probe) ? contact_test(pattern, workers) : expand(pattern, workers)) {
-        if (!claims(cells, offer, workers) || excepted(cells, offer)) continue;
-        offers.push_back(std::move(offer));
-        offers.back().pattern = pattern;
-      }
-    }
-    check_sweep(cells, offers, workers, study);
-    counted = sum(counted, count_cells(cells, offers, catalogue, workers));
+    all_offers.push_back(offers_of(cells, workers));
+    check_sweep(cells, all_offers.back(), workers, study);
+    counted = sum(counted, count_cells(cells, all_offers.back(), catalogue, workers));
     if (counted > product(4, most_cells)) refuse_cells(study, counted, most_cells);
-    planned.reserve(static_cast<std::size_t>(std::min(counted, most_cells)));
+  }
+  planned.reserve(static_cast<std::size_t>(std::min(counted, most_cells)));
+  const Divisors divisors = ladder_divisors(study, all_offers, catalogue, workers);
+  for (std::size_t block = 0; block < study.cells.size(); ++block) {
+    const StudyCells& cells = study.cells[block];
+    const std::vector<Offer>& offers = all_offers[block];
     std::vector<Resolved> scenarios;
     for (const Scenario& scenario : catalogue) {
       if (!scenario_matches(cells.scenarios, scenario)) continue;
@@ -427,61 +518,56 @@ std::vector<Cell> plan_cells(const Study& study, const std::vector<Scenario>& ca
       const auto shared = std::make_shared<const Scenario>(resolved.scenario);
       const Scenario& scenario = *shared;
       const std::string scene_hash = content_hash(std::string_view(scene_to_json(scenario.scene)));
-      std::vector<std::int64_t> ladder = cells.steps.empty() ? scenario.steps : cells.steps;
+      std::vector<std::int64_t> ladder = ladder_of(cells, scenario);
       for (std::int64_t& steps : ladder) steps = refined(steps, resolved.refinement, scenario.samples);
       std::sort(ladder.begin(), ladder.end());
       for (const Offer& offer : offers) {
-        const std::vector<Settings> sweep =
-            has_glob(offer.text) ? std::vector<Settings>{{}} : combinations(cells, offer, workers);
-        for (const Settings& settings : sweep) {
-          for (const std::string& method :
-               ladder_of_probe(cells.probe, with_settings(offer.text, settings), offer.info)) {
-            const bool adaptive = offer.worker >= 0 && parse_method_id(method).rtol.has_value();
-            const HashedMethod hashed = offer.worker >= 0 ? hashed_method(method, offer, workers) : HashedMethod{};
-            for (const std::int64_t steps : ladder) {
-              const Probe probe = is_ladder(cells.probe) ? Probe::none : cells.probe;
-              const std::string key = key_of(scenario.id, method, steps, probe, resolved.at);
-              const std::size_t place = place_of(key);
-              const bool fresh = place == planned.size();
-              if (!fresh) join(planned[place], cells, offer);
-              if (!fresh && planned[place].repeats >= cells.repeats) {
-                if (!cells.claim.empty()) {
-                  planned[place].claim = cells.claim;
-                  planned[place].claimed_order = claimed_order(cells, offer, method, workers);
-                }
-                if (adaptive) break;
-                continue;
+        for (const std::string& method : ids_of(cells, offer, workers)) {
+          const bool adaptive = offer.worker >= 0 && parse_method_id(method).rtol.has_value();
+          const HashedMethod hashed = offer.worker >= 0 ? hashed_method(method, offer, workers) : HashedMethod{};
+          const Probe probe = is_ladder(cells.probe) ? Probe::none : cells.probe;
+          const std::int64_t samples =
+              probe == Probe::none ? samples_of_ladder(scenario, method, adaptive, divisors) : scenario.samples;
+          for (const std::int64_t steps : adaptive ? first_steps(ladder, samples) : ladder) {
+            const std::string key = key_of(scenario.id, method, steps, probe, resolved.at);
+            const std::size_t place = place_of(key);
+            const bool fresh = place == planned.size();
+            if (!fresh) join(planned[place], cells, offer);
+            if (!fresh && planned[place].repeats >= cells.repeats) {
+              if (!cells.claim.empty()) {
+                planned[place].claim = cells.claim;
+                planned[place].claimed_order = claimed_order(cells, offer, method, workers);
               }
-              Cell cell{shared,
-                        method,
-                        {scenario.t_end_s, steps, scenario.samples, scenario.frame_ends_s},
-                        offer.worker,
-                        cells.repeats,
-                        cells.claim,
-                        claimed_order(cells, offer, method, workers),
-                        {},
-                        {},
-                        {},
-                        Status::not_built,
-                        {},
-                        probe,
-                        cells.limit_s,
-                        fresh ? offer.pattern : planned[place].pattern,
-                        fresh ? cells.allow : planned[place].allow};
-              cell.spacing_m = resolved.at.first, cell.sound_speed_m_per_s = resolved.at.second;
-              if (probe != Probe::none) cell.repeats = 0;
-              if (!frames_taken(cell, workers)) refuse_frames(cell);
-              else if (!fluids_taken(cell, workers)) refuse_fluids(cell);
-              else if (!joints_taken(cell, workers)) refuse_joints(cell);
-              else if (offer.worker >= 0)
-                hash_cell(cell, hashed, workers[static_cast<std::size_t>(offer.worker)], scene_hash, cpu, arithmetic);
-              else explain_absence(cell, workers);
-              if (fresh && static_cast<std::int64_t>(planned.size()) >= most_cells)
-                refuse_cells(study, counted, most_cells);
-              if (fresh) planned.push_back(std::move(cell));
-              else planned[place] = std::move(cell);
-              if (adaptive) break;  // one rung: the ladder is that of tolerances, and N only sets the first step
+              continue;
             }
+            Cell cell{shared,
+                      method,
+                      {scenario.t_end_s, steps, std::gcd(samples, steps), scenario.frame_ends_s},
+                      offer.worker,
+                      cells.repeats,
+                      cells.claim,
+                      claimed_order(cells, offer, method, workers),
+                      {},
+                      {},
+                      {},
+                      Status::not_built,
+                      {},
+                      probe,
+                      cells.limit_s,
+                      fresh ? offer.pattern : planned[place].pattern,
+                      fresh ? cells.allow : planned[place].allow};
+            cell.spacing_m = resolved.at.first, cell.sound_speed_m_per_s = resolved.at.second;
+            if (probe != Probe::none) cell.repeats = 0;
+            if (!frames_taken(cell, workers)) refuse_frames(cell);
+            else if (!fluids_taken(cell, workers)) refuse_fluids(cell);
+            else if (!joints_taken(cell, workers)) refuse_joints(cell);
+            else if (offer.worker >= 0)
+              hash_cell(cell, hashed, workers[static_cast<std::size_t>(offer.worker)], scene_hash, cpu, arithmetic);
+            else explain_absence(cell, workers);
+            if (fresh && static_cast<std::int64_t>(planned.size()) >= most_cells)
+              refuse_cells(study, counted, most_cells);
+            if (fresh) planned.push_back(std::move(cell));
+            else planned[place] = std::move(cell);
           }
         }
       }

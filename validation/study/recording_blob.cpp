@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "validation/metrics/instants.hpp"
 #include "validation/study/blob_bytes.hpp"
 
 namespace atwood {
@@ -221,10 +222,9 @@ std::vector<Event> unpack_events(std::string_view bytes) {
   return events;
 }
 
-std::string pack_events_and_solvers(const std::vector<Event>& events,
-                                    const std::map<std::string, SolveTally>& solvers) {
-  Writer writer{pack_events(events)};
-  if (solvers.empty()) return std::move(writer.bytes);
+std::string pack_beside_samples(const Recording& recording, const std::map<std::string, SolveTally>& solvers) {
+  Writer writer{pack_events(recording.events)};
+  if (solvers.empty() && recording.between.empty()) return std::move(writer.bytes);
   writer.put(static_cast<std::uint64_t>(solvers.size()));
   for (const auto& [name, tally] : solvers) {
     writer.put(static_cast<std::uint64_t>(name.size()));
@@ -233,25 +233,35 @@ std::string pack_events_and_solvers(const std::vector<Event>& events,
       writer.put(count);
     writer.put(tally.residual_max);
   }
-  return std::move(writer.bytes);
+  if (recording.between.empty()) return std::move(writer.bytes);
+  writer.put(recording.shared);
+  return std::move(writer.bytes) + pack_samples(recording.between);
 }
 
-std::vector<Event> unpack_events_and_solvers(std::string_view bytes, std::map<std::string, SolveTally>& solvers) {
+void unpack_beside_samples(std::string_view bytes, Recording& recording) {
   Reader reader{bytes};
-  std::vector<Event> events = read_events(reader);
-  solvers.clear();
-  if (reader.at == bytes.size()) return events;
+  recording.events = read_events(reader);
+  recording.outcome.solvers.clear();
+  if (reader.at == bytes.size()) return;
   constexpr std::size_t min_solver = 8 + 5 * 8;
   for (std::size_t left = reader.count(min_solver); left > 0; --left) {
     const std::size_t size = reader.count(1);
-    SolveTally& tally = solvers[std::string(bytes.substr(reader.at, size))];
+    SolveTally& tally = recording.outcome.solvers[std::string(bytes.substr(reader.at, size))];
     reader.at += size;
     for (std::int64_t* count : {&tally.converged, &tally.stagnated, &tally.capped, &tally.iterations_max})
       *count = reader.get<std::int64_t>();
     tally.residual_max = reader.get<double>();
   }
-  reader.end();
-  return events;
+  if (reader.at == bytes.size()) return;
+  recording.shared = reader.get<std::int64_t>();
+  const auto own = static_cast<std::int64_t>(recording.values.size()) - 1;
+  recording.between = unpack_samples(bytes.substr(reader.at));
+  std::size_t expected = 0;
+  if (may_share(own, recording.shared))
+    for (const std::int64_t k : judged_instants(own, recording.shared))
+      expected += k % (recording.shared / own) != 0 ? 1 : 0;
+  if (expected != recording.between.size())
+    throw BadBlob("a stored recording has other instants than its samples share");
 }
 
 std::string pack_reals(const std::vector<double>& values) {

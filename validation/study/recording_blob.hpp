@@ -25,9 +25,10 @@ SampleSeries unpack_samples(std::string_view bytes);
 void append_samples(std::string_view bytes, SampleSeries& samples);
 std::string pack_events(const std::vector<Event>& events);
 std::vector<Event> unpack_events(std::string_view bytes);
-// The events, then the tallies of solver endings. Recordings that were stored before tallies existed have none.
-std::string pack_events_and_solvers(const std::vector<Event>& events, const std::map<std::string, SolveTally>& solvers);
-std::vector<Event> unpack_events_and_solvers(std::string_view bytes, std::map<std::string, SolveTally>& solvers);
+// What a recording has besides its own samples: the events, then the tallies of solver endings, then the further
+// instants. Recordings that were stored before tallies or instants existed have none.
+std::string pack_beside_samples(const Recording& recording, const std::map<std::string, SolveTally>& solvers);
+void unpack_beside_samples(std::string_view bytes, Recording& recording);  // tallies: to its outcome
 std::string pack_reals(const std::vector<double>& values);
 std::vector<double> unpack_reals(std::string_view bytes);
 std::string pack_series(const Series& series);

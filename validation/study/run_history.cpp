@@ -143,9 +143,10 @@ void append_figures(const std::string& scenario, const std::string& method, cons
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
     const std::vector<std::string> cells = cells_of(line);
-    if (cells.size() != 5) throw BadBlob("a figure has not five parts");
+    if (cells.size() != 5 && cells.size() != 6) throw BadBlob("a figure has neither five nor six parts");
     figures.push_back({scenario, method, cells[1], cells[4], number_of<std::int64_t>(cells[0]),
-                       number_of<double>(cells[2]), number_of<double>(cells[3])});
+                       number_of<double>(cells[2]), number_of<double>(cells[3]),
+                       cells.size() == 6 ? number_of<int>(cells[5]) : 1});
   }
 }
 
@@ -158,17 +159,20 @@ void store_figures(SQLite::Database& sql, std::int64_t run, const std::string& b
       execute(sql, "INSERT INTO figures VALUES(?, ?, ?, ?, ?)", run, scenario, method, kind, store_text(sql, text));
     texts.clear();
   };
+  std::map<std::string, std::string> definitions;  // by metric, those that are not the first
   std::istringstream lines(baseline);
   for (std::string line; std::getline(lines, line);) {
-    if (line.empty() || line[0] == '#') continue;
     const std::vector<std::string> cells = cells_of(line);
+    if (cells.size() == 3 && cells[0] == "# definition") definitions[cells[1]] = "\t" + cells[2];
+    if (line.empty() || line[0] == '#') continue;
     if (cells.size() != 7) throw BadBlob("a figure of a baseline has not seven columns");
     if (cells[0] != scenario || cells[1] != method) {
       flush();
       scenario = cells[0], method = cells[1];
     }
-    texts[is_time(cells[3]) ? times : "errors"] +=
-        cells[2] + "\t" + cells[3] + "\t" + cells[4] + "\t" + cells[5] + "\t" + cells[6] + "\n";
+    texts[is_time(cells[3]) ? times : "errors"] += cells[2] + "\t" + cells[3] + "\t" + cells[4] + "\t" + cells[5] +
+                                                   "\t" + cells[6] +
+                                                   definitions[cells[3].substr(0, cells[3].find('['))] + "\n";
   }
   flush();
 }

@@ -34,6 +34,7 @@ struct HistoryFigure {
   std::string scenario, method, metric, unit;
   std::int64_t steps = 0;  // 0: of a ladder
   double value = 0, bar = 0;
+  int definition = 1;  // the version of the metric's definition
 };
 
 // A report that a run or `atwood report` wrote.

@@ -18,6 +18,7 @@
 #include "scene/fluid_surface.hpp"
 #include "validation/metrics/fluid.hpp"
 #include "validation/metrics/fluid_picture.hpp"
+#include "validation/metrics/instants.hpp"
 #include "validation/metrics/measurements.hpp"
 #include "validation/metrics/probes.hpp"
 #include "validation/study/campaigns.hpp"
@@ -46,6 +47,10 @@ Outcome outcome_of(Status status, const std::string& reason) {
   outcome.status = status;
   outcome.reason = reason;
   return outcome;
+}
+
+std::size_t own_samples(const Scenario& scenario) {
+  return static_cast<std::size_t>(std::max<std::int64_t>(0, scenario.samples));
 }
 
 bool settled(const StoreOverview::Run& run, double limit_s) {
@@ -263,7 +268,7 @@ void StudyRun::solve_truth(TruthWork& work, WorkerClient& client) {
   const Scenario& scenario = *work.scenario;
   auto truth =
       std::make_shared<Truth>(client.truth(scenario_to_json(scenario), sampled_bodies(scenario.scene), scenario.t_end_s,
-                                           scenario.samples, std::max(truth_limit_s(), kShortest_s)));
+                                           samples_of_truth(scenario), std::max(truth_limit_s(), kShortest_s)));
   truth->outcome.reason = shortened(truth->outcome.reason, kLongestReason);
   const Status status = truth->outcome.status;
   if (status != Status::ok) truth->values.clear(), truth->bars.clear();  // a study needs the truth of the whole run
@@ -383,7 +388,8 @@ MeasuredRecord StudyRun::measured(const Cell& cell, const Truth& truth, const st
   MeasuredRecord record;
   record.basis = content_hash({hash, kMetricsVersion});
   record.rows = measure(*cell.scenario, truth, recording);
-  if (recording.outcome.status == Status::ok) record.series = error_series(*cell.scenario, truth, recording);
+  if (recording.outcome.status == Status::ok)
+    record.series = error_series(*cell.scenario, at_samples(truth, own_samples(*cell.scenario)), recording);
   if (truth.outcome.status != Status::ok && cell.scenario->truth.kind != TruthKind::none) {
     Row row = metrics::row("truth", 0);
     row.status = truth.outcome.status;
@@ -419,7 +425,8 @@ void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::s
   };
   MeasuredRecord record;
   record.basis = content_hash({truth_hash, kMetricsVersion});
-  record.rows = run_probe(cell.probe, {*cell.scenario, cell.method, cell.plan, truth, one});
+  const Truth at_own = at_samples(truth, own_samples(*cell.scenario));
+  record.rows = run_probe(cell.probe, {*cell.scenario, cell.method, cell.plan, at_own, one});
   for (const Row& row : record.rows)
     if (row.status == Status::crashed || row.status == Status::timeout)
       run.outcome = outcome_of(row.status, row.reason);
@@ -489,7 +496,9 @@ void StudyRun::run_ladder(const Ladder& ladder, std::map<int, WorkerClient>& cli
                                                           " steps of the same ladder already reached the time limit");
     } else {
       WorkerClient& client = client_of(cell, clients);
-      recording = client.run(cell.method, scene_json, sampled_bodies(cell.scenario->scene), cell.plan, 0, run.limit_s);
+      recording = with_instants(
+          client.run(cell.method, scene_json, sampled_bodies(cell.scenario->scene), cell.plan, 0, run.limit_s),
+          cell.scenario->samples, cell.plan.samples);
       run.wall_ns = client.wall_ns();
       run.killed_from_outside = client.killed_from_outside() || recording.outcome.status == Status::not_built ||
                                 loads_more(cell.worker, client);

@@ -147,7 +147,7 @@ Recording Store::recording(const std::string& cell_hash, const Outcome& outcome)
     Recording recording;
     recording.outcome = outcome;
     recording.values = unpack_samples(samples);
-    recording.events = unpack_events_and_solvers(events, recording.outcome.solvers);
+    unpack_beside_samples(events, recording);
     return recording;
   });
 }
@@ -304,11 +304,11 @@ void Store::forget_truth(const std::string& truth_hash) {
 void Store::put_run(const std::string& cell_hash, const RunRecord& run, Recording recording, const std::string& key,
                     const MeasuredRecord& measured, bool whole_recording) {
   const std::size_t all = recording.values.size(), first = whole_recording || all == 0 ? 0 : all - 1;
-  if (!whole_recording) recording.events.clear();
+  if (!whole_recording) recording.events.clear(), recording.between.clear();
   std::string samples = pack_samples(recording.values, first, all);
   recording.values.clear();
   samples = compressed(samples);
-  const std::string events = compressed(pack_events_and_solvers(recording.events, run.outcome.solvers));
+  const std::string events = compressed(pack_beside_samples(recording, run.outcome.solvers));
   MeasuredRecord without_series{measured.basis, {}, {}, {}};
   if (!whole_recording) without_series.rows = measured.rows;
   database_->written([&] {

@@ -42,6 +42,12 @@ struct StudyCells {
   std::vector<Status> allow = {};  // `diverged`, `not finite`: statuses that do not fail the run
   std::string allow_reason = {};   // why; required with `allow`
   std::string place = {};          // of the block, "FILE:LINE:COLUMN: "; empty: not from a file
+  // Where `steps` are the scenario's own: rungs below the coarsest too, halved while the samples divide them. Methods
+  // of high order live there, and it shows from which step on a method is stable. Of fluids at most twice.
+  bool whole_ladder = false;
+  // What the command line has in place of `steps`; the ladder stays theirs, and with it the instants of its rungs.
+  std::vector<std::int64_t> only_steps = {};
+  const std::vector<std::int64_t>& chosen_steps() const { return only_steps.empty() ? steps : only_steps; }
 };
 struct Study {
   std::string id;
@@ -82,8 +88,8 @@ inline constexpr const char* kUnconfined = " (sandbox = false)";
 struct Cell {
   std::shared_ptr<const Scenario> scenario;  // of many cells
   std::string method;                        // full id
-  Plan plan;
-  int worker = -1;  // index; -1: no available engine provides the method
+  Plan plan;                                 // with the samples that its ladder shares (metrics/instants.hpp)
+  int worker = -1;                           // index; -1: no available engine provides the method
   int repeats = 5;
   std::string claim;  // class of motion whose claimed order this ladder measures
   double claimed_order = 0;
@@ -102,6 +108,12 @@ struct Cell {
   std::optional<double> spacing_m = {}, sound_speed_m_per_s = {};
 };
 inline Resolution resolution_of(const Cell& cell) { return {cell.spacing_m, cell.sound_speed_m_per_s}; }
+// Its plan with the scenario's own samples.
+inline Plan own_plan(const Cell& cell) {
+  Plan plan = cell.plan;
+  plan.samples = cell.scenario->samples;
+  return plan;
+}
 // Whether a name of `scenarios` in a study, a glob over ids or "tag:NAME", means this scenario.
 bool names_scenario(const std::string& name, const Scenario& scenario);
 inline constexpr std::int64_t kMaxCells = 100'000;

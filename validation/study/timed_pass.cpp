@@ -68,8 +68,8 @@ void StudyRun::timed_pass() {
     timing.provenance.engine_version = workers_[static_cast<std::size_t>(worker)].engine.version;
     try {
       timing.outcome = client
-                           ->run(cell->method, scene_json, sampled_bodies(cell->scenario->scene), cell->plan, repeats,
-                                 limit_of(*cell, options_) * repeats)
+                           ->run(cell->method, scene_json, sampled_bodies(cell->scenario->scene), own_plan(*cell),
+                                 repeats, limit_of(*cell, options_) * repeats)
                            .outcome;
     } catch (const Interrupted&) {
       break;

@@ -8,6 +8,7 @@
 
 #include "protocol/wire.hpp"
 #include "scene/files.hpp"
+#include "validation/metrics/instants.hpp"
 #include "validation/study/campaigns.hpp"
 #include "validation/study/content_hash.hpp"
 #include "validation/study/machine.hpp"
@@ -133,12 +134,18 @@ std::vector<TruthPath*> played_paths(std::vector<TruthPath>& paths, const std::v
 
 }  // namespace
 
+std::int64_t samples_of_truth(const Scenario& scenario) {
+  const TruthKind kind = scenario.truth.kind;
+  const bool solved = kind == TruthKind::closed_form || kind == TruthKind::extended || kind == TruthKind::cvode;
+  return solved ? shared_samples(scenario) : scenario.samples;
+}
+
 std::string truth_hash(const Scenario& scenario, const std::string& truth_build) {
   const std::string values = scenario.truth.file.empty() ? "" : file_hash(scenario.truth.file);
   return content_hash({"truth 2", scene_to_json(scenario.scene), format_double(scenario.t_end_s),
-                       std::to_string(scenario.samples), std::to_string(static_cast<int>(scenario.truth.kind)),
-                       scenario.truth.solution, values, truth_build, machine_arithmetic(),
-                       std::to_string(wire::kProtocol)});
+                       std::to_string(samples_of_truth(scenario)),
+                       std::to_string(static_cast<int>(scenario.truth.kind)), scenario.truth.solution, values,
+                       truth_build, machine_arithmetic(), std::to_string(wire::kProtocol)});
 }
 
 std::vector<TruthPath> load_truth_paths(const std::string& store_path, const std::vector<Cell>& cells,
@@ -156,6 +163,7 @@ std::vector<TruthPath> load_truth_paths(const std::string& store_path, const std
         scenario.samples <= 0 || scenario.scene.bodies.size() > most_bodies || truths.contains(scenario.id))
       continue;
     std::optional<Truth> truth = store.truth(truth_hash(scenario, build));
+    if (truth) truth = at_samples(*truth, static_cast<std::size_t>(scenario.samples));
     if (truth && truth->values.size() > 1) {
       TruthPath path = path_of(scenario, *truth);
       if (path.samples.size() > 1) paths.push_back(std::move(path));

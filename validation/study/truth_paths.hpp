@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,8 @@ namespace atwood {
 
 struct Cell;
 
+// How many samples a scenario's truth is solved for: those that its runs share (metrics/instants.hpp).
+std::int64_t samples_of_truth(const Scenario& scenario);
 // The key of a scenario's truth in the store. `truth_build`: of the worker that solves it.
 std::string truth_hash(const Scenario& scenario, const std::string& truth_build);
 

@@ -20,8 +20,6 @@ template <class Unpack, class Pack> void read_and_write(std::string_view bytes, 
   require(pack(unpack(packed)) == packed, "what was packed unpacks to the same");
 }
 
-using Tallies = std::map<std::string, SolveTally>;
-
 }  // namespace
 
 void read_recording_blob(std::string_view bytes) {
@@ -37,11 +35,11 @@ void read_recording_blob(std::string_view bytes) {
     read_and_write(
         bytes,
         [](std::string_view packed) {
-          std::pair<std::vector<Event>, Tallies> both;
-          both.first = unpack_events_and_solvers(packed, both.second);
+          Recording both;
+          unpack_beside_samples(packed, both);
           return both;
         },
-        [](const auto& both) { return pack_events_and_solvers(both.first, both.second); });
+        [](const auto& both) { return pack_beside_samples(both, both.outcome.solvers); });
   if (kind == 'p')
     read_and_write(
         bytes,

@@ -76,14 +76,15 @@ TEST_CASE("baseline: sorted, one metric a line, no timestamps, the same bytes fr
   const Folder folder;
   write_baseline(folder.file(), rows(), "first\nfigures");
   const std::string text = content(folder.file());
-  CHECK(text ==
-        "# atwood baseline 2\n# reason: first figures\n# scenario\tmethod\tsteps\tmetric\tvalue\tbar\tunit\n"
-        "kepler-e0.6\tatwood/rk4\t0\torder-position\t4.05\t0.02\tm\n"
-        "kepler-e0.6\tatwood/rk4\t240\terror-position-end\t5e-04\t0\tm\n"
-        "kepler-e0.6\tatwood/rk4\t960\terror-position-end\t1.2345e-06\t1e-12\tm\n"
-        "kepler-e0.6\tatwood/rk4\t960\tstep-time\t5e-08\t0\tm\n"
-        "kepler-e0.6\tode/default\t960\terror-position-end\t0.1\t0\tm\n"
-        "# end 5\n");
+  CHECK(
+      text ==
+      "# atwood baseline 3\n# reason: first figures\n# definition\torder-position\t2\n# scenario\tmethod\tsteps\tmetric\tvalue\tbar\tunit\n"
+      "kepler-e0.6\tatwood/rk4\t0\torder-position\t4.05\t0.02\tm\n"
+      "kepler-e0.6\tatwood/rk4\t240\terror-position-end\t5e-04\t0\tm\n"
+      "kepler-e0.6\tatwood/rk4\t960\terror-position-end\t1.2345e-06\t1e-12\tm\n"
+      "kepler-e0.6\tatwood/rk4\t960\tstep-time\t5e-08\t0\tm\n"
+      "kepler-e0.6\tode/default\t960\terror-position-end\t0.1\t0\tm\n"
+      "# end 5\n");
   const std::string env = content(folder.file() + ".env");
   CHECK(env.find("cpu\ta cpu\n") != std::string::npos);
   CHECK(env.find("engine\tode\t1.0\n") != std::string::npos);
@@ -189,10 +190,44 @@ TEST_CASE("baseline: a truncated file or an invalid number is refused") {
                                  {"1.2345e-06", "1e999"},
                                  {"# end 5", "# end 4"},
                                  {"# end 5", "# end 5\nmore"},
-                                 {"# atwood baseline 2", "# atwood baseline 3"}}) {
+                                 {"# definition\torder-position\t2", "# definition\torder-position"},
+                                 {"# definition\torder-position\t2", "# definition\torder-position\t0"},
+                                 {"# atwood baseline 3", "# atwood baseline 4"}}) {
     INFO(from << " -> " << to);
     CHECK_THROWS_AS(read_baseline(changed(from, to)), InputError);
   }
+}
+
+TEST_CASE("baseline: a figure by another definition is neither better nor worse, and says so") {
+  const Folder folder;
+  write_baseline(folder.file(), rows(), "figures");
+  const std::string whole = content(folder.file()), line = "# definition\torder-position\t2\n";
+  const auto change = [&](const std::string& text, double order) {
+    std::ofstream(folder.file()) << text;
+    std::vector<Row> now = rows();
+    now[3].value = order;
+    for (const BaselineChange& c : compare_baseline(read_baseline(folder.file()), now))
+      if (c.metric == "order-position") return c;
+    FAIL("no change");
+    return BaselineChange{};
+  };
+  CHECK(change(whole, 4.05).kind == Kind::unchanged);
+  CHECK(change(whole, 3).kind == Kind::regression);
+  std::string of_version_2 = whole, without = whole;
+  without.erase(without.find(line), line.size());
+  of_version_2 = without;
+  of_version_2.replace(0, std::string("# atwood baseline 3").size(), "# atwood baseline 2");
+  for (const std::string& before : {of_version_2, without}) {
+    for (const double order : {3.0, 4.05, 5.0}) {
+      const BaselineChange c = change(before, order);
+      CHECK(c.kind == Kind::added);
+      CHECK(c.text == "definition changed: the order of the largest error over the run; it was the end's");
+    }
+  }
+  // Others in the same file are compared.
+  std::vector<Row> now = rows();
+  now[2].value = 1;
+  CHECK(change_of(now, folder.file(), "error-position-end", 240) == Kind::regression);
 }
 
 TEST_CASE("baseline: version 1 is read with a warning") {

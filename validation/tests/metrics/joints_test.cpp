@@ -301,7 +301,7 @@ TEST_CASE("joint metrics: the order of joint coordinates along a ladder") {
       cells.push_back(r);
     }
   }
-  CHECK(value_of(fit_ladder(cells), "order-joint-coordinate") == Approx(4).margin(1e-3));
+  CHECK(value_of(fit_ladder(cells), "order-joint-coordinate-end") == Approx(4).margin(1e-3));
 }
 
 TEST_CASE("joint metrics: links are the bodies that joints or ropes hold") {

@@ -80,6 +80,27 @@ TEST_CASE("times of several hosts are never ranked together") {
   for (const Dominance& table : find_dominance(rows)) CHECK(table.cost == Cost::evaluations);
 }
 
+TEST_CASE("every figure of a run makes a point: a cost, energies in joules, counts and exponents are no motion") {
+  std::vector<Row> rows;
+  rung(rows, "a/m", 10, 1e-3, 2e-3, 4000);
+  add(rows, "a/m", 10, "size-position", 1);
+  for (const char* metric : {"energy-change-max", "growth-exponent-energy", "momentum-error"})
+    add(rows, "a/m", 10, metric, 7.5);
+  for (const Row& row : std::vector<Row>(rows)) {
+    const auto curves = work_curves(rows, "s", row.metric);
+    INFO(row.metric);
+    REQUIRE(curves.size() == 1);
+    REQUIRE(curves[0].points.size() == 1);
+    CHECK(curves[0].points[0].error == row.value);
+    CHECK(curves[0].points[0].seconds == 2e-3);
+    CHECK(curves[0].points[0].evaluations == 4000);
+  }
+  add(rows, "a/m", 10, "energy-max", 7.5);  // of the motion's energy: it has nothing in common with the motion
+  CHECK(work_curves(rows, "s", "energy-max").at(0).points.empty());
+  CHECK(is_of_ladder("order-position-rms"));
+  CHECK_FALSE(is_of_ladder("error-position-rms"));
+}
+
 TEST_CASE("families: tolerances are rungs of one ladder, all else stays in the name") {
   CHECK(method_family("cvode/adams:1e-10") == "cvode/adams:tol");
   CHECK(method_family("atwood/dopri5:1e-8,1e-11@quad") == "atwood/dopri5:tol@quad");

@@ -65,21 +65,46 @@ TEST_CASE("samples and events are packed to the last bit, in 8 bytes where that 
   CHECK_THROWS_AS(unpack_samples(bytes + "x"), BadBlob);
 }
 
-TEST_CASE("how solvers ended is packed behind the events; recordings from before have none") {
-  std::vector<Event> events(3);
-  events[1].body_b = 7;
+TEST_CASE("how solvers ended and further instants are packed behind the events; recordings from before have none") {
+  Recording run;
+  run.events.resize(3);
+  run.events[1].body_b = 7;
   const std::map<std::string, SolveTally> solvers{{"contact-sweeps", {0, 0, 3, 2, 0.5}}, {"x", {1, 2, 3, 4, 1e-300}}};
-  std::map<std::string, SolveTally> back{{"left-over", {}}};
-  CHECK(unpack_events_and_solvers(pack_events(events), back).size() == 3);
-  CHECK(back.empty());
-  CHECK(pack_events_and_solvers(events, {}) == pack_events(events));
-  const std::string bytes = pack_events_and_solvers(events, solvers);
-  CHECK(unpack_events_and_solvers(bytes, back)[1].body_b == 7);
-  CHECK(back == solvers);
-  const std::size_t alone = pack_events(events).size();
-  for (std::size_t size = 0; size < bytes.size(); ++size)
-    if (size != alone) CHECK_THROWS_AS(unpack_events_and_solvers(bytes.substr(0, size), back), BadBlob);
-  CHECK_THROWS_AS(unpack_events_and_solvers(bytes + "x", back), BadBlob);
+  Recording back;
+  back.outcome.solvers = {{"left-over", {}}};
+  unpack_beside_samples(pack_events(run.events), back);
+  CHECK(back.events.size() == 3);
+  CHECK(back.outcome.solvers.empty());
+  CHECK(back.between.empty());
+  CHECK(pack_beside_samples(run, {}) == pack_events(run.events));
+  const std::string without = pack_beside_samples(run, solvers);
+  unpack_beside_samples(without, back);
+  CHECK(back.events[1].body_b == 7);
+  CHECK(back.outcome.solvers == solvers);
+  const std::size_t alone = pack_events(run.events).size();
+  for (std::size_t size = 0; size < without.size(); ++size)
+    if (size != alone) CHECK_THROWS_AS(unpack_beside_samples(without.substr(0, size), back), BadBlob);
+  CHECK_THROWS_AS(unpack_beside_samples(without + "x", back), BadBlob);
+
+  // 2 samples that share 4 with their ladder: instants 1 and 3 lie between them.
+  const std::vector<Sample> two = samples(true);
+  run.values = SampleSeries({two[0], two[1], two[1]});
+  run.between = SampleSeries({two[0], two[1]});
+  run.shared = 4;
+  for (const auto& of : {solvers, std::map<std::string, SolveTally>{}}) {
+    const std::string bytes = pack_beside_samples(run, of);
+    back.values = run.values;
+    unpack_beside_samples(bytes, back);
+    CHECK(back.shared == 4);
+    CHECK(back.outcome.solvers == of);
+    REQUIRE(back.between.size() == 2);
+    CHECK(back.between[1].t_s == two[1].t_s);
+    const std::size_t before = of.empty() ? alone + 8 : without.size();  // what a recording without instants may be
+    for (std::size_t size = 0; size < bytes.size(); ++size)
+      if (size != alone && size != before) CHECK_THROWS_AS(unpack_beside_samples(bytes.substr(0, size), back), BadBlob);
+    back.values.truncate(2);  // instants of another number of samples
+    CHECK_THROWS_AS(unpack_beside_samples(bytes, back), BadBlob);
+  }
 }
 
 TEST_CASE("contacts are packed with their samples") {
