@@ -16,8 +16,9 @@ namespace atwood::cvode {
 
 namespace {
 
-constexpr int kManyRates = 40;           // with more, a Newton matrix costs more than it saves
-constexpr double kContradiction = 1e-9;  // of the size: constraints that projected poses violate by more
+constexpr int kManyRates = 40;              // with more, a Newton matrix costs more than it saves
+constexpr double kPartsRoundOff = 0x1p-48;  // 16 units in the last place of double
+constexpr double kContradiction = 1e-9;     // of the size: constraints that projected poses violate by more
 
 struct Run {
   SampleSeries samples;
@@ -91,18 +92,25 @@ bool mark_not_unique(const Scenario& scenario, double size_m, const Sample& star
   return true;
 }
 
-void add_bars(const Scene& scene, const std::vector<Run>& runs, Truth& truth) {
+// A value that has been 0 in all runs, as a rate about an axis that the joints leave no freedom, shares no difference of its
+// kind. Velocities are sums of parts of the size of those of the scene, which may cancel: they have the round-off of these.
+void add_bars(const Scene& scene, const std::vector<Run>& runs, const Scales& natural, Truth& truth) {
   using namespace mechanism;
   const std::vector<Wide> scale = scales(scene, truth.values);
-  std::vector<Wide> farthest(kinds, Wide(0));
+  std::vector<Wide> farthest(kinds, Wide(0)), round_off(kinds, Wide(0));
+  round_off[velocity] = round_off[rate_speed] = kPartsRoundOff * natural.velocity_m_per_s;
+  round_off[angular_velocity] = round_off[coordinate_rate_angular] = kPartsRoundOff * natural.rate_rad_per_s;
+  std::vector<char> moved;  // of each value
   for (std::size_t k = 0; k < truth.values.size(); ++k) {
     const std::vector<char> undetermined = undetermined_values(scene, truth.values[k]);
     for (std::size_t a = 0; a < runs.size(); ++a)
       for (std::size_t b = 0; b < a; ++b) {
         const std::vector<Wide> difference = differences(scene, runs[a].samples[k], {runs[b].samples[k]});
         std::size_t i = 0;
-        each_value(scene, truth.values[k], [&](const Wide&, ValueKind kind) {
+        each_value(scene, truth.values[k], [&](const Wide& x, ValueKind kind) {
           if (!undetermined[i]) farthest[kind] = std::max(farthest[kind], difference[i]);
+          if (moved.size() == i) moved.push_back(0);
+          moved[i] = moved[i] || x != 0 || difference[i] != 0;
           ++i;
         });
       }
@@ -110,7 +118,8 @@ void add_bars(const Scene& scene, const std::vector<Run>& runs, Truth& truth) {
     const SampleReference bar = truth.bars.back();
     std::size_t i = 0;
     each_value(scene, bar, [&](Wide& x, ValueKind kind) {
-      x = undetermined[i++] ? Wide(0) : kSafety * farthest[kind] + Wide(kRelativeFloor) * scale[kind];
+      const Wide apart = moved[i] ? kSafety * farthest[kind] : Wide(0);
+      x = undetermined[i++] ? Wide(0) : apart + Wide(kRelativeFloor) * scale[kind] + round_off[kind];
     });
   }
 }
@@ -165,7 +174,7 @@ Truth mechanism_truth(const Scenario& scenario, std::int64_t samples) {
   if (!mark_not_unique(scenario, scales.position_m, start, truth.values))
     return refuse(
         "which reactions the constraints determine is not known: Newton's method does not satisfy them together");
-  add_bars(scenario.scene, runs, truth);
+  add_bars(scenario.scene, runs, scales, truth);
   truth.source =
       "cvode: SUNDIALS " + version() +
       " in the coordinates of a spanning tree, Adams at rtol 1e-12; bar: twice the largest difference of its "

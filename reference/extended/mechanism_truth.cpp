@@ -80,6 +80,7 @@ Bars compare(const Scenario& scenario, std::int64_t samples, const Trial& trial)
       std::min({trial.tight.samples.size(), trial.loose.samples.size(), trial.maximal.samples.size()});
   made.bounded = made.certified = count;
   std::vector<Wide> farthest(kinds, Wide(0));  // of each kind, so far
+  std::vector<char> moved;                     // of each value: it has not been 0 in all runs
   for (std::size_t k = 0; k < count; ++k) {
     const Wide t = Wide(scenario.t_end_s) * Wide(static_cast<double>(k)) / Wide(static_cast<double>(samples));
     if (made.certified == count && made.end && k > 0 && !made.end->is_after(t)) made.certified = k;
@@ -90,13 +91,15 @@ Bars compare(const Scenario& scenario, std::int64_t samples, const Trial& trial)
     const std::vector<Wide> apart =
         differences(scene, trial.tight.samples[k], {trial.loose.samples[k], trial.maximal.samples[k]});
     std::size_t i = 0;
-    each_value(scene, marked, [&](const Wide&, ValueKind kind) {
+    each_value(scene, marked, [&](const Wide& x, ValueKind kind) {
       if (!open[i]) farthest[kind] = std::max(farthest[kind], apart[i]);
+      if (moved.size() == i) moved.push_back(0);
+      moved[i] = moved[i] || x != 0 || apart[i] != 0;
       ++i;
     });
     i = 0;
     each_value(scene, marked, [&](Wide& bar, ValueKind kind) {
-      const Wide least = trial.two_runs ? Wide(kShareOfLargest) * farthest[kind] : Wide(0);
+      const Wide least = trial.two_runs && moved[i] ? Wide(kShareOfLargest) * farthest[kind] : Wide(0);
       bar = open[i] ? Wide(0) : kBarSafety * std::max(apart[i], least) + Wide(kQuadRoundOff) * scale[kind];
       if (!open[i] && k < made.certified) {
         made.largest = std::max(made.largest, static_cast<double>(bar / scale[kind]));

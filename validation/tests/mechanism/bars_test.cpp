@@ -10,6 +10,7 @@
 #include "mechanism/values.hpp"
 #include "random_mechanism.hpp"
 #include "scenes.hpp"
+#include "validation/tests/catalogued.hpp"
 
 using namespace atwood;
 
@@ -120,4 +121,17 @@ TEST_CASE("CVODE's truth refuses the stops of joints by name") {
   const Truth truth = cvode_truth(scenario, 2);
   CHECK(truth.outcome.status == Status::unsupported);
   CHECK(truth.outcome.reason.find("joint `hinge--1-0` has stops") != std::string::npos);
+}
+
+// The pendulum moves in a plane: the rates about its axes in that plane are 0, while those across it differ by what the
+// motion magnifies.
+TEST_CASE("a rate that is identically 0 has no difference of its kind in its bar") {
+  const Scenario given = testing::catalogued("double-pendulum-chaotic");
+  const Truth truth = cvode_truth(given, 8);
+  REQUIRE(truth.outcome.status == Status::ok);
+  const BodySample &value = truth.values.back().bodies[1], &bar = truth.bars.back().bodies[1];
+  CHECK(value.w_rad_per_s[0] == 0);
+  CHECK(static_cast<double>(bar.w_rad_per_s[0]) < 1e-11);
+  CHECK(static_cast<double>(bar.w_rad_per_s[0]) > 0);
+  CHECK(static_cast<double>(bar.w_rad_per_s[2]) > 1e-9);
 }
