@@ -254,10 +254,10 @@ std::vector<Kind> event_kinds() {
   const auto of = [](TruthKind truth, auto scene) {
     return [=](Random& r, bool border) { return scene(truth, r, border); };
   };
-  return {{"extended", "grazed-stops", grazed_stop, check_line, 0.05, counts},
-          {"extended", "lifted-beads", lifted_bead, check_line, 0.05, counts},
-          {"extended", "lifted-balls", of(TruthKind::extended, lifted_ball), check_line, 0.05, counts},
-          {"extended", "pegs", of(TruthKind::extended, pegs), flights, 0.05, counts}};
+  return {{"extended", "events-grazed-stops", grazed_stop, check_line, 0.05, counts},
+          {"extended", "events-lifted-beads", lifted_bead, check_line, 0.05, counts},
+          {"extended", "events-lifted-balls", of(TruthKind::extended, lifted_ball), check_line, 0.05, counts},
+          {"extended", "events-pegs", of(TruthKind::extended, pegs), flights, 0.05, counts}};
 }
 
 }  // namespace atwood::fuzz
