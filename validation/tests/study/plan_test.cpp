@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <set>
 #include <tuple>
 
@@ -70,6 +71,48 @@ TEST_CASE("endings that a block allows go with its cells, and with those that an
     CHECK(cells[0].allow == std::vector<Status>{Status::diverged});
   }
   CHECK(plan(plain)[0].allow.empty());
+}
+
+TEST_CASE(
+    "the rungs of a ladder share samples, whatever blocks and the command line make of it; probes have their own") {
+  Scenario scene = free_flight("one");
+  scene.samples = 20;
+  scene.steps = {320, 640, 1280};
+  scene.truth.kind = TruthKind::closed_form;
+  const auto samples = [&](std::vector<StudyCells> blocks) {
+    std::map<std::string, std::int64_t> found;
+    for (const Cell& cell : plan_cells({"test", std::move(blocks)}, {scene}, table(), "cpu")) {
+      CHECK(cell.plan.steps % cell.plan.samples == 0);
+      CHECK(own_plan(cell).samples == 20);
+      found[cell.method + " " + std::to_string(cell.plan.steps)] = cell.plan.samples;
+    }
+    return found;
+  };
+  const StudyCells own{{"one"}, {"demo/a"}, {}, 5, {}}, beside{{"one"}, {"demo/a"}, {200}, 5, {}};
+  for (const auto& [cell, shared] : samples({own})) CHECK(shared == 160);
+  for (const auto& [cell, shared] : samples({own, beside})) CHECK(shared == 40);
+  StudyCells filtered = beside, one = own;
+  filtered.only_steps = {640};
+  one.only_steps = {640};
+  CHECK(samples({own, filtered}).at("demo/a 640") == 40);
+  CHECK(samples({one}).at("demo/a 640") == 160);
+  StudyCells coarse = own, tolerance{{"one"}, {"demo/b:1e-6"}, {}, 5, {}};
+  coarse.whole_ladder = true, tolerance.whole_ladder = true;
+  const auto whole = samples({coarse});
+  CHECK(whole.at("demo/a 320") == 160);
+  CHECK(whole.at("demo/a 80") == 80);
+  CHECK(whole.at("demo/a 20") == 20);
+  CHECK(samples({tolerance}) == std::map<std::string, std::int64_t>{{"demo/b:1e-6 160", 160}});
+  StudyCells probe = own;
+  probe.probe = Probe::reversal;
+  for (const auto& [cell, shared] : samples({probe})) CHECK(shared == 20);
+  // More samples are another run, and the same times.
+  const Cell more = plan_cells({"test", {own}}, {scene}, table(), "cpu")[0],
+             fewer = plan_cells({"test", {own, beside}}, {scene}, table(), "cpu")[0];
+  REQUIRE(more.plan.steps == 320);
+  REQUIRE(fewer.plan.steps == 320);
+  CHECK(more.timing_hash == fewer.timing_hash);
+  CHECK_FALSE(more.accuracy_hash == fewer.accuracy_hash);
 }
 
 TEST_CASE("a study's own scenes, engines and files start at its folder") {
