@@ -92,7 +92,8 @@ template <class S> S PenaltyForce<S>::missed_contact(const Motion<S>& motion, S 
     }
   between_ = places_;
   between_.resize(start_.size());
-  for (const auto& [a, b] : may_touch_) {
+  for (const auto& [first, second] : may_touch_) {
+    const int a = first, b = second;
     S way{};
     // Cubic Hermite paths of the bodies' origins; attitudes change evenly.
     const auto gap = [&](S part) {
