@@ -17,7 +17,7 @@ STUDY = """id = "audit"
 [[cells]]
 scenarios = ["kepler-e0.6"]
 methods = ["atwood/rk4", "atwood/leapfrog", "arkode/erkstep/HEUN_EULER_2_1_2"]
-steps = [120, 240, 480, 960]
+steps = [960, 1920, 3840, 7680, 15360]
 [[cells]]
 probe = "reversal"
 scenarios = ["kepler-e0.6"]
