@@ -97,35 +97,49 @@ Recording with_instants(Recording run, std::int64_t samples, std::int64_t shared
   return kept;
 }
 
-Truth at_samples(const Truth& truth, std::size_t samples) {
+const Truth& at_samples(const Truth& truth, std::size_t samples, std::optional<Truth>& fewer) {
   if (truth.values.size() <= samples + 1 || samples == 0 || (truth.values.size() - 1) % samples != 0) return truth;
   const std::size_t each = (truth.values.size() - 1) / samples;
-  Truth some = without_samples(truth);
-  for (std::size_t k = 0; k < truth.values.size(); k += each) some.values.push_back(truth.values[k]);
-  for (std::size_t k = 0; k < truth.bars.size(); k += each) some.bars.push_back(truth.bars[k]);
-  return some;
+  fewer = without_samples(truth);
+  for (std::size_t k = 0; k < truth.values.size(); k += each) fewer->values.push_back(truth.values[k]);
+  for (std::size_t k = 0; k < truth.bars.size(); k += each) fewer->bars.push_back(truth.bars[k]);
+  return *fewer;
+}
+
+Observed observed_of(Recording run, Truth truth, std::vector<bool> judged) {
+  auto kept_run = std::make_shared<const Recording>(std::move(run));
+  auto kept_truth = std::make_shared<const Truth>(std::move(truth));
+  return {kept_run, kept_truth, *kept_run, *kept_truth, std::move(judged)};
 }
 
 Observed observed(const Truth& truth, const Recording& run) {
   const std::size_t own = run.values.size() - 1;
   const auto shared = static_cast<std::size_t>(run.shared);
-  if (run.between.empty() || shared <= own) return {run, at_samples(truth, own), std::vector<bool>(own + 1, true)};
+  if (run.between.empty() || shared <= own) {
+    std::optional<Truth> fewer;
+    const std::vector<bool> judged(own + 1, true);
+    if (&at_samples(truth, own, fewer) == &truth) return {nullptr, nullptr, run, truth, judged};
+    const auto kept = std::make_shared<const Truth>(std::move(*fewer));
+    return {nullptr, kept, run, *kept, judged};
+  }
   const std::size_t each = shared / own, finer = truth.values.empty() ? 0 : (truth.values.size() - 1) / shared;
   const bool known = finer > 0 && truth.values.size() == finer * shared + 1;
-  Observed all{{{}, run.events, run.outcome}, without_samples(truth), {}};
+  Recording seen{{}, run.events, run.outcome};
+  Truth known_at = without_samples(truth);
+  std::vector<bool> counted;
   const std::vector<std::int64_t> judged = judged_instants(static_cast<std::int64_t>(own), run.shared);
   std::size_t next = 0, between = 0;
   for (std::size_t k = 0; k <= shared; ++k) {
     const bool counts = k == 0 || (next < judged.size() && judged[next] == static_cast<std::int64_t>(k));
     if (counts && k > 0) ++next;
     if (k % each != 0 && !counts) continue;
-    all.run.values.push_back(k % each == 0 ? run.values[k / each] : run.between.at(between++));
-    all.judged.push_back(counts);
+    seen.values.push_back(k % each == 0 ? run.values[k / each] : run.between.at(between++));
+    counted.push_back(counts);
     if (!known) continue;
-    all.truth.values.push_back(truth.values[k * finer]);
-    if (k * finer < truth.bars.size()) all.truth.bars.push_back(truth.bars[k * finer]);
+    known_at.values.push_back(truth.values[k * finer]);
+    if (k * finer < truth.bars.size()) known_at.bars.push_back(truth.bars[k * finer]);
   }
-  return all;
+  return observed_of(std::move(seen), std::move(known_at), std::move(counted));
 }
 
 }  // namespace atwood

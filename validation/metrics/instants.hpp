@@ -4,6 +4,8 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -34,16 +36,21 @@ std::vector<std::int64_t> judged_instants(std::int64_t samples, std::int64_t sha
 // and ropes. One that did not end well keeps its own samples.
 Recording with_instants(Recording run, std::int64_t samples, std::int64_t shared);
 
-// A truth of more samples than these at every n-th of its own; itself where it has no more.
-Truth at_samples(const Truth& truth, std::size_t samples);
+// A truth of more samples than these at every n-th of its own, which `fewer` keeps; itself where it has no more: a truth of
+// a million samples is not copied.
+const Truth& at_samples(const Truth& truth, std::size_t samples, std::optional<Truth>& fewer);
 
 // The run's samples and its judged instants in one list, and the truth at the same times.
 struct Observed {
-  Recording run;
-  Truth truth;  // no values: there is none at the judged instants
+  std::shared_ptr<const Recording> kept_run;  // null: `run` and `truth` are the caller's
+  std::shared_ptr<const Truth> kept_truth;
+  const Recording& run;
+  const Truth& truth;  // no values: there is none at the judged instants
   std::vector<bool> judged;
 };
-// `truth`: at the run's own samples, or at all that it shares.
+// `truth`: at the run's own samples, or at all that it shares. Both outlive what is made.
 Observed observed(const Truth& truth, const Recording& run);
+// What is made of these values alone.
+Observed observed_of(Recording run, Truth truth, std::vector<bool> judged);
 
 }  // namespace atwood

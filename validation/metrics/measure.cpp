@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <map>
 #include <mutex>
+#include <optional>
 
 #include "validation/metrics/instants.hpp"
 #include "validation/metrics/joints.hpp"
@@ -39,13 +40,16 @@ void append_foretold(const Scenario& scenario, const Truth& truth, const Observe
     metrics::append_state_errors(scenario, all, rows);
     return;
   }
-  Observed known = all;
+  Recording run = all.run;
+  Truth until = all.truth;
+  std::vector<bool> judged = all.judged;
   std::size_t kept = 0;
-  while (kept < all.run.values.size() && static_cast<double>(all.run.values[kept].t_s) <= horizon) ++kept;
-  known.run.values.truncate(kept);
-  known.truth.values.truncate(std::min(kept, known.truth.values.size()));
-  known.truth.bars.truncate(std::min(kept, known.truth.bars.size()));
-  known.judged.resize(kept);
+  while (kept < run.values.size() && static_cast<double>(run.values[kept].t_s) <= horizon) ++kept;
+  run.values.truncate(kept);
+  until.values.truncate(std::min(kept, until.values.size()));
+  until.bars.truncate(std::min(kept, until.bars.size()));
+  judged.resize(kept);
+  const Observed known = observed_of(std::move(run), std::move(until), std::move(judged));
   rows.push_back(
       metrics::row("horizon", horizon, 0, "state errors are judged up to here, what is conserved over the whole run"));
   const std::size_t first = rows.size();
@@ -59,13 +63,16 @@ void append_foretold(const Scenario& scenario, const Truth& truth, const Observe
 std::vector<Row> measure(const Scenario& scenario, const Truth& of_instants, const Recording& run) {
   using namespace metrics;
   const auto own = static_cast<std::size_t>(std::max<std::int64_t>(0, scenario.samples));
-  const Truth truth = run.values.size() == own + 1 ? at_samples(of_instants, own) : of_instants;
+  std::optional<Truth> fewer;
+  const Truth& truth = run.values.size() == own + 1 ? at_samples(of_instants, own, fewer) : of_instants;
   std::vector<Row> rows = status_rows(scenario, truth, run);
   append_solver_figures(run, rows);
   if (std::any_of(rows.begin(), rows.end(), [](const Row& r) { return r.metric == "status"; })) return rows;
   const Observed instants = observed(of_instants, run);
   const bool truth_of_samples = has_truth(truth) && !has_truth(instants.truth);  // a table of values
-  const Observed all = truth_of_samples ? observed(truth, {run.values, run.events, run.outcome}) : instants;
+  std::optional<Recording> alone;
+  if (truth_of_samples) alone = Recording{run.values, run.events, run.outcome};
+  const Observed all = truth_of_samples ? observed(truth, *alone) : instants;
   if (has_truth(truth)) {
     append_foretold(scenario, truth, all, rows);
     append_landing(scenario, truth, run, rows);

@@ -388,8 +388,8 @@ MeasuredRecord StudyRun::measured(const Cell& cell, const Truth& truth, const st
   MeasuredRecord record;
   record.basis = content_hash({hash, kMetricsVersion});
   record.rows = measure(*cell.scenario, truth, recording);
-  if (recording.outcome.status == Status::ok)
-    record.series = error_series(*cell.scenario, at_samples(truth, own_samples(*cell.scenario)), recording);
+  if (recording.outcome.status == Status::ok) std::optional<Truth> fewer;
+  record.series = error_series(*cell.scenario, at_samples(truth, own_samples(*cell.scenario), fewer), recording);
   if (truth.outcome.status != Status::ok && cell.scenario->truth.kind != TruthKind::none) {
     Row row = metrics::row("truth", 0);
     row.status = truth.outcome.status;
@@ -425,7 +425,8 @@ void StudyRun::run_probe_cell(const Cell& cell, const Truth& truth, const std::s
   };
   MeasuredRecord record;
   record.basis = content_hash({truth_hash, kMetricsVersion});
-  const Truth at_own = at_samples(truth, own_samples(*cell.scenario));
+  std::optional<Truth> fewer;
+  const Truth& at_own = at_samples(truth, own_samples(*cell.scenario), fewer);
   record.rows = run_probe(cell.probe, {*cell.scenario, cell.method, cell.plan, at_own, one});
   for (const Row& row : record.rows)
     if (row.status == Status::crashed || row.status == Status::timeout)

@@ -163,7 +163,10 @@ std::vector<TruthPath> load_truth_paths(const std::string& store_path, const std
         scenario.samples <= 0 || scenario.scene.bodies.size() > most_bodies || truths.contains(scenario.id))
       continue;
     std::optional<Truth> truth = store.truth(truth_hash(scenario, build));
-    if (truth) truth = at_samples(*truth, static_cast<std::size_t>(scenario.samples));
+    if (std::optional<Truth> fewer; truth) {
+      at_samples(*truth, static_cast<std::size_t>(scenario.samples), fewer);
+      if (fewer) truth = std::move(fewer);
+    }
     if (truth && truth->values.size() > 1) {
       TruthPath path = path_of(scenario, *truth);
       if (path.samples.size() > 1) paths.push_back(std::move(path));
