@@ -61,9 +61,10 @@ template <class S> class Impacts {
   };
   Found search(const StepCourse<S>& course, const StateAt& state_at) const;
 
-  // Fills failure() where a touch or a passage of the step from t was not located, or whether the pair touches there
-  // stays undecided.
+  // Fills failure() where a touch or a passage of the step from t was not located.
   void check_located(S t, const Pair& pair, bool located);
+  // Fills failure(): no step from t is short enough to tell whether the bodies touch (or part: `what`).
+  void end_undecided(S t, const Pair& pair, const char* what);
 
   // The first time in the step at which the plane under a ball at rest would have to pull, and the ball's pair. undecided:
   // a shorter step can tell. Fills failure() where it cannot be told at all, and where friction acts on the ball.
@@ -72,7 +73,8 @@ template <class S> class Impacts {
     Pair pair;
     bool undecided = false;
   };
-  Lift find_lift(const StepCourse<S>& course, int interval, const StateAt& state_at);
+  // `until`: of the step, where a pair touches or the step ends.
+  Lift find_lift(const StepCourse<S>& course, int interval, const StateAt& state_at, S until);
   // The span around a touch at y in which the gap is within its round-off.
   S location_span(const Pair& pair, const S* y) const;
   // Where the motion ends inside a step; empty: where the step begins.

@@ -143,8 +143,8 @@ struct Integration {
     const Course course =
         step.of([&](Wide, const Wide* state) { return stop.gap(motion.coordinate(state, stop.joint)); });
     if (course.is_positive()) return true;
-    if (!course.has_slopes(static_cast<double>(stop.speed(at0) * taken),
-                           static_cast<double>(stop.speed(at1) * taken))) {
+    if (!course.has_slopes(static_cast<double>(stop.speed(at0) * taken), static_cast<double>(stop.speed(at1) * taken),
+                           static_cast<double>(Wide(kLocation) * scale))) {
       undecided = true;
       return true;
     }
@@ -482,7 +482,7 @@ struct Integration {
       found = {};
       if (course && !find_happening(*course, before, taken, found)) return take_samples(before, path.end_s) && false;
       if (!found.undecided) break;
-      limit = taken / 2;
+      cap = limit = taken / 2;
       if (!(limit > Wide(kShortestSearch) * run.t_end_s))
         return fail("whether a joint reaches or leaves a stop or a rope is slack is not decided", t);
       y = before;

@@ -80,7 +80,7 @@ enum class Grid {
 };
 
 inline constexpr double kFreeShare = 0.2763932022500210;  // of the time between switches: (5 - sqrt 5) / 10
-inline constexpr double kShortestSearch = 1e-12;  // of the run: no shorter step is halved to see what happens in it
+inline constexpr double kShortestSearch = 1e-15;  // of the run: no shorter step is halved to see what happens in it
 
 // Integrates to exactly t + span. False: a step failed; y is then the state reached.
 template <class S> bool advance(Stepper<S>& stepper, S t, S* y, S span) {

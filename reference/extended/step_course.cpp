@@ -93,9 +93,10 @@ void find_minima(const std::array<double, kDegree + 1>& c, Course& made) {
 
 }  // namespace
 
-bool Course::has_slopes(double first, double last) const {
+bool Course::has_slopes(double first, double last, double round_off) const {
+  const double noise = kSlopeNoise * largest + kDegree * kDegree * round_off;
   const auto same = [&](double a, double b) {
-    return std::fabs(a - b) <= 0.1 * std::max(std::fabs(a), std::fabs(b)) + kSlopeNoise * largest;
+    return std::fabs(a - b) <= 0.1 * std::max(std::fabs(a), std::fabs(b)) + noise;
   };
   return same(first_slope, first) && same(last_slope, last);
 }
@@ -256,6 +257,10 @@ Fall<S> first_fall(const StepCourse<S>& step, const typename StepCourse<S>::Valu
     else found.undecided = true;
     return found;
   };
+  if (first < -search.noise) {  // a switch at the start made it negative
+    found.tau = S(0);
+    return found;
+  }
   for (const Minimum& at : course.minima) {
     if (at.value > course.error) continue;
     if (!course.shows(at)) {

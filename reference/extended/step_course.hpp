@@ -31,7 +31,8 @@ struct Course {
   // Whether the minimum is one of the function too: the rise on both sides is beyond the error.
   bool shows(const Minimum& at) const { return at.rise > 4 * error; }
   // Whether the polynomial has the function's own slopes at the ends: a dip beside an end, between two nodes, has others.
-  bool has_slopes(double first, double last) const;
+  // round_off: of the function's values.
+  bool has_slopes(double first, double last, double round_off) const;
 };
 
 template <class S> class StepCourse {
