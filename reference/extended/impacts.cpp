@@ -246,8 +246,9 @@ Instant<S> Impacts<S>::release(const Pair& pair, S t, const S* y, int interval, 
   return made;
 }
 
-// The root of the gap g with g(high) < 0 and g > 0 between low and the root. Newton's method, from low = 0 started at the
-// root of the parabola through g(0), g'(0), g(high); an iterate outside the bracket is replaced by the bracket's middle.
+// The root of the gap g with g(high) < 0 and g > 0 between low and the root. Newton's method, from low = 0 started at
+// the root of the parabola through g(0), g'(0), g(high); an iterate outside the bracket is replaced by the bracket's
+// middle.
 template <class S>
 typename Impacts<S>::Touch Impacts<S>::locate(const Pair& pair, const S* before, S low, S high, S gap_high,
                                               const StateAt& state_at) const {
@@ -281,8 +282,8 @@ typename Impacts<S>::Touch Impacts<S>::locate(const Pair& pair, const S* before,
 }
 
 // Regula falsi on the gap's rate, the value at the end that stays being halved (Illinois), and bisection while that is
-// slow. It ends early at an overlap, and when the gap cannot close within the rest of the bracket at four times its present
-// rate.
+// slow. It ends early at an overlap, and when the gap cannot close within the rest of the bracket at four times its
+// present rate.
 template <class S>
 std::optional<typename Impacts<S>::Passage> Impacts<S>::closest_approach(const Pair& pair, S low, S high,
                                                                          const StateAt& state_at) const {
@@ -353,8 +354,8 @@ template <class S> bool Impacts<S>::is_far(const Pair& pair, const Step& step) c
   return gap_m > step.way_m[pair.a] + step.way_m[pair.b] + kPassageDistance * size;
 }
 
-// The switching function is the gap g of a surface, and g (g + 2 R) = |d|^2 - R^2 of two spheres, R the sum of their radii,
-// which is smooth where their centres meet.
+// The switching function is the gap g of a surface, and g (g + 2 R) = |d|^2 - R^2 of two spheres, R the sum of their
+// radii, which is smooth where their centres meet.
 template <class S> void Impacts<S>::search(const Pair& pair, const Step& step, Found& found) const {
   const dynamics::Layout& layout = dynamics_.layout();
   const S *before = step.course.step().y0.data(), *after = step.course.step().y1.data();

@@ -201,8 +201,8 @@ template <class S> struct PathIntegration {
     };
   }
 
-  // On the free grid, the samples of a step until `reached`, which has an impact known to within `span`: samples within it
-  // have the state before the impact, as on the other grid, where the gap is not beyond its round-off there.
+  // On the free grid, the samples of a step until `reached`, which has an impact known to within `span`: samples within
+  // it have the state before the impact, as on the other grid, where the gap is not beyond its round-off there.
   void take_samples(const typename Impacts<S>::StateAt& state_at, S reached, S span) {
     while (grid == Grid::free && sampled() < samples &&
            (sample_time(sampled()) < reached || (span > 0 && sample_time(sampled()) <= reached + span)))
