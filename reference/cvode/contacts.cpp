@@ -187,7 +187,8 @@ void Contacts::resolve(double t_s, std::vector<double>& y, int interval, std::ve
   instant.after = y;
 }
 
-// ---- balls at rest on a plane ----------------------------------------------------------------------------------------
+// ---- balls at rest on a plane
+// ----------------------------------------------------------------------------------------
 namespace {
 
 bool acts_on(const Force& force, int body) {
@@ -269,7 +270,8 @@ void Contacts::let_go(double t_s, const std::vector<double>& y, std::vector<Even
   }
 }
 
-// ---- events within a step ----------------------------------------------------------------------------------------------
+// ---- events within a step
+// ----------------------------------------------------------------------------------------------
 void Contacts::undecided(const ContactPair& pair, double t_s) {
   failure_ = "CVODE: whether " + name(pair.a) + " and " + name(pair.b) + " touch at t = " + format_double(t_s) +
              " s is not decided";

@@ -92,8 +92,9 @@ bool mark_not_unique(const Scenario& scenario, double size_m, const Sample& star
   return true;
 }
 
-// A value that has been 0 in all runs, as a rate about an axis that the joints leave no freedom, shares no difference of its
-// kind. Velocities are sums of parts of the size of those of the scene, which may cancel: they have the round-off of these.
+// A value that has been 0 in all runs, as a rate about an axis that the joints leave no freedom, shares no difference
+// of its kind. Velocities are sums of parts of the size of those of the scene, which may cancel: they have the
+// round-off of these.
 void add_bars(const Scene& scene, const std::vector<Run>& runs, const Scales& natural, Truth& truth) {
   using namespace mechanism;
   const std::vector<Wide> scale = scales(scene, truth.values);

@@ -211,8 +211,8 @@ void ErrorGrowth::flow(Wide t_s, Wide t_next_s, const std::vector<Wide>& y, int 
   apply(moved, fresh, inflation);
 }
 
-// The plane's reaction cancels the acceleration of a ball at rest to round-off of gravity and of the forces, which may nearly
-// cancel each other.
+// The plane's reaction cancels the acceleration of a ball at rest to round-off of gravity and of the forces, which may
+// nearly cancel each other.
 void ErrorGrowth::add_round_off_at_rest(Wide t_s, const std::vector<Wide>& y, int interval, double span_s,
                                         std::vector<double>& delta) const {
   if (at_rest_.empty()) return;

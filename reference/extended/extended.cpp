@@ -56,8 +56,8 @@ struct Trial {
   void drop_comparisons() { loose.states.clear(), gauss.states.clear(); }  // once they are in the bars
 };
 
-// The largest value of each component's kind over the run; 1 for a kind whose values are all zero. Velocities that would not
-// move a body by its own distance in 1e9 runs are round-off of something at rest, and no scale.
+// The largest value of each component's kind over the run; 1 for a kind whose values are all zero. Velocities that
+// would not move a body by its own distance in 1e9 runs are round-off of something at rest, and no scale.
 std::vector<Wide> scales(const Layout& layout, const Path<Wide>& path, double t_end_s) {
   Scale<Wide> largest(layout.size, groups_of(layout));
   for (std::size_t k = 0; k < path.states.size(); ++k) largest.include(path.states[k].data());

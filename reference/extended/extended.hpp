@@ -14,8 +14,8 @@ namespace atwood {
 // its kind over the run), the runs are repeated with a smaller tolerance. If a bar is still larger, the note gives the
 // condition of the motion and the time from which values are not bounded.
 //
-// Events are looked for in the whole of each step (step_course.hpp), not at its ends; the second run shares no end of a step
-// with the first but switches and events.
+// Events are looked for in the whole of each step (step_course.hpp), not at its ends; the second run shares no end of a
+// step with the first but switches and events.
 //
 // With contacts the bars include the errors that the runs share (dynamics/shared_errors.hpp): the location of impacts,
 // round-off propagated through every impact, the neglected bounces of a series, and the velocity jump at a sample

@@ -183,7 +183,8 @@ template <class S> S Impacts<S>::pull_to_plane(const Pair& pair, S t, const S* y
 }
 
 template <class S>
-typename Impacts<S>::Lift Impacts<S>::find_lift(const StepCourse<S>& course, int interval, const StateAt& state_at) {
+typename Impacts<S>::Lift Impacts<S>::find_lift(const StepCourse<S>& course, int interval, const StateAt& state_at,
+                                                S until) {
   Lift first;
   const DenseStep<S>& step = course.step();
   const auto fail = [&](const Pair& pair, S t, const std::string& what) {
@@ -193,10 +194,13 @@ typename Impacts<S>::Lift Impacts<S>::find_lift(const StepCourse<S>& course, int
     failed_at_ = t;
   };
   for (const Pair& pair : held_) {
-    for (const auto& [y, f] : {std::pair(&step.y0, &step.f0), {&step.ym, &step.fm}, {&step.y1, &step.f1}})
-      if (dynamics::friction_acts(scene_, dynamics_.layout(), pair, y->data(), f->data(), speed_tolerance(pair)))
-        fail(pair, step.t,
-             "begins to slide or accelerates along the plane with friction on which it rests: not covered,");
+    const auto slides = [&](const std::vector<S>& y, const std::vector<S>& f) {
+      return dynamics::friction_acts(scene_, dynamics_.layout(), pair, y.data(), f.data(), speed_tolerance(pair));
+    };
+    if (slides(step.y0, step.f0) || (until >= step.span / 2 && slides(step.ym, step.fm)) ||
+        (until >= step.span && slides(step.y1, step.f1)))
+      fail(pair, step.t,
+           "begins to slide or accelerates along the plane with friction on which it rests: not covered,");
     const Fall<S> fall = first_fall<S>(
         course, [&](S t, const S* y) { return pull_to_plane(pair, t, y, interval); },
         [&](S tau) -> std::optional<S> {
@@ -204,7 +208,7 @@ typename Impacts<S>::Lift Impacts<S>::find_lift(const StepCourse<S>& course, int
           return pull_to_plane(pair, step.t + tau, y.data(), interval);
         });
     if (fall.undecided) return {std::nullopt, pair, true};
-    if (fall.grazes)
+    if (fall.grazes && *fall.grazes <= until)
       fail(pair, step.t + *fall.grazes, "rests on its plane without weight: whether it leaves is not decided,");
     if (!fall.located) fail(pair, step.t, "leaves its plane; the instant was not located, in the step");
     if (fall.tau && (!first.tau || *fall.tau < *first.tau)) first = {fall.tau, pair, false};
@@ -242,8 +246,9 @@ Instant<S> Impacts<S>::release(const Pair& pair, S t, const S* y, int interval, 
   return made;
 }
 
-// The root of the gap g with g(high) < 0 and g > 0 between low and the root. Newton's method, from low = 0 started at the
-// root of the parabola through g(0), g'(0), g(high); an iterate outside the bracket is replaced by the bracket's middle.
+// The root of the gap g with g(high) < 0 and g > 0 between low and the root. Newton's method, from low = 0 started at
+// the root of the parabola through g(0), g'(0), g(high); an iterate outside the bracket is replaced by the bracket's
+// middle.
 template <class S>
 typename Impacts<S>::Touch Impacts<S>::locate(const Pair& pair, const S* before, S low, S high, S gap_high,
                                               const StateAt& state_at) const {
@@ -277,8 +282,8 @@ typename Impacts<S>::Touch Impacts<S>::locate(const Pair& pair, const S* before,
 }
 
 // Regula falsi on the gap's rate, the value at the end that stays being halved (Illinois), and bisection while that is
-// slow. It ends early at an overlap, and when the gap cannot close within the rest of the bracket at four times its present
-// rate.
+// slow. It ends early at an overlap, and when the gap cannot close within the rest of the bracket at four times its
+// present rate.
 template <class S>
 std::optional<typename Impacts<S>::Passage> Impacts<S>::closest_approach(const Pair& pair, S low, S high,
                                                                          const StateAt& state_at) const {
@@ -349,8 +354,8 @@ template <class S> bool Impacts<S>::is_far(const Pair& pair, const Step& step) c
   return gap_m > step.way_m[pair.a] + step.way_m[pair.b] + kPassageDistance * size;
 }
 
-// The switching function is the gap g of a surface, and g (g + 2 R) = |d|^2 - R^2 of two spheres, R the sum of their radii,
-// which is smooth where their centres meet.
+// The switching function is the gap g of a surface, and g (g + 2 R) = |d|^2 - R^2 of two spheres, R the sum of their
+// radii, which is smooth where their centres meet.
 template <class S> void Impacts<S>::search(const Pair& pair, const Step& step, Found& found) const {
   const dynamics::Layout& layout = dynamics_.layout();
   const S *before = step.course.step().y0.data(), *after = step.course.step().y1.data();
@@ -371,7 +376,7 @@ template <class S> void Impacts<S>::search(const Pair& pair, const Step& step, F
   const auto slope = [&](const Gap<S>& at) {
     return static_cast<double>(taken * at.rate_m_per_s * (spheres ? 2 * (at.gap_m + reach) : S(1)));
   };
-  if (!course.is_positive() && !course.has_slopes(slope(first), slope(last))) {
+  if (!course.is_positive() && !course.has_slopes(slope(first), slope(last), unit * static_cast<double>(round_off))) {
     found.undecided = pair;
     return;
   }
@@ -427,6 +432,12 @@ typename Impacts<S>::Found Impacts<S>::search(const StepCourse<S>& course, const
   if (all.touch) std::erase_if(all.passages, [&](const Passage& each) { return each.tau > all.touch->tau; });
   std::sort(all.passages.begin(), all.passages.end(), [](const Passage& a, const Passage& b) { return a.tau < b.tau; });
   return all;
+}
+
+template <class S> void Impacts<S>::end_undecided(S t, const Pair& pair, const char* what) {
+  failure_ = "whether `" + scene_.bodies[pair.a].name + "` and `" + scene_.bodies[pair.b].name + "` " + what +
+             " is not decided in the step from t = " + format_double(static_cast<double>(t)) + " s";
+  valid_until_failure_ = true;
 }
 
 template <class S> void Impacts<S>::check_located(S t, const Pair& pair, bool located) {

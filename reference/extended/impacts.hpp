@@ -52,8 +52,8 @@ template <class S> class Impacts {
     std::vector<S> y;
     bool located = true;
   };
-  // What happens in a step: the first time in (0, span] at which a pair touches, and the closest approaches before it, in
-  // order. undecided: whether this pair touches cannot be told from the step's dense output; a shorter step can.
+  // What happens in a step: the first time in (0, span] at which a pair touches, and the closest approaches before it,
+  // in order. undecided: whether this pair touches cannot be told from the step's dense output; a shorter step can.
   struct Found {
     std::optional<Touch> touch;
     std::vector<Passage> passages;
@@ -61,23 +61,27 @@ template <class S> class Impacts {
   };
   Found search(const StepCourse<S>& course, const StateAt& state_at) const;
 
-  // Fills failure() where a touch or a passage of the step from t was not located, or whether the pair touches there
-  // stays undecided.
+  // Fills failure() where a touch or a passage of the step from t was not located.
   void check_located(S t, const Pair& pair, bool located);
+  // Fills failure(): no step from t is short enough to tell whether the bodies touch (or part: `what`).
+  void end_undecided(S t, const Pair& pair, const char* what);
 
-  // The first time in the step at which the plane under a ball at rest would have to pull, and the ball's pair. undecided:
-  // a shorter step can tell. Fills failure() where it cannot be told at all, and where friction acts on the ball.
+  // The first time in the step at which the plane under a ball at rest would have to pull, and the ball's pair.
+  // undecided: a shorter step can tell. Fills failure() where it cannot be told at all, and where friction acts on the
+  // ball.
   struct Lift {
     std::optional<S> tau;
     Pair pair;
     bool undecided = false;
   };
-  Lift find_lift(const StepCourse<S>& course, int interval, const StateAt& state_at);
+  // `until`: of the step, where a pair touches or the step ends.
+  Lift find_lift(const StepCourse<S>& course, int interval, const StateAt& state_at, S until);
   // The span around a touch at y in which the gap is within its round-off.
   S location_span(const Pair& pair, const S* y) const;
   // Where the motion ends inside a step; empty: where the step begins.
   const std::optional<S>& failed_at() const { return failed_at_; }
-  // A speed below which a ball at rest is held to round-off alone, as a vector of velocities; empty: no ball is at rest.
+  // A speed below which a ball at rest is held to round-off alone, as a vector of velocities; empty: no ball is at
+  // rest.
   std::vector<S> speeds_at_rest(S t, const S* y, int interval) const;
   // The ball of this pair leaves its plane at (t, y).
   Instant<S> release(const Pair& pair, S t, const S* y, int interval, std::vector<Event>& events);

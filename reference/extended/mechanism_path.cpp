@@ -129,8 +129,8 @@ struct Integration {
     std::vector<Wide> state;
   };
 
-  // The first instant at which the gap of `stop` falls to zero in the step from `before` to y. False: failed. undecided: a
-  // shorter step can tell.
+  // The first instant at which the gap of `stop` falls to zero in the step from `before` to y. False: failed.
+  // undecided: a shorter step can tell.
   bool find_hit(const Stop& stop, const StepCourse<Wide>& step, const std::vector<Wide>& before, Wide taken,
                 std::optional<Hit>& first, bool& undecided) {
     const auto at0 = motion.coordinate(before.data(), stop.joint), at1 = motion.coordinate(y.data(), stop.joint);
@@ -143,8 +143,8 @@ struct Integration {
     const Course course =
         step.of([&](Wide, const Wide* state) { return stop.gap(motion.coordinate(state, stop.joint)); });
     if (course.is_positive()) return true;
-    if (!course.has_slopes(static_cast<double>(stop.speed(at0) * taken),
-                           static_cast<double>(stop.speed(at1) * taken))) {
+    if (!course.has_slopes(static_cast<double>(stop.speed(at0) * taken), static_cast<double>(stop.speed(at1) * taken),
+                           static_cast<double>(Wide(kLocation) * scale))) {
       undecided = true;
       return true;
     }
@@ -171,8 +171,8 @@ struct Integration {
     return leave_and_locate(stop, before, Wide(top) * taken, taken, g1, tiny, first);
   }
 
-  // The least gap between two places of the step, where the joint's rate is zero: false position, the value at the end that
-  // stays being halved (Illinois). It ends early beyond the stop, and where the gap cannot close any more.
+  // The least gap between two places of the step, where the joint's rate is zero: false position, the value at the end
+  // that stays being halved (Illinois). It ends early beyond the stop, and where the gap cannot close any more.
   bool find_least(const Stop& stop, const std::vector<Wide>& before, const Minimum& at, Wide taken, Hit& least,
                   bool& undecided) {
     const Wide scale = 1 + magnitude(Wide(stop.limit));
@@ -214,8 +214,8 @@ struct Integration {
                 t);
   }
 
-  // All runs locate an impact by the same gap, whose round-off they share: on the free grid it is located as late as that
-  // round-off allows, so that the runs' difference has what an error of the location makes of the motion.
+  // All runs locate an impact by the same gap, whose round-off they share: on the free grid it is located as late as
+  // that round-off allows, so that the runs' difference has what an error of the location makes of the motion.
   bool shift_location(const std::vector<Wide>& before, Hit& hit) {
     const Wide speed = magnitude(hit.stop->speed(motion.coordinate(hit.state.data(), hit.stop->joint)));
     if (run.grid != Grid::free || !(hit.tau > 0) || !(speed > 0)) return true;
@@ -365,8 +365,8 @@ struct Integration {
     return true;
   }
 
-  // Where a switching function first falls below zero in the step from `before`; what: what happens there. False: failed.
-  // undecided: a shorter step can tell.
+  // Where a switching function first falls below zero in the step from `before`; what: what happens there. False:
+  // failed. undecided: a shorter step can tell.
   template <class Value>
   bool find_fall(const StepCourse<Wide>& step, const std::vector<Wide>& before, const Value& value,
                  const std::string& what, std::optional<Wide>& tau, bool& undecided) {
@@ -430,7 +430,8 @@ struct Integration {
     return true;
   }
 
-  // One step of at most `limit` onto the constraints. 0: failed. Negative: y is as before, and the next step is shorter.
+  // One step of at most `limit` onto the constraints. 0: failed. Negative: y is as before, and the next step is
+  // shorter.
   Wide constrained_step(Wide limit, const std::vector<Wide>& before, std::optional<StepCourse<Wide>>& course) {
     const Wide taken = stepper->step(t, y.data(), limit);
     if (!(taken > 0)) return fail_singular();
@@ -482,7 +483,7 @@ struct Integration {
       found = {};
       if (course && !find_happening(*course, before, taken, found)) return take_samples(before, path.end_s) && false;
       if (!found.undecided) break;
-      limit = taken / 2;
+      cap = limit = taken / 2;
       if (!(limit > Wide(kShortestSearch) * run.t_end_s))
         return fail("whether a joint reaches or leaves a stop or a rope is slack is not decided", t);
       y = before;

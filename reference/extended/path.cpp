@@ -13,6 +13,7 @@ using dynamics::operator-;
 using dynamics::Triple;
 
 constexpr int kMostIdleTouches = 100;
+constexpr std::int64_t kMostStepsAtOnce = 16;
 
 template <class S> constexpr double kRoundOff = std::is_same_v<S, Wide> ? 0x1p-112 : 0x1p-52;
 
@@ -99,7 +100,9 @@ template <class S> struct PathIntegration {
   int interval = 0;
   std::unique_ptr<Stepper<S>> stepper;
   S t = 0;
-  S longest = 0;         // of a step; 0: no limit
+  S longest = 0;  // of a step; 0: no limit
+  S decided = 0;  // the last step that had to be halved until it showed what happens in it; 0: none
+  std::int64_t most_evaluations = 0;
   int idle_touches = 0;  // in a row: touches at which no pair approaches
   std::vector<S> y;
   DenseStep<S> last;  // with contacts: the last step
@@ -198,8 +201,8 @@ template <class S> struct PathIntegration {
     };
   }
 
-  // On the free grid, the samples of a step until `reached`, which has an impact known to within `span`: samples within it
-  // have the state before the impact, as on the other grid, where the gap is not beyond its round-off there.
+  // On the free grid, the samples of a step until `reached`, which has an impact known to within `span`: samples within
+  // it have the state before the impact, as on the other grid, where the gap is not beyond its round-off there.
   void take_samples(const typename Impacts<S>::StateAt& state_at, S reached, S span) {
     while (grid == Grid::free && sampled() < samples &&
            (sample_time(sampled()) < reached || (span > 0 && sample_time(sampled()) <= reached + span)))
@@ -210,6 +213,12 @@ template <class S> struct PathIntegration {
   bool step_to(S target) {
     const S left = target - t;
     S limit = longest > 0 && longest < left ? longest : left;
+    if (decided > 0 && (decided *= 2) < limit) limit = decided;
+    else decided = 0;
+    if (most_evaluations > 0 && stepper->evaluations > most_evaluations) {
+      path.failure = "the motion takes more than " + std::to_string(most_evaluations) + " evaluations of the rates";
+      return false;
+    }
     const std::vector<S> before = impacts.any() || zero_wind.any() || grid == Grid::free ? y : std::vector<S>{};
     const auto state_at = states_from(before);
     typename Impacts<S>::Found found;
@@ -221,7 +230,7 @@ template <class S> struct PathIntegration {
       if (!impacts.any()) break;
       const StepCourse<S> course(last);
       found = impacts.search(course, state_at);
-      lift = impacts.find_lift(course, interval, state_at);
+      lift = impacts.find_lift(course, interval, state_at, found.touch ? found.touch->tau : *taken);
       if (failed()) {
         if (const std::optional<S> at = impacts.failed_at()) {
           take_samples(state_at, *at, S(0));
@@ -229,12 +238,12 @@ template <class S> struct PathIntegration {
         }
         return false;
       }
-      if (lift.undecided) found.undecided = lift.pair;
-      if (!found.undecided) break;
-      limit = *taken / 2;
+      const bool touches = found.undecided.has_value();
+      if (!touches && !lift.undecided) break;
+      decided = limit = *taken / 2;
       if (!(limit > S(kShortestSearch) * S(t_end_s))) {
-        impacts.check_located(t, *found.undecided, false);
-        return !failed();
+        impacts.end_undecided(t, touches ? *found.undecided : lift.pair, touches ? "touch" : "part");
+        return false;
       }
       y = before;
     }
@@ -265,6 +274,8 @@ template <class S> struct PathIntegration {
       log(impacts.release(lift.pair, reached, y.data(), interval, path.events));
     }
     t = reached;
+    // Errors are followed from instant to instant, and not over arbitrarily many steps at once.
+    if (!failed() && stepper->steps - logged_steps >= kMostStepsAtOnce) log_state(t, y, -1, std::nullopt);
     return !failed();
   }
 
@@ -306,8 +317,9 @@ template <class S> struct PathIntegration {
 
 template <class S>
 Path<S> integrate_path(const Scene& scene, double t_end_s, std::int64_t samples, const std::vector<S>& initial,
-                       const MakeStepper<S>& make, Grid grid) {
+                       const MakeStepper<S>& make, Grid grid, std::int64_t most_evaluations) {
   PathIntegration<S> integration(scene, t_end_s, samples, initial, make, grid);
+  integration.most_evaluations = most_evaluations;
   integration.run();
   integration.path.end = integration.t;
   integration.path.steps = integration.stepper->steps;
@@ -316,8 +328,8 @@ Path<S> integrate_path(const Scene& scene, double t_end_s, std::int64_t samples,
 }
 
 template Path<double> integrate_path(const Scene&, double, std::int64_t, const std::vector<double>&,
-                                     const MakeStepper<double>&, Grid);
+                                     const MakeStepper<double>&, Grid, std::int64_t);
 template Path<Wide> integrate_path(const Scene&, double, std::int64_t, const std::vector<Wide>&,
-                                   const MakeStepper<Wide>&, Grid);
+                                   const MakeStepper<Wide>&, Grid, std::int64_t);
 
 }  // namespace atwood::extended

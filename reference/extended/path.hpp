@@ -29,9 +29,10 @@ template <class S>
 using MakeStepper = std::function<std::unique_ptr<Stepper<S>>(Rate<S> rate, Rate<double> narrow_rate)>;
 
 // `initial` in dynamics::layout; samples >= 1. Impacts are located to the round-off of S. What is not covered, and a
-// singular motion, is reported in Path::failure; the samples and events before it are kept. Never throws.
+// singular motion or one that takes more than `most_evaluations` of the rates (0: any number), is reported in
+// Path::failure; the samples and events before it are kept. Never throws.
 template <class S>
 Path<S> integrate_path(const Scene& scene, double t_end_s, std::int64_t samples, const std::vector<S>& initial,
-                       const MakeStepper<S>& make, Grid grid = Grid::samples);
+                       const MakeStepper<S>& make, Grid grid = Grid::samples, std::int64_t most_evaluations = 0);
 
 }  // namespace atwood::extended

@@ -65,14 +65,14 @@ template <class S> class Stepper {
   virtual S step(S t, S* y, S limit) = 0;
   // The step that the last call of step() took; its middle comes from the step's own stages.
   virtual DenseStep<S> dense() = 0;
-  // From now on errors of each kind are relative to at least these sizes: where a kind's values are round-off alone, errors
-  // relative to them would be large at any step.
+  // From now on errors of each kind are relative to at least these sizes: where a kind's values are round-off alone,
+  // errors relative to them would be large at any step.
   virtual void raise_scale(const S* sizes) = 0;
   std::int64_t evaluations = 0, steps = 0;
 };
 
-// Where the steps of a run may end. Two runs of which one ends steps at the samples and the other does not share no instant
-// but switches, and an event that one of them misses is one on which they disagree.
+// Where the steps of a run may end. Two runs of which one ends steps at the samples and the other does not share no
+// instant but switches, and an event that one of them misses is one on which they disagree.
 enum class Grid {
   samples,  // every sample is the end of a step
   free  // a sample's state is integrated from the start of the step that contains it; no step is longer than a share
@@ -80,7 +80,7 @@ enum class Grid {
 };
 
 inline constexpr double kFreeShare = 0.2763932022500210;  // of the time between switches: (5 - sqrt 5) / 10
-inline constexpr double kShortestSearch = 1e-12;  // of the run: no shorter step is halved to see what happens in it
+inline constexpr double kShortestSearch = 1e-15;  // of the run: no shorter step is halved to see what happens in it
 
 // Integrates to exactly t + span. False: a step failed; y is then the state reached.
 template <class S> bool advance(Stepper<S>& stepper, S t, S* y, S span) {

@@ -14,8 +14,8 @@ constexpr int kDegree = 16;             // of a course
 constexpr int kPoints = 8 * kDegree;    // at which its extrema are looked for
 constexpr double kSlopeNoise = 1e-10;   // of the largest value a step
 constexpr double kNarrowNoise = 1e-14;  // of the largest value: the polynomial is evaluated in double
-// Dense output has the error of degree 5 and is compared with degree 3. From half of an oscillation a step on, it is less
-// than this part of the difference.
+// Dense output has the error of degree 5 and is compared with degree 3. From half of an oscillation a step on, it is
+// less than this part of the difference.
 constexpr double kFinerShare = 0.125;
 constexpr std::array<double, 3> kCompared{0.25, 0.5, 0.75};
 
@@ -45,8 +45,8 @@ std::array<double, kDegree + 1> coefficients(const std::array<double, kDegree + 
   return c;
 }
 
-// What is left out of the series. The coefficients of a function with a kink, as of the gap of a wall that is crossed, fall
-// with the square of k, and what is left out is k times the last ones.
+// What is left out of the series. The coefficients of a function with a kink, as of the gap of a wall that is crossed,
+// fall with the square of k, and what is left out is k times the last ones.
 double remainder(const std::array<double, kDegree + 1>& c) {
   return 4 * kDegree * std::max({std::fabs(c[kDegree - 2]), std::fabs(c[kDegree - 1]), std::fabs(c[kDegree])});
 }
@@ -93,14 +93,16 @@ void find_minima(const std::array<double, kDegree + 1>& c, Course& made) {
 
 }  // namespace
 
-bool Course::has_slopes(double first, double last) const {
+bool Course::has_slopes(double first, double last, double round_off) const {
+  const double noise = kSlopeNoise * largest + kDegree * kDegree * round_off;
   const auto same = [&](double a, double b) {
-    return std::fabs(a - b) <= 0.1 * std::max(std::fabs(a), std::fabs(b)) + kSlopeNoise * largest;
+    return std::fabs(a - b) <= 0.1 * std::max(std::fabs(a), std::fabs(b)) + noise;
   };
   return same(first_slope, first) && same(last_slope, last);
 }
 
-// With l_i the Lagrange polynomials on 0, 1/2, 1: y = sum (1 - 2 l_i'(x_i) (x - x_i)) l_i^2 y_i + (x - x_i) l_i^2 h f_i.
+// With l_i the Lagrange polynomials on 0, 1/2, 1: y = sum (1 - 2 l_i'(x_i) (x - x_i)) l_i^2 y_i + (x - x_i) l_i^2 h
+// f_i.
 template <class S> std::vector<S> StepCourse<S>::state(S x) const {
   const S a = (2 * x - 1) * (x - 1), m = 4 * x * (1 - x), b = x * (2 * x - 1);
   const S a2 = a * a, m2 = m * m, b2 = b * b, h = step_.span;
@@ -210,8 +212,8 @@ template <class S> struct FallSearch {
     return true;
   }
 
-  // Between a positive value at `low` and a negative one at `high`: false position, the value at the end that stays being
-  // halved (Illinois).
+  // Between a positive value at `low` and a negative one at `high`: false position, the value at the end that stays
+  // being halved (Illinois).
   Fall<S> locate(S low, S high, S at_low, S at_high) {
     for (int tries = 0; high - low > S(kInstantTolerance<S>) * (t + high); ++tries) {
       found.located = tries < 200;
@@ -256,6 +258,10 @@ Fall<S> first_fall(const StepCourse<S>& step, const typename StepCourse<S>::Valu
     else found.undecided = true;
     return found;
   };
+  if (first < -search.noise) {  // a switch at the start made it negative
+    found.tau = S(0);
+    return found;
+  }
   for (const Minimum& at : course.minima) {
     if (at.value > course.error) continue;
     if (!course.shows(at)) {

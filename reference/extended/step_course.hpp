@@ -1,7 +1,7 @@
-// Switching functions over one step: where each may fall to zero. Signs at the ends of a step do not tell: a function may
-// fall below zero and rise again in between. Its course is a polynomial through its values on the step's dense output, and
-// the minima of that are found from its derivative (L. F. Shampine, I. Gladwell and R. W. Brankin, Reliable solution of
-// special event location problems for ODEs, ACM Trans. Math. Softw. 17 (1991) 11).
+// Switching functions over one step: where each may fall to zero. Signs at the ends of a step do not tell: a function
+// may fall below zero and rise again in between. Its course is a polynomial through its values on the step's dense
+// output, and the minima of that are found from its derivative (L. F. Shampine, I. Gladwell and R. W. Brankin, Reliable
+// solution of special event location problems for ODEs, ACM Trans. Math. Softw. 17 (1991) 11).
 #pragma once
 
 #include <functional>
@@ -30,8 +30,9 @@ struct Course {
   bool is_positive() const { return least > error; }
   // Whether the minimum is one of the function too: the rise on both sides is beyond the error.
   bool shows(const Minimum& at) const { return at.rise > 4 * error; }
-  // Whether the polynomial has the function's own slopes at the ends: a dip beside an end, between two nodes, has others.
-  bool has_slopes(double first, double last) const;
+  // Whether the polynomial has the function's own slopes at the ends: a dip beside an end, between two nodes, has
+  // others. round_off: of the function's values.
+  bool has_slopes(double first, double last, double round_off) const;
 };
 
 template <class S> class StepCourse {

@@ -165,8 +165,8 @@ std::optional<Means> window_means(std::span<const double> t, std::span<const dou
 }
 
 // Growth beside an offset: the means are c + a t^p. An oscillation that is added to a growing error averages out in a
-// window, and c is what it leaves, as where it begins at one of its zeros; in the logarithms of the envelope both bend a
-// straight line. p is that of least squares; its 95 % interval are all p whose squares are below 1 + t^2 / freedom
+// window, and c is what it leaves, as where it begins at one of its zeros; in the logarithms of the envelope both bend
+// a straight line. p is that of least squares; its 95 % interval are all p whose squares are below 1 + t^2 / freedom
 // times the least (Bates and Watts 1988, 6.1).
 struct BesideOffset {
   double exponent = 0, half_width_95 = std::numeric_limits<double>::infinity();

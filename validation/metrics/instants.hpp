@@ -36,8 +36,8 @@ std::vector<std::int64_t> judged_instants(std::int64_t samples, std::int64_t sha
 // and ropes. One that did not end well keeps its own samples.
 Recording with_instants(Recording run, std::int64_t samples, std::int64_t shared);
 
-// A truth of more samples than these at every n-th of its own, which `fewer` keeps; itself where it has no more: a truth of
-// a million samples is not copied.
+// A truth of more samples than these at every n-th of its own, which `fewer` keeps; itself where it has no more: a
+// truth of a million samples is not copied.
 const Truth& at_samples(const Truth& truth, std::size_t samples, std::optional<Truth>& fewer);
 
 // The run's samples and its judged instants in one list, and the truth at the same times.

@@ -93,7 +93,7 @@ class Questions(Case):
     def test_questions_that_make_no_sense_name_what_to_ask(self):
         for words, told in ((["--metric", "model-error"], "the same for every method"),
                             (["--metric", "position"], "expected velocity-l1"),
-                            (["--metric", "order-space"], "an order is of a whole ladder"),
+                            (["--metric", "order-space"], "a figure of a whole ladder"),
                             (["--error", "1mm"], "errors of fluids are ratios")):
             self.compare(*words, code=2, told=[told])
             self.advise(*(words if "--error" in words else ["--error", "1e-2", *words]), code=2, told=[told])

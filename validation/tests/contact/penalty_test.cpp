@@ -266,8 +266,8 @@ TEST_CASE("Adaptive steps do not pass over a contact: head-on from any distance,
             (std::string(method).find("gbs") == std::string::npos ? 1e-6 : 1e-4));
       CHECK(ran.outcome.steps_taken < 2000);
     }
-  // Past a fixed ball at 70 m/s with an overlap of 2 mm, for some 0.5 ms of 2 s: 0.1697795 m is CVODE's, whose search is
-  // other code.
+  // Past a fixed ball at 70 m/s with an overlap of 2 mm, for some 0.5 ms of 2 s: 0.1697795 m is CVODE's, whose search
+  // is other code.
   Scene post = into_plane(linear(1e5, 0, false));
   for (Body& body : post.bodies) body.shape = Sphere{0.05};
   post.bodies[1].mass_kg = 1;

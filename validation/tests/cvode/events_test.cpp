@@ -1,4 +1,5 @@
-// Contacts that begin and end inside one step: random scenes, half of them grazes, against an event finder of this test.
+// Contacts that begin and end inside one step: random scenes, half of them grazes, against an event finder of this
+// test.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -96,7 +97,8 @@ Scenario soft(double stiffness_N_per_m, double t_end_s) {
   return made;
 }
 
-// ---- balls on a line -------------------------------------------------------------------------------------------------
+// ---- balls on a line
+// -------------------------------------------------------------------------------------------------
 struct Line {
   std::vector<double> x, v, mass, radius;
   std::vector<bool> loaded;
@@ -185,8 +187,9 @@ Case balls_on_a_line(Draw& draw, bool graze) {
   return made;
 }
 
-// ---- a ball past a post ----------------------------------------------------------------------------------------------
-// Without gravity; the force is along the line of centres. Entry in closed form, then steps of order 4 to the exit.
+// ---- a ball past a post
+// ---------------------------------------------------------------------------------------------- Without gravity; the
+// force is along the line of centres. Entry in closed form, then steps of order 4 to the exit.
 Case soft_pass(Draw& draw, bool graze) {
   const double stiffness = draw.power(3, 6), r = draw.uniform(0.03, 0.1), R = draw.uniform(0.03, 0.1), sum = r + R;
   const double speed = draw.uniform(1, 70), angle = draw.uniform(0, 6), far = draw.uniform(1, 70);
@@ -237,7 +240,8 @@ Case soft_pass(Draw& draw, bool graze) {
   return made;
 }
 
-// ---- a ball thrown over a box or a peg ---------------------------------------------------------------------------------
+// ---- a ball thrown over a box or a peg
+// ---------------------------------------------------------------------------------
 struct Thrown {
   Plane2 p, v;
   double g = 10;
@@ -321,8 +325,9 @@ Case thrown(Draw& draw, bool graze) {
   return made;
 }
 
-// ---- a ball at rest that a force lifts for a moment ---------------------------------------------------------------------
-// m z'' = F cos(w t + c) - m g from the first instant at which this is above zero, in closed form up to the landing.
+// ---- a ball at rest that a force lifts for a moment
+// --------------------------------------------------------------------- m z'' = F cos(w t + c) - m g from the first
+// instant at which this is above zero, in closed form up to the landing.
 Case lifted(Draw& draw, bool brief) {
   const double mass = draw.uniform(0.5, 2), g = 10, w = draw.uniform(1, 20), c = draw.uniform(0.5, 4);
   const double excess = brief ? draw.power(-4, -1) : draw.uniform(0.1, 2);  // brief: an arc of 0.01 to 0.4 rad

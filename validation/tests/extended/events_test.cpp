@@ -1,5 +1,5 @@
-// Events that begin and end inside one step of a truth, with few and many samples: the values do not depend on the samples.
-// Random scenes of each kind, judged in 60 digits: validation/tests/truth_fuzz/event_kinds.cpp.
+// Events that begin and end inside one step of a truth, with few and many samples: the values do not depend on the
+// samples. Random scenes of each kind, judged in 60 digits: validation/tests/truth_fuzz/event_kinds.cpp.
 #include <quadmath.h>
 
 #include <catch2/catch.hpp>

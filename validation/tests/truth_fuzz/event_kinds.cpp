@@ -1,6 +1,7 @@
-// Random scenes with events that begin and end between two samples: balls thrown past pegs, sliders that just reach their
-// stop, what is lifted from its stop or its floor for a moment. Each is answered with one, few and many samples. Half of the
-// scenes are grazes: the nearest approach, or the height of a lift, is 1e-9 to 1e-2 of the size on either side of zero.
+// Random scenes with events that begin and end between two samples: balls thrown past pegs, sliders that just reach
+// their stop, what is lifted from its stop or its floor for a moment. Each is answered with one, few and many samples.
+// Half of the scenes are grazes: the nearest approach, or the height of a lift, is 1e-9 to 1e-2 of the size on either
+// side of zero.
 #include <algorithm>
 #include <boost/math/constants/constants.hpp>
 #include <cmath>
@@ -57,8 +58,8 @@ struct OnLine {
   bool rests = false;
   std::string refused = {};
 
-  // The first instant in (t, to] at which the flight from t meets the stop; -1: none. The height is monotone between zeros
-  // of the speed, and the speed between zeros of the acceleration.
+  // The first instant in (t, to] at which the flight from t meets the stop; -1: none. The height is monotone between
+  // zeros of the speed, and the speed between zeros of the acceleration.
   Long next_impact(const Long& to) const {
     std::vector<Long> speeds{t};
     const auto add_zero = [&](std::vector<Long>& into, const Long& from, const Long& until, const auto& f) {

@@ -36,8 +36,8 @@ struct Kind {
   std::function<Checked(const Scenario&, std::int64_t samples)> check;
   // Share of the scenes that the truth or the checker may refuse: none was, of thousands of those that state no other.
   double most_refused = 0.002;
-  // Numbers of samples with each of which the scene is answered and judged; empty: the scene's own. Bars at the end must then
-  // be below 1e-9 of the scene's size: a wider answer counts as refused.
+  // Numbers of samples with each of which the scene is answered and judged; empty: the scene's own. Bars at the end
+  // must then be below 1e-9 of the scene's size: a wider answer counts as refused.
   std::vector<std::int64_t> counts = {};
 };
 
