@@ -53,7 +53,7 @@ TEST_CASE("a touch that the search does not find within the gap's round-off ends
   initial[slot.velocity + 2] = -1;
   const extended::Path<Wide> path = path_of(scene, initial, slot.position + 2, Wide(0.1));  // below the floor at once
   CHECK_THAT(path.failure, Catch::Contains("`ball`") && Catch::Contains("`floor`") &&
-                               Catch::Contains("touch is not decided in the step from t = 0.29999"));
+                               Catch::Contains("touch did not converge in the step from t = 0.29999"));
   CHECK(path.valid_until_failure);
   CHECK(path.end < Wide(0.3));  // halved until a step holds nothing but the jump
   CHECK(path.end > Wide(0.2999));
