@@ -120,7 +120,9 @@ std::vector<std::vector<std::size_t>> samples_on_impacts(const Scene& scene, con
 void append_quantity(Quantity q, const std::string& name, const Scenario& scenario, const Observed& all,
                      std::vector<Row>& rows) {
   const std::vector<int> bodies = measured_bodies(q, scenario.scene);
-  const auto& [run, truth, judged] = all;
+  const Recording& run = all.run;
+  const Truth& truth = all.truth;
+  const std::vector<bool>& judged = all.judged;
   const std::size_t n = run.values.size();
   if (bodies.empty() || n < 2) return;
   const bool jumps = q == Quantity::velocity || q == Quantity::body_rate;
