@@ -388,8 +388,8 @@ MeasuredRecord StudyRun::measured(const Cell& cell, const Truth& truth, const st
   MeasuredRecord record;
   record.basis = content_hash({hash, kMetricsVersion});
   record.rows = measure(*cell.scenario, truth, recording);
-  if (recording.outcome.status == Status::ok) std::optional<Truth> fewer;
-  record.series = error_series(*cell.scenario, at_samples(truth, own_samples(*cell.scenario), fewer), recording);
+  if (std::optional<Truth> fewer; recording.outcome.status == Status::ok)
+    record.series = error_series(*cell.scenario, at_samples(truth, own_samples(*cell.scenario), fewer), recording);
   if (truth.outcome.status != Status::ok && cell.scenario->truth.kind != TruthKind::none) {
     Row row = metrics::row("truth", 0);
     row.status = truth.outcome.status;
