@@ -56,7 +56,7 @@ class Findings(unittest.TestCase):
                 continue
             trials = [classes.get(name, {}).get("trials", 0) for name in CLASSES]
             self.assertIn(f"| `{engine}` | {' | '.join(map(str, trials))} |", page("tuned-presets"))
-            for name in ("bounce", "friction"):  # as many for each engine that was searched; DART has had half of them, as the page says
+            for name in ("bounce", "friction"):  # as many for each engine that was searched but DART, as the page says
                 if classes.get(name, {}).get("trials"):
                     self.assertEqual(classes[name]["trials"], 16 if engine == "dart" else 32, engine)
 
